@@ -1,0 +1,70 @@
+"""What a measurement is, once read and checked: immutable records in SI units that everything else works on."""
+
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from mckibben_jax.muscle import Muscle
+
+FORCE_TESTS = ("loop", "isometric", "static")
+POSITION_TESTS = ("isotonic", "quick release", "step")
+TESTS = FORCE_TESTS + POSITION_TESTS
+
+
+@dataclass(frozen=True)
+class Run:
+    """One experiment without interruption: arrays of one length, SI, in the order of measurement.
+
+    `contraction` is the reading as it enters the laws; `rate` and `pressure_rate` are derived and exactly 0 where
+    their sign cannot be told from noise. `branch` is +1 while contracting (in isometric tests: inflating), -1 while
+    elongating (deflating), 0 where it cannot be told. `loop` numbers closed loops from turning point to the next but
+    one, `half` the branches between turning points. `weight` is 0 for samples that count in no model, else 1.
+    """
+
+    name: str
+    time: np.ndarray  # s
+    pressure: np.ndarray  # Pa, gauge
+    contraction: np.ndarray  # 1; in position tests NaN where unknown, the measured channel says where the muscle is
+    rate: np.ndarray  # 1/s
+    pressure_rate: np.ndarray  # Pa/s
+    measured: np.ndarray  # N (force tests) or m of shortening (position tests)
+    weight: np.ndarray  # 0 or 1
+    branch: np.ndarray  # -1, 0, +1
+    loop: np.ndarray  # int
+    half: np.ndarray  # int
+    row: np.ndarray  # int, line of the file that a sample stands in
+    load: np.ndarray | None = None  # N hung on the muscle (position tests)
+    set_pressure: np.ndarray | None = None  # Pa, the valve's set-point (step tests)
+
+    def __len__(self) -> int:
+        return len(self.time)
+
+
+@dataclass(frozen=True)
+class Recording:
+    """One file: runs of one kind of test, measured in one unit."""
+
+    file: str
+    test: str
+    runs: tuple[Run, ...]
+    noise: float | None  # standard deviation of one reading as stated, N or m; None if not stated
+    notes: tuple[str, ...] = ()  # what was set aside and why, with counts
+
+    @property
+    def unit(self) -> str:
+        """Unit of the measured channel."""
+        return "N" if self.test in FORCE_TESTS else "m"
+
+
+@dataclass(frozen=True)
+class Experiment:
+    """A data set: one muscle, its recordings and what is known of its geometry."""
+
+    name: str
+    folder: Path
+    muscle: Muscle
+    recordings: tuple[Recording, ...]
+    priors: dict[str, tuple[float, float]]  # "muscle.radius" -> mean and standard deviation, SI
+    sha256: str  # of every file that was read
+    source: dict[str, str] = field(default_factory=dict)
