@@ -5,22 +5,24 @@ from typing import Any, Self
 
 import equinox as eqx
 import jax
-import jax.numpy as jnp
+
+from mckibben_jax.parameter import as_scalar
 
 
 class State(eqx.Module):
     """Where a muscle is at one instant, or along a run where every field carries a leading axis of samples.
 
-    `contraction` is positive when shorter, `pressure` is gauge; the two rates are their time derivatives.
-    `stretch` is the strain of the strands. `memory` is what the effect that is being evaluated remembers.
+    `contraction` is positive when shorter, `pressure` is gauge in Pa, `stretch` is the strain of the strands; their
+    rates are time derivatives in 1/s and Pa/s. `memory` is what the effect that is being evaluated remembers.
     """
 
-    contraction: jax.Array
-    pressure: jax.Array
-    rate: jax.Array = eqx.field(default=0.0, converter=jnp.asarray)
-    pressure_rate: jax.Array = eqx.field(default=0.0, converter=jnp.asarray)
-    stretch: jax.Array = eqx.field(default=0.0, converter=jnp.asarray)
-    time: jax.Array = eqx.field(default=0.0, converter=jnp.asarray)
+    contraction: jax.Array = eqx.field(converter=as_scalar)
+    pressure: jax.Array = eqx.field(converter=as_scalar)
+    rate: jax.Array = eqx.field(default=0.0, converter=as_scalar)
+    pressure_rate: jax.Array = eqx.field(default=0.0, converter=as_scalar)
+    stretch: jax.Array = eqx.field(default=0.0, converter=as_scalar)
+    stretch_rate: jax.Array = eqx.field(default=0.0, converter=as_scalar)
+    time: jax.Array = eqx.field(default=0.0, converter=as_scalar)
     memory: Any = None
 
     def replace(self, **changes: Any) -> Self:

@@ -1,0 +1,178 @@
+"""muscle.toml: what was measured of the muscle at rest, with its uncertainties, and which recordings belong to it."""
+
+import math
+import re
+import tomllib
+from pathlib import Path
+from typing import Any
+
+from fitting import units
+from fitting.errors import InputError, unknown_name
+from fitting.units import Measured
+from mckibben_jax.muscle import Muscle, quantities
+
+TOP_KEYS = ("name", "muscle", "recording", "source")
+INSTEAD = ("cord_length", "turns", "hardness")  # other ways to say the braid angle and the shear modulus
+REQUIRED = ("length", "radius", "braid_angle")
+
+
+def read_toml(path: Path) -> tuple[dict[str, Any], bytes]:
+    """The table in a TOML file and the file's bytes."""
+    try:
+        raw = path.read_bytes()
+    except OSError:
+        raise InputError("no such file", path, cure=f"'mckibben init {path.parent}' writes one to fill in") from None
+    try:
+        return tomllib.loads(raw.decode("utf-8-sig").replace("\r\n", "\n")), raw
+    except UnicodeDecodeError:
+        raise InputError("the file is not UTF-8 text", path, cure="save it again as UTF-8") from None
+    except tomllib.TOMLDecodeError as error:
+        row = re.search(r"at line (\d+)", str(error))
+        problem = re.sub(r"\s*\(at .*\)", "", str(error))
+        cure = "every value stands in quotes, with its unit: length = \"300 mm\""
+        raise InputError(f"not valid TOML: {problem}", path, int(row[1]) if row else None, cure=cure) from None
+
+
+def line_of(raw: bytes, key: str) -> int | None:
+    """Line that sets `key`, as an editor counts; None where it cannot be told."""
+    pattern = re.compile(rf"\s*[\"']?{re.escape(key)}[\"']?\s*=")
+    lines = raw.decode("utf-8-sig", "replace").splitlines()
+    return next((number for number, line in enumerate(lines, 1) if pattern.match(line)), None)
+
+
+def read_muscle_table(
+    table: dict[str, Any], path: Path, raw: bytes
+) -> tuple[Muscle, dict[str, tuple[float, float]]]:
+    """The `[muscle]` table as a muscle and the normal priors (mean, standard deviation, SI) of its uncertain values."""
+    known = quantities()
+    given: dict[str, Measured] = {}
+    for key, value in table.items():
+        if key not in known and key not in INSTEAD:
+            raise unknown_name("key in [muscle]:", key, (*known, *INSTEAD), path, row=line_of(raw, key))
+        given[key] = _value(key, value, known, path, line_of(raw, key))
+    given = _angle_from_cords(_modulus_from_hardness(given, path), path)
+    for key in REQUIRED:
+        if key not in given:
+            _, meaning = known[key]
+            example = units.example(known[key][0])
+            raise InputError(f"[muscle] lacks {key} ({meaning})", path, cure=f'add {key} = "{example}", with your value')
+    _check_geometry({key: value.value for key, value in given.items()}, path, raw)
+    priors = {f"muscle.{key}": (v.value, v.error) for key, v in given.items() if v.error is not None}
+    return Muscle(**{key: v.value for key, v in given.items()}), priors  # type: ignore[arg-type]
+
+
+def _value(key: str, value: Any, known: dict[str, tuple[str, str]], path: Path, row: int | None) -> Measured:
+    if isinstance(value, str) and "?" in value:
+        raise InputError(f"{key} is still to be filled in", path, row, value=value, cure="write the value you measured")
+    if key == "hardness" and isinstance(value, str):
+        value = re.sub(r"\s*(IRHD|[Ss]hore\s*A?)\b", "", value)
+    unit = {"cord_length": "m", "turns": "1", "hardness": "1"}.get(key) or known[key][0]
+    try:
+        return units.measured(value, unit, key)
+    except InputError as error:
+        raise InputError(error.problem, path, row, value=error.value, cure=error.cure) from None
+
+
+def _modulus_from_hardness(given: dict[str, Measured], path: Path) -> dict[str, Measured]:
+    """Shear modulus in place of the hardness; its uncertainty through the exponential law."""
+    if "hardness" not in given:
+        return given
+    if "shear_modulus" in given:
+        raise InputError("hardness and shear_modulus say the same twice", path, cure="leave one of them out")
+    hardness = given["hardness"]
+    if not 20 <= hardness.value <= 95:
+        raise InputError("hardness lies outside 20..95 IRHD", path, line_of(path.read_bytes(), "hardness"),
+                         value=f"{hardness.value:g} IRHD", cure='give it as hardness = "45 IRHD"')  # fmt: skip
+    modulus = units.hardness_to_shear_modulus(hardness.value)
+    slope = units.hardness_to_shear_modulus(hardness.value + 0.5) - units.hardness_to_shear_modulus(hardness.value - 0.5)
+    error = None if hardness.error is None else slope * hardness.error
+    return {k: v for k, v in given.items() if k != "hardness"} | {"shear_modulus": Measured(modulus, error)}
+
+
+def _angle_from_cords(given: dict[str, Measured], path: Path) -> dict[str, Measured]:
+    """Braid angle in place of cord length and turns: tan(angle) = 2 pi r n / l0, and the cord is the hypotenuse.
+
+    Length and radius are measured anyhow, so the cord length is the check: the angle from it alone, acos(l0/b), would
+    magnify its error at small angles. The uncertainties of length, radius and turns are carried to the angle to
+    first order.
+    """
+    if "cord_length" not in given and "turns" not in given:
+        return given
+    if "braid_angle" in given:
+        raise InputError("braid_angle and cord_length with turns say the same twice", path, cure="leave one of them out")
+    for key in ("length", "radius", "cord_length", "turns"):
+        if key not in given:
+            raise InputError(f"[muscle] lacks {key}: the braid angle follows from length, radius, cord_length and turns",
+                             path, cure=f"add {key}, or give braid_angle instead of cord_length and turns")  # fmt: skip
+    length, radius, cord, turns = (given[key] for key in ("length", "radius", "cord_length", "turns"))
+    around = 2 * math.pi * radius.value * turns.value
+    angle = math.atan2(around, length.value)
+    expected = math.hypot(around, length.value)
+    if abs(cord.value / expected - 1) > 0.05:
+        raise InputError(f"length, radius and turns need a cord of {units.show(expected, 'm')}, cord_length differs by more"
+                         " than 5 %", path, value=units.show(cord.value, "m"),
+                         cure="measure again, or give braid_angle instead")  # fmt: skip
+    relative = [v.error / v.value for v in (length, radius, turns) if v.error is not None]
+    error = math.sin(angle) * math.cos(angle) * math.hypot(*relative) if relative else None
+    return {k: v for k, v in given.items() if k not in INSTEAD} | {"braid_angle": Measured(angle, error)}
+
+
+def _check_geometry(value: dict[str, float], path: Path, raw: bytes) -> None:
+    """Refuse a muscle that cannot be built, with the line to look at."""
+
+    def refuse(key: str, problem: str, cure: str) -> InputError:
+        shown = units.show(value[key], quantities()[key][0])
+        return InputError(f"{key} {problem}", path, line_of(raw, key), value=shown, cure=cure)
+
+    may_be_zero = ("wall_outside", "moving_mass", "mooney_c10", "mooney_c01", "strand_poisson")
+    for key, number in value.items():
+        if number < 0 or (number == 0 and key not in may_be_zero):
+            raise refuse(key, "must be positive", "check the sign and the unit")
+    if value["braid_angle"] >= math.pi / 2:
+        raise refuse("braid_angle", "must be below 90 deg", "it is measured from the long axis of the muscle")
+    if value["radius"] >= value["length"]:
+        raise refuse("radius", "is not below the length", "check the units; radius, not diameter")
+    outside = value.get("wall_outside", 0.0)
+    if value.get("wall_thickness", math.inf) <= outside and outside > 0:
+        raise refuse("wall_outside", "is not below wall_thickness", "wall_thickness is the whole wall, both sides of the braid")
+    if value.get("wall_thickness", 0.0) >= value["radius"] + outside:
+        raise refuse("wall_thickness", "leaves no bore: radius + wall_outside - wall_thickness must be positive",
+                     "check the units; wall_thickness is that of one wall")  # fmt: skip
+    if value.get("strand_poisson", 0.0) > 0.5:
+        raise refuse("strand_poisson", "is above 0.5", "Poisson's ratio lies in 0..0.5")
+
+
+def read_muscle(path: Path | str) -> tuple[Muscle, dict[str, tuple[float, float]], str, dict[str, str]]:
+    """Muscle, priors ("muscle.radius" -> mean and standard deviation, SI), name and source of a muscle.toml.
+
+    A folder stands for the muscle.toml in it.
+    """
+    path = Path(path)
+    path = path / "muscle.toml" if path.is_dir() else path
+    table, raw = read_toml(path)
+    muscle, priors = muscle_of(table, path, raw)
+    return muscle, priors, name_of(table, path), source_of(table, path)
+
+
+def muscle_of(table: dict[str, Any], path: Path, raw: bytes) -> tuple[Muscle, dict[str, tuple[float, float]]]:
+    """The muscle of a whole file's table, its keys checked."""
+    for key in table:
+        if key not in TOP_KEYS:
+            cure_known = (*TOP_KEYS,)
+            raise unknown_name("key", key, cure_known, path, row=line_of(raw, key))
+    if not isinstance(table.get("muscle"), dict):
+        raise InputError("there is no [muscle] table", path, cure="add [muscle] with length, radius and braid_angle")
+    return read_muscle_table(table["muscle"], path, raw)
+
+
+def name_of(table: dict[str, Any], path: Path) -> str:
+    """The muscle's name, or its folder's."""
+    return str(table.get("name") or path.resolve().parent.name)
+
+
+def source_of(table: dict[str, Any], path: Path) -> dict[str, str]:
+    """The `[source]` table as text."""
+    source = table.get("source", {})
+    if not isinstance(source, dict):
+        raise InputError("source is not a table", path, cure='write [source] and below it citation = "..."')
+    return {key: str(value) for key, value in source.items()}

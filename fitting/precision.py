@@ -1,0 +1,15 @@
+"""Fits need 64 bits; a library must not switch them on behind its user's back, so it asks."""
+
+import jax
+
+LINE = 'jax.config.update("jax_enable_x64", True)'
+
+
+class PrecisionError(RuntimeError):
+    """Raised where 32-bit numbers would give wrong error bars."""
+
+
+def require_x64() -> None:
+    """Refuse to work in 32 bits, naming the line to paste."""
+    if not jax.config.jax_enable_x64:
+        raise PrecisionError(f"fitting needs 64-bit numbers; before any other use of jax paste: import jax; {LINE}")

@@ -1,0 +1,174 @@
+"""Units: text with a unit to SI and back. The only file that knows the units library, which is loaded on first use."""
+
+import functools
+import math
+import re
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from fitting.errors import InputError
+
+STANDARD_GRAVITY = 9.80665  # m/s2
+ATMOSPHERE = 101325.0  # Pa
+
+_NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
+_VALUE = re.compile(rf"\s*({_NUMBER})\s*(.*?)\s*$")
+_PLUS_MINUS = re.compile(r"\+/-|\+-|±")
+
+_EXAMPLES = {
+    "m": "300 mm",
+    "rad": "20 deg",
+    "Pa": "0.54 MPa",
+    "N": "100 N",
+    "kg": "20 kg",
+    "s": "10 ms",
+    "1": "0.3",
+    "m/s": "10 mm/s",
+    "N/m": "100 N/mm",
+}
+_USUAL = ("m", "mm", "cm", "deg", "rad", "Pa", "hPa", "kPa", "MPa", "GPa", "bar", "mbar", "psi", "N", "kN", "mN", "kgf",
+          "kg", "g", "s", "ms", "us", "min", "Hz", "J", "inch", "%")  # fmt: skip
+_SPELLED = {"": "1", "1": "1", "-": "1", "%": "percent", "°": "deg", "µs": "us", "barg": "bar", "psig": "psi"}
+
+
+class Measured(NamedTuple):
+    """A value and its standard uncertainty in SI; the uncertainty is None where the value is exact."""
+
+    value: float
+    error: float | None
+
+
+@functools.cache
+def _registry() -> Any:
+    import pint
+
+    return pint.UnitRegistry(cache_folder=None)
+
+
+@functools.cache
+def _unit(text: str) -> Any:
+    """The unit library's object for a unit as people write it; InputError if there is no such unit."""
+    spelled = _SPELLED.get(text.strip(), text.strip())
+    try:
+        return _registry().Unit("" if spelled == "1" else spelled)
+    except Exception:  # the library raises many kinds for nonsense; all mean the same to the user
+        raise InputError(f"'{text}' is not a unit", cure=_spelling(text)) from None
+
+
+def _spelling(text: str) -> str:
+    same = [unit for unit in _USUAL if unit.lower() == text.strip().lower()]
+    return f"did you mean '{same[0]}'?" if same else "write for example mm, deg, kPa, bar, N, kg, s, %"
+
+
+def _is_angle(unit: Any) -> bool:
+    return any(name in ("radian", "degree", "turn", "arcminute", "arcsecond") for name in unit._units)
+
+
+@functools.cache
+def factor(unit: str, si: str) -> float:
+    """What a number in `unit` is multiplied with to be in `si`; InputError if the dimensions differ.
+
+    The units library takes angles and per cent for plain numbers; here an angle is not a contraction.
+    """
+    given, wanted = _unit(unit), _unit(si)
+    if given.dimensionality != wanted.dimensionality or _is_angle(given) != _is_angle(wanted):
+        raise InputError(f"'{unit}' cannot be the unit of {quantity(si)}", cure=f"give it in a unit like that of '{example(si)}'")
+    return float(_registry().Quantity(1.0, given).to(wanted).magnitude)
+
+
+def load_factor(unit: str) -> float:
+    """Newtons per `unit` of a hung load: a mass is weighed at standard gravity."""
+    mass = _unit(unit).dimensionality == _unit("kg").dimensionality
+    return factor(unit, "kg") * STANDARD_GRAVITY if mass else factor(unit, "N")
+
+
+def quantity(si: str) -> str:
+    """What is measured in this SI unit, in words."""
+    words = {"m": "a length", "rad": "an angle", "Pa": "a pressure", "N": "a force", "kg": "a mass", "s": "a time",
+             "1": "a plain number (1 or %)"}  # fmt: skip
+    return words.get(si, f"a quantity in {si}")
+
+
+def example(si: str) -> str:
+    """A value as one would write it, for messages."""
+    return _EXAMPLES.get(si, f"1 {si}")
+
+
+def split_value(text: str, what: str = "value") -> tuple[float, str]:
+    """Number and unit of '300 mm'."""
+    match = _VALUE.match(text)
+    if not match:
+        raise InputError(f"{what} is not a number with a unit", value=text, cure="write a number, then the unit: '300 mm'")
+    return float(match[1]), match[2]
+
+
+def to_si(text: Any, si: str, what: str = "value") -> float:
+    """A value as written ('300 mm') in the SI unit `si` ('m'); plain numbers are taken only where `si` is '1'."""
+    if isinstance(text, bool) or not isinstance(text, (str, int, float)):
+        raise InputError(f"{what} is not a value with a unit", value=text, cure=f"write it as \"{example(si)}\"")
+    number, unit = split_value(str(text), what)
+    if not math.isfinite(number):
+        raise InputError(f"{what} is not finite", value=text, cure=f"write it as \"{example(si)}\"")
+    if si != "1" and not unit:
+        raise InputError(f"{what} has no unit", value=text, cure=f"{what} is {quantity(si)}: write it as \"{example(si)}\"")
+    try:
+        return number * factor(unit or "1", si)
+    except InputError as error:
+        raise InputError(f"{what}: {error.problem}", value=text, cure=error.cure) from None
+
+
+def measured(text: Any, si: str, what: str = "value") -> Measured:
+    """Value and standard uncertainty of '7.0 +/- 0.1 mm' (one unit for both, or each its own) in SI."""
+    parts = _PLUS_MINUS.split(text) if isinstance(text, str) else [text]
+    if len(parts) == 1:
+        return Measured(to_si(text, si, what), None)
+    if len(parts) != 2:
+        raise InputError(f"{what} has more than one '+/-'", value=text, cure="write '7.0 +/- 0.1 mm'")
+    _, unit = split_value(parts[1], what)
+    centre = parts[0] if split_value(parts[0], what)[1] else f"{parts[0].strip()} {unit}"
+    error = to_si(parts[1], si, f"the uncertainty of {what}")
+    if error <= 0:
+        raise InputError(f"the uncertainty of {what} is not positive", value=text, cure="leave '+/-' out for an exact value")
+    return Measured(to_si(centre, si, what), error)
+
+
+# ---------------------------------------------------------------------------------------------------- showing values
+
+
+def shown_in(si: str, size: float = 0.0) -> tuple[str, float]:
+    """The unit an engineer reads values of this size in, and how much of `si` one of it is."""
+    if si == "Pa":
+        return ("kPa", 1e3) if size < 1e6 else ("MPa", 1e6) if size < 1e9 else ("GPa", 1e9)
+    table = {"m": ("mm", 1e-3), "rad": ("deg", math.pi / 180), "m/s": ("mm/s", 1e-3), "N/m": ("N/mm", 1e3),
+             "1": ("", 1.0)}  # fmt: skip
+    if si == "s" and 0 < size < 1:
+        return "ms", 1e-3
+    return table.get(si, (si, 1.0))
+
+
+def show(value: float, si: str, error: float | None = None, unit: str | None = None, digits: int = 4) -> str:
+    """A value for people: '7.02 +/- 0.02 mm'; the uncertainty with two figures, the value as far as that goes.
+
+    The text can be read back by `to_si` and `measured`. `unit` imposes another unit than the usual one.
+    """
+    value = float(value)
+    name, size = (unit, factor(unit, si)) if unit else shown_in(si, abs(value))
+    tail = f" {name}" if name else ""
+    if error is None or not math.isfinite(error) or error <= 0:
+        return f"{value / size:.{digits}g}{tail}"
+    places = max(0, 1 - math.floor(math.log10(error / size)))
+    return f"{value / size:.{places}f} +/- {error / size:.{places}f}{tail}"
+
+
+def write(value: float, si: str) -> str:
+    """A value for a file, in the usual unit, exact to ten figures: reading it back changes nothing that matters."""
+    return show(float(value), si, digits=10)
+
+
+def hardness_to_shear_modulus(irhd: float) -> float:
+    """Shear modulus (Pa) of a rubber of this hardness: exponential between 45 IRHD = 0.54 MPa and 65 IRHD = 1.37 MPa.
+
+    Source: Tondu 2012 gives the two points.
+    """
+    return float(0.54e6 * np.exp((irhd - 45.0) / 20.0 * np.log(1.37 / 0.54)))

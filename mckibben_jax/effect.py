@@ -1,0 +1,124 @@
+"""What an effect is. One small class of one of four kinds is the only thing a new piece of physics needs."""
+
+import dataclasses
+import re
+from collections.abc import Callable
+from typing import Any, ClassVar
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+
+from mckibben_jax.muscle import Muscle
+from mckibben_jax.state import State
+
+Pull = Callable[[State], jax.Array]
+
+
+class Loss(eqx.Module):
+    """What motion costs: dry friction of `size` (N, never negative) along `direction` in [-1, 1], and `drag` (N).
+
+    `elastic` is the pull of the rubber alone (N), for the effects that act upon it.
+    """
+
+    size: jax.Array
+    direction: jax.Array
+    drag: jax.Array
+    elastic: jax.Array
+
+    @property
+    def force(self) -> jax.Array:
+        """The force lost, N: positive while contracting."""
+        return self.size * self.direction + self.drag
+
+    def replace(self, **changes: Any) -> "Loss":
+        """A copy with these fields changed."""
+        return dataclasses.replace(self, **changes)
+
+
+class Effect(eqx.Module):
+    """A physical effect. Subclass one of the four kinds, declare parameters, write the kind's one method.
+
+    `family` names rivals that replace each other; `needs` what must be there (a measurement of the muscle, "rubber",
+    "friction"); `gives` what it provides to others; `suspect` says when to suspect it. `rival` marks printed laws that
+    are unsound: they are candidates only on request.
+    """
+
+    stage: ClassVar[str]
+    source: ClassVar[str] = ""
+    suspect: ClassVar[str] = ""
+    family: ClassVar[str | None] = None
+    needs: ClassVar[tuple[str, ...]] = ()
+    gives: ClassVar[tuple[str, ...]] = ()
+    rival: ClassVar[bool] = False
+
+
+class Felt(Effect):
+    """Changes what the braid feels: `felt` maps a state to a state; `pull` is the frictionless pull behind it, N."""
+
+    stage: ClassVar[str] = "felt"
+
+    def felt(self, muscle: Muscle, state: State, pull: Pull) -> State:
+        """The state that the braid feels."""
+        raise NotImplementedError
+
+
+class Energy(Effect):
+    """Stores energy: `energy` in J as a function of the felt state; its force is dE/dl at fixed pressure."""
+
+    stage: ClassVar[str] = "stored"
+
+    def energy(self, muscle: Muscle, state: State) -> jax.Array:
+        """The energy stored, J; for the gas -P V."""
+        raise NotImplementedError
+
+    def force(self, muscle: Muscle, state: State) -> jax.Array:
+        """The pull dE/dl with respect to the felt length, N."""
+
+        def energy(contraction: jax.Array) -> jax.Array:
+            return self.energy(muscle, state.replace(contraction=contraction))
+
+        slope = jax.jvp(energy, (state.contraction,), (jnp.ones_like(state.contraction),))[1]
+        return -slope / muscle.length
+
+
+class Pulling(Effect):
+    """Pulls without an energy: printed rivals and whatever a user knows only as a force. `force` in N."""
+
+    stage: ClassVar[str] = "stored"
+
+    def force(self, muscle: Muscle, state: State) -> jax.Array:
+        """The pull, N, positive when the muscle pulls."""
+        raise NotImplementedError
+
+
+class Lost(Effect):
+    """Changes what motion costs: `lose` receives the loss so far and returns it changed."""
+
+    stage: ClassVar[str] = "lost"
+
+    def lose(self, muscle: Muscle, state: State, loss: Loss) -> Loss:
+        """The loss with this effect."""
+        raise NotImplementedError
+
+
+class Read(Effect):
+    """Changes what the instrument shows of one channel: `read` maps a whole run's signal over `time`."""
+
+    stage: ClassVar[str] = "read"
+    channel: ClassVar[str] = "force"
+
+    def read(self, signal: jax.Array, time: jax.Array) -> jax.Array:
+        """The signal shown, in the channel's unit."""
+        raise NotImplementedError
+
+
+def name_of(effect: Effect | type[Effect]) -> str:
+    """The name by which users call an effect: its class in snake case."""
+    kind = effect if isinstance(effect, type) else type(effect)
+    return re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", kind.__name__).lower()
+
+
+def blend(switch: jax.Array, without: Any, with_: Any) -> Any:
+    """`without + switch (with - without)`, leaf by leaf: 0 is exact absence, 1 is presence."""
+    return jax.tree.map(lambda a, b: a + switch * (b - a), without, with_)

@@ -1,0 +1,178 @@
+"""A model is a muscle and a set of effects, each with a switch: read( pull(felt) - lost(felt) )."""
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+
+from mckibben_jax.effect import Effect, Loss, blend, name_of
+from mckibben_jax.effects import LIBRARY
+from mckibben_jax.memory import Memory, remember
+from mckibben_jax.muscle import Muscle
+from mckibben_jax.shape import path_rate
+from mckibben_jax.state import State
+
+
+class Model(eqx.Module):
+    """A muscle with its effects, kept in library order so that the order of adding changes nothing.
+
+    `switches` holds one number in [0, 1] per effect: 0 is exact absence, 1 presence. `live`, if given, says which
+    effects are evaluated at all: one compiled function then serves every subset of a large set of effects.
+    """
+
+    muscle: Muscle
+    effects: tuple[Effect, ...]
+    switches: jax.Array
+    live: jax.Array | None = None
+
+    # What happens to one state -------------------------------------------------------------------------------------
+
+    def feel(self, index: int, state: State) -> State:
+        """The state after one felt effect; rates are pushed through it."""
+        effect = self.effects[index]
+        pull = lambda later: self.pull(self.feel_after(index, later))[0]  # noqa: E731
+        if isinstance(effect, Memory):  # what is remembered is no function of this instant: it states its own rates
+            felt = effect.felt(self.muscle, state, pull)
+        else:
+            felt = _with_rates(lambda s: effect.felt(self.muscle, s, pull), state)
+        return blend(self.switches[index], state.replace(memory=None), felt.replace(memory=None))
+
+    def feel_after(self, index: int, state: State) -> State:
+        """The state after the felt effects behind `index` that remember nothing."""
+        for later in self.at("felt"):
+            if later > index and not isinstance(self.effects[later], Memory):
+                state = self.when_live(later, lambda s, i=later: self.feel(i, s), state)
+        return state
+
+    def pull(self, felt: State) -> tuple[jax.Array, jax.Array]:
+        """The pull at a felt state, N: all of it, and the part of the rubber alone."""
+        total, elastic = jnp.zeros_like(felt.contraction), jnp.zeros_like(felt.contraction)
+        for index in self.at("stored"):
+            effect = self.effects[index]
+            zero = jnp.zeros_like(total)
+            part = self.when_live(
+                index, lambda _, e=effect, i=index: self.switches[i] * e.force(self.muscle, felt), zero
+            )
+            total = total + part
+            elastic = elastic + part if "rubber" in effect.gives else elastic
+        return total, elastic
+
+    def lose(self, index: int, felt: State, loss: Loss) -> Loss:
+        """The loss after one more effect."""
+        changed = self.effects[index].lose(self.muscle, felt, loss)
+        return blend(self.switches[index], loss, changed)
+
+    def loss_before(self, felt: State, elastic: jax.Array) -> Loss:
+        """No loss yet, along the direction in which the braid moves."""
+        zero = jnp.zeros_like(elastic)
+        return Loss(zero, jnp.sign(path_rate(self.muscle, felt)), zero, elastic)
+
+    # What happens along a run --------------------------------------------------------------------------------------
+
+    def felt(self, run: State) -> State:
+        """The felt states of a run (every field with a leading axis of samples)."""
+        for index in self.at("felt"):
+            run = self.when_live(index, lambda r, i=index: jax.vmap(lambda s: self.feel(i, s))(self._recall(i, r)), run)
+        return run
+
+    def lost(self, felt: State, elastic: jax.Array) -> Loss:
+        """The losses along a run of felt states."""
+        loss = jax.vmap(self.loss_before)(felt, elastic)
+        for index in self.at("lost"):
+            loss = self.when_live(
+                index, lambda x, i=index: jax.vmap(lambda s, y: self.lose(i, s, y))(self._recall(i, felt), x), loss
+            )
+        return loss
+
+    def force(self, run: State) -> jax.Array:
+        """The force that the instrument shows along a run, N."""
+        felt = self.felt(run)
+        total, elastic = jax.vmap(self.pull)(felt)
+        return self.show(total - self.lost(felt, elastic).force, run.time, "force")
+
+    def show(self, signal: jax.Array, time: jax.Array, channel: str) -> jax.Array:
+        """What the instrument of a channel makes of a run's signal."""
+        for index in self.at("read"):
+            effect = self.effects[index]
+            if effect.channel == channel:
+                signal = self.when_live(
+                    index, lambda s, e=effect, i=index: blend(self.switches[i], s, e.read(s, time)), signal
+                )
+        return signal
+
+    def _recall(self, index: int, run: State) -> State:
+        effect = self.effects[index]
+        return run.replace(memory=remember(effect, self.muscle, run)) if isinstance(effect, Memory) else run
+
+    # The set of effects --------------------------------------------------------------------------------------------
+
+    def at(self, stage: str) -> tuple[int, ...]:
+        """Positions of the effects of one stage, in the order in which they act."""
+        return tuple(i for i, effect in enumerate(self.effects) if effect.stage == stage)
+
+    def when_live(self, index: int, change: Callable[[Any], Any], value: Any) -> Any:
+        """`change(value)`, or `value` untouched where the effect is not live (then nothing of it is computed)."""
+        if self.live is None:
+            return change(value)
+        return jax.lax.cond(self.live[index], change, lambda v: v, value)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The names of the effects."""
+        return tuple(name_of(effect) for effect in self.effects)
+
+    def __getitem__(self, name: str) -> Effect:
+        return self.effects[self.names.index(name)]
+
+    def add(self, *effects: Effect) -> "Model":
+        """A model with these effects too; a rival of the same family is replaced."""
+        kept = [old for old in self.effects if not any(_replaces(new, old) for new in effects)]
+        return model(self.muscle, *kept, *effects)
+
+    def drop(self, *names: str) -> "Model":
+        """A model without the effects of these names."""
+        return model(self.muscle, *(effect for effect in self.effects if name_of(effect) not in names))
+
+    def missing_needs(self, effect: Effect | type[Effect]) -> tuple[str, ...]:
+        """What an effect needs and this model, and muscle, do not have."""
+        given = {thing for other in self.effects for thing in other.gives}
+        return tuple(need for need in effect.needs if need not in given and getattr(self.muscle, need, None) is None)
+
+    def cite(self) -> dict[str, str]:
+        """The source of every effect, by name."""
+        return {name_of(effect): effect.source for effect in self.effects}
+
+
+def model(muscle: Muscle, *effects: Effect) -> Model:
+    """A model from effects in any order."""
+    ordered = tuple(sorted(effects, key=_place))
+    return Model(muscle, ordered, jnp.ones(len(ordered)))
+
+
+def contributions(given: Model, run: State) -> dict[str, jax.Array]:
+    """How much force each effect accounts for along a run, N: with all of them minus without this one."""
+    whole = given.force(run)
+    return {name: whole - given.drop(name).force(run) for name in given.names}
+
+
+def _place(effect: Effect) -> tuple[int, int, str]:
+    stages: Sequence[str] = ("felt", "stored", "lost", "read")
+    listed = LIBRARY.index(type(effect)) if type(effect) in LIBRARY else len(LIBRARY)  # a user's own come last
+    return stages.index(effect.stage), listed, name_of(effect)
+
+
+def _replaces(new: Effect, old: Effect) -> bool:
+    return name_of(new) == name_of(old) or (new.family is not None and new.family == old.family)
+
+
+def _with_rates(change: Callable[[State], State], state: State) -> State:
+    def place(contraction: jax.Array, pressure: jax.Array, stretch: jax.Array) -> tuple[jax.Array, ...]:
+        felt = change(state.replace(contraction=contraction, pressure=pressure, stretch=stretch))
+        return felt.contraction, felt.pressure, felt.stretch
+
+    at = (state.contraction, state.pressure, state.stretch)
+    (contraction, pressure, stretch), rates = jax.jvp(place, at, (state.rate, state.pressure_rate, state.stretch_rate))
+    moved = state.replace(contraction=contraction, pressure=pressure, stretch=stretch)
+    return moved.replace(rate=rates[0], pressure_rate=rates[1], stretch_rate=rates[2])

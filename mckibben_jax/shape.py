@@ -1,0 +1,71 @@
+"""The braid's shape at a felt state: the one place where strand stretch meets the kinematics of the network."""
+
+import equinox as eqx
+import jax
+
+from mckibben_jax import braid
+from mckibben_jax.muscle import Muscle
+from mckibben_jax.state import State
+
+
+class Shape(eqx.Module):
+    """A braid whose strands are stretched is a similar braid, 1 + stretch times as large at the same angle.
+
+    Its own contraction counts from its own length, so that every law of the rigid network holds unchanged.
+    """
+
+    contraction: jax.Array
+    length: jax.Array
+    radius: jax.Array
+    braid_angle: jax.Array
+
+    @property
+    def braid_radius(self) -> jax.Array:
+        """Radius of the braid now, m (eq 9)."""
+        return self.radius * braid.radius_ratio(self.contraction, self.braid_angle)
+
+    @property
+    def angle(self) -> jax.Array:
+        """Braid angle now, rad (eq 8)."""
+        return braid.angle(self.contraction, self.braid_angle)
+
+    @property
+    def volume(self) -> jax.Array:
+        """Volume of the cylinder inside the braid, m^3."""
+        return braid.cylinder_volume(self.contraction, self.length, self.radius, self.braid_angle)
+
+    @property
+    def contact_surface(self) -> jax.Array:
+        """Contact surface between the strands, m^2 (eq 35)."""
+        return braid.contact_surface(self.contraction, self.length, self.radius, self.braid_angle)
+
+    def ideal_force(self, pressure: jax.Array) -> jax.Array:
+        """Force of the ideal cylinder, N (eq 10)."""
+        return braid.ideal_force(self.contraction, pressure, self.radius, self.braid_angle)
+
+    @property
+    def path(self) -> jax.Array:
+        """How far the strands have turned, as a length l0 (1 - cos alpha / cos alpha0), m."""
+        return self.length * self.contraction
+
+
+def shape(muscle: Muscle, state: State) -> Shape:
+    """The shape of the muscle's braid at a felt state."""
+    size = 1 + state.stretch
+    contraction = 1 - (1 - state.contraction) / size
+    return Shape(contraction, muscle.length * size, muscle.radius * size, muscle.braid_angle)
+
+
+def path(muscle: Muscle, state: State) -> jax.Array:
+    """The path that friction between strands follows: the stroke when strands are rigid, m."""
+    return muscle.length * (1 - (1 - state.contraction) / (1 + state.stretch))
+
+
+def path_rate(muscle: Muscle, state: State) -> jax.Array:
+    """Speed along that path, m/s."""
+    moved = jax.jvp(
+        lambda c, s: path(muscle, state.replace(contraction=c, stretch=s)),
+        (state.contraction, state.stretch),
+        (state.rate, state.stretch_rate),
+    )
+    return moved[1]
