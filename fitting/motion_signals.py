@@ -1,5 +1,6 @@
 """What a recorded motion tells besides its readings: noise, turning points, monotone branches, speed."""
 
+import itertools
 import math
 from dataclasses import dataclass
 
@@ -58,12 +59,12 @@ def resolution(signal: np.ndarray) -> float:
 
 
 def turning_threshold(time: np.ndarray, signal: np.ndarray, share: float) -> float:
-    """How far a signal must go back before that counts as turning: beyond what noise does, at least `share` of its range.
+    """How far a signal must go back before that counts as turning: beyond noise, and at least `share` of its range.
 
     Between the largest and the smallest of n normal errors lie 2 sqrt(2 ln n) standard deviations.
     """
-    noise = noise_level(time, signal)
-    return max(2.2 * math.sqrt(2 * math.log(len(signal) + 2)) * noise, share * float(np.ptp(signal)), 2.5 * resolution(signal))
+    noise = 2.2 * math.sqrt(2 * math.log(len(signal) + 2)) * noise_level(time, signal)
+    return max(noise, share * float(np.ptp(signal)), 2.5 * resolution(signal))
 
 
 def turning_points(signal: np.ndarray, threshold: float) -> np.ndarray:
@@ -79,12 +80,10 @@ def turning_points(signal: np.ndarray, threshold: float) -> np.ndarray:
         if value < values[low]:
             low = k
         if direction >= 0 and values[high] - value > threshold:
-            if direction > 0 or high > 0:
-                turns.append(high)
+            turns += [high] * direction  # before the first clear motion there is nothing to turn from
             direction, low, high = -1, k, k
         elif direction <= 0 and value - values[low] > threshold:
-            if direction < 0 or low > 0:
-                turns.append(low)
+            turns += [low] * -direction
             direction, low, high = 1, k, k
     inner = candidates[np.array(turns, dtype=int)]
     return inner[(inner > 0) & (inner < len(signal) - 1)]
@@ -119,12 +118,9 @@ def branches_from_labels(sign: np.ndarray) -> Branches:
 def monotone(signal: np.ndarray, branches: Branches) -> np.ndarray:
     """The raw signal, but never turning inside a branch: jitter that would reverse the motion is averaged away."""
     made = signal.astype(float, copy=True)
-    for first, last in zip(branches.edges[:-1], branches.edges[1:], strict=True):
-        inner = slice(first + 1, last) if last - first > 2 else slice(first, first)  # extremes stay what they are
-        if inner.stop > inner.start:
-            rising = bool(made[last] >= made[first])
-            fitted = isotonic_regression(made[inner], increasing=rising).x
-            made[inner] = np.clip(fitted, *sorted((made[first], made[last])))
+    for first, last in itertools.pairwise(branches.edges):
+        rising = bool(signal[last] >= signal[first])
+        made[first : last + 1] = isotonic_regression(signal[first : last + 1], increasing=rising).x
     return made
 
 
@@ -135,7 +131,7 @@ def rate(time: np.ndarray, signal: np.ndarray, edges: np.ndarray, noise: float) 
     run and its turning points; `noise` is the standard deviation of one reading.
     """
     slope, error = np.zeros(len(signal)), np.full(len(signal), np.inf)
-    for k, (first, last) in enumerate(zip(edges[:-1], edges[1:], strict=True)):
+    for k, (first, last) in enumerate(itertools.pairwise(edges)):
         own = slice(first + (k > 0), last + 1)  # a turning point belongs to the branch it ends
         branch = slice(first, last + 1)
         s, e = _branch_rate(time[branch], signal[branch], noise)
@@ -157,7 +153,7 @@ def _branch_rate(time: np.ndarray, signal: np.ndarray, noise: float) -> tuple[np
 
 
 def _window(time: np.ndarray, signal: np.ndarray, noise: float) -> int:
-    """Samples in a local line so that it knows the mean speed of this branch to a tenth; a quarter of the branch at most.
+    """Samples in a local line for it to know the mean speed of this branch to a tenth; at most a quarter of the branch.
 
     The slope of n readings with spacing dt has the error noise sqrt(12/n^3)/dt.
     """
@@ -207,14 +203,14 @@ def _polynomial_slopes(
 def near_edges(edges: np.ndarray, count: int) -> np.ndarray:
     """Samples within three of an edge, or within a tenth of the branch where that is less: there reversals blur."""
     near = np.zeros(count, dtype=bool)
-    for first, last in zip(edges[:-1], edges[1:], strict=True):
+    for first, last in itertools.pairwise(edges):
         reach = min(3, (last - first + 1) // 10)
         near[first : first + reach + 1] = True
         near[last - reach : last + 1] = True
     return near
 
 
-def smooth(time: np.ndarray, signal: np.ndarray, window: int = 5) -> np.ndarray:
+def smooth(signal: np.ndarray, window: int = 5) -> np.ndarray:
     """Running mean over a few samples, narrower towards the ends of the run."""
     count = len(signal)
     half = np.minimum(np.minimum(np.arange(count), np.arange(count)[::-1]), window // 2)
@@ -224,8 +220,10 @@ def smooth(time: np.ndarray, signal: np.ndarray, window: int = 5) -> np.ndarray:
 
 
 def clipped(measured: np.ndarray, imposed: np.ndarray, fewest: int = 5, moved: float = 0.02) -> np.ndarray:
-    """Samples where the instrument is saturated or the muscle slack: the extreme reading repeated, digit for digit, while
-    what is imposed goes on by more than `moved` of its range."""
+    """Samples where the instrument is saturated or the muscle slack.
+
+    There the extreme reading repeats, digit for digit, while what is imposed goes on by more than `moved` of its range.
+    """
     flat = np.zeros(len(measured), dtype=bool)
     span = float(np.ptp(imposed))
     for extreme in (measured.min(), measured.max()):

@@ -57,7 +57,7 @@ def read_table(path: Path, called: Mapping[str, str] | None = None, given_units:
         for name, at in where.items()
     }
     _check_units_used(given_units or {}, where, path)
-    return Table(path.name, columns, {name: heads[at] for name, at in where.items()}, rows, tuple(unused), raw)
+    return Table(str(path), columns, {name: heads[at] for name, at in where.items()}, rows, tuple(unused), raw)
 
 
 # ------------------------------------------------------------------------------------------------------ text to cells

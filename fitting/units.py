@@ -118,6 +118,12 @@ def to_si(text: Any, si: str, what: str = "value") -> float:
         raise InputError(f"{what}: {error.problem}", value=text, cure=error.cure) from None
 
 
+def load_to_si(text: Any, si: str, what: str = "load") -> float:
+    """A load as written ('20 kg' or '200 N') in newtons; `si` is there to be called like `to_si`."""
+    number, unit = split_value(str(text), what)
+    return number * load_factor(unit) if unit else to_si(text, "N", what)
+
+
 def measured(text: Any, si: str, what: str = "value") -> Measured:
     """Value and standard uncertainty of '7.0 +/- 0.1 mm' (one unit for both, or each its own) in SI."""
     parts = _PLUS_MINUS.split(text) if isinstance(text, str) else [text]

@@ -4,7 +4,6 @@ import dataclasses
 from collections.abc import Iterable, Sequence
 from typing import Any
 
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -86,9 +85,8 @@ class Unknowns:
     def model(self, vector: jax.Array, dataset: int = 0, switches: Any = None, live: Any = None) -> Model:
         """The model of one data set with these values."""
         template = self.templates[dataset]
-        filled = _with_leaves(template, [vector[i] for i in self.places[dataset]])
         switches = template.switches if switches is None else switches
-        return Model(filled.muscle, filled.effects, switches, live)
+        return filled(template, jnp.asarray(vector)[self.places[dataset]], switches, live)
 
 
 def unknowns(
@@ -148,10 +146,8 @@ def _of_effects(template: Model) -> list[Unknown]:
     ]
 
 
-def _leaves(of: Model) -> list[Any]:
-    muscle = [getattr(of.muscle, name) for name in muscle_quantities() if not of.muscle.lacks(name)]
-    return muscle + [getattr(effect, p.name) for effect in of.effects for p in parameters(effect)]
-
-
-def _with_leaves(template: Model, values: list[Any]) -> Model:
-    return eqx.tree_at(_leaves, template, [jnp.asarray(value) for value in values])
+def filled(template: Model, values: jax.Array, switches: jax.Array, live: jax.Array | None = None) -> Model:
+    """The template with these values: those of the muscle, then those of the effects, as they are declared."""
+    leaves, structure = jax.tree.flatten((template.muscle, template.effects))
+    muscle, effects = jax.tree.unflatten(structure, [values[i] for i in range(len(leaves))])
+    return Model(muscle, effects, switches, live)

@@ -1,0 +1,360 @@
+"""Fit what may vary to what was measured: optimistix, in a box, from several starts in one compiled call."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+import optimistix as optx
+from scipy.stats import qmc
+
+from fitting.box import BoxLevenbergMarquardt
+from fitting.precision import require_x64
+from fitting.residuals import Problem, Samples, problem
+from fitting.unknowns import Unknowns, unknowns
+
+BLIND = 1e-7  # of the strongest column: a parameter whose whole range moves the rows by less cannot be seen
+MAX_STEPS = 60
+
+
+class Subset(eqx.Module):
+    """One fit among many that share a compiled function: which effects are there, which numbers are free."""
+
+    full: jax.Array  # every unknown
+    free: jax.Array  # positions of those that vary
+    switches: jax.Array
+    live: jax.Array
+    lower: jax.Array  # of every unknown
+    upper: jax.Array
+    logarithmic: jax.Array
+
+    def vector(self, place: jax.Array) -> jax.Array:
+        """All unknowns, from the free ones' places in the unit box."""
+        lower, upper, log = self.lower[self.free], self.upper[self.free], self.logarithmic[self.free]
+        low, high = jnp.where(log, lower, 1.0), jnp.where(log, upper, 1.0)
+        straight = lower + place * (upper - lower)
+        return self.full.at[self.free].set(jnp.where(log, low * (high / low) ** place, straight))
+
+    def place(self, vector: jax.Array) -> jax.Array:
+        """The inverse of `vector`."""
+        x, lower, upper = vector[self.free], self.lower[self.free], self.upper[self.free]
+        log = self.logarithmic[self.free]
+        low, high, at = jnp.where(log, lower, 1.0), jnp.where(log, upper, 2.0), jnp.where(log, x, 1.0)
+        straight = (x - lower) / (upper - lower)
+        return jnp.clip(jnp.where(log, jnp.log(at / low) / jnp.log(high / low), straight), 0.0, 1.0)
+
+    def slope(self, place: jax.Array) -> jax.Array:
+        """d(free unknowns)/d(place)."""
+        return jax.jvp(self.vector, (place,), (jnp.ones_like(place),))[1][self.free]
+
+
+@jax.jit
+def rows_and_slopes(given: Problem, subset: Subset, place: jax.Array) -> tuple[jax.Array, jax.Array]:
+    """All rows and their Jacobian (rows, free) with respect to the free unknowns' places in the unit box.
+
+    Tangents are pushed forward together, once; `jax.linearize` would store every step of every scan.
+    """
+
+    def rows(at: jax.Array) -> jax.Array:
+        return given.rows(subset.vector(at), subset.switches, subset.live)
+
+    one = lambda tangent: jax.jvp(rows, (place,), (tangent,))  # noqa: E731
+    return jax.vmap(one, out_axes=(None, 1))(jnp.eye(place.size))
+
+
+@jax.custom_jvp
+def _rows(given: Problem, subset: Subset, place: jax.Array) -> jax.Array:
+    return rows_and_slopes(given, subset, place)[0]
+
+
+@_rows.defjvp
+def _(primals, tangents):  # type: ignore[no-untyped-def]
+    rows, slopes = rows_and_slopes(*primals)
+    return rows, slopes @ tangents[2]
+
+
+class Solved(eqx.Module):
+    """Where a search ended: place in the unit box, half the sum of squares, and whether it converged."""
+
+    place: jax.Array
+    cost: jax.Array
+    converged: jax.Array
+    steps: jax.Array
+
+
+@eqx.filter_jit
+def solve(given: Problem, subset: Subset, starts: jax.Array, steps: int = MAX_STEPS) -> Solved:
+    """Search from each start (starts, free) in turn; a loop over starts, for on a CPU it beats a batch of solvers."""
+
+    def one(start: jax.Array) -> Solved:
+        solver = BoxLevenbergMarquardt(jnp.zeros_like(start), jnp.ones_like(start))
+        fn = lambda at, args: _rows(*args, at)  # noqa: E731
+        found = optx.least_squares(fn, solver, start, args=(given, subset), max_steps=steps, throw=False)
+        cost = 0.5 * jnp.sum(found.state.f_info.residual ** 2)  # type: ignore[attr-defined]
+        fine = found.result == optx.RESULTS.successful
+        return Solved(found.value, jnp.where(jnp.isfinite(cost), cost, jnp.inf), fine, found.stats["num_steps"])
+
+    return jax.lax.map(one, starts)
+
+
+@dataclass(frozen=True)
+class Fit:
+    """A fitted model with all that is known of how well it is known. Arrays over `free` are in that order."""
+
+    layout: Unknowns
+    problem: Problem
+    samples: Samples
+    free: tuple[str, ...]
+    held: tuple[str, ...]  # asked to vary, but these data cannot see them
+    vector: np.ndarray
+    switches: np.ndarray
+    residual: np.ndarray  # model minus measurement in the recording's unit, as `samples`
+    slopes: np.ndarray  # rows over free, in standard deviations per unit of the parameter
+    covariance: np.ndarray
+    robust: np.ndarray
+    at_bound: tuple[str, ...]
+    tied: dict[str, tuple[str, ...]]
+    converged: bool
+    starts: str
+    failures: tuple[str, ...]
+
+    @property
+    def rmse(self) -> float:
+        """Root mean square of the residual over the samples that carry weight."""
+        return float(np.sqrt(np.mean(self.residual**2)))
+
+    @property
+    def values(self) -> dict[str, float]:
+        """Every unknown by its full name, SI."""
+        return dict(zip(self.layout.names, map(float, self.vector), strict=True))
+
+    def model(self, dataset: int = 0):  # noqa: ANN201
+        """The fitted model of one data set."""
+        return self.layout.model(jnp.asarray(self.vector), dataset)
+
+    def error(self, name: str, robust: bool = True) -> float:
+        """Standard error of a free parameter, SI; NaN for one that did not vary."""
+        if name not in self.free:
+            return float("nan")
+        i = self.free.index(name)
+        return float(np.sqrt((self.robust if robust else self.covariance)[i, i]))
+
+
+def free_names(layout: Unknowns, fix: Sequence[str] = (), free: Sequence[str] = ()) -> tuple[str, ...]:
+    """What varies unless told otherwise: the effects' parameters, and whatever has a prior."""
+    chosen = [
+        entry.name
+        for entry in layout.entries
+        if not entry.name.startswith("muscle.") or entry.prior is not None or _listed(entry.name, free)
+    ]
+    return tuple(name for name in chosen if not _listed(name, fix))
+
+
+def _listed(name: str, listed: Sequence[str]) -> bool:
+    return name in listed or name.split("@")[0] in listed
+
+
+def subset_of(layout: Unknowns, vector: np.ndarray, free: Sequence[str], switches=None, live=None) -> Subset:  # noqa: ANN001
+    """The subset in which just these names vary, around a vector of all unknowns."""
+    count = len(layout.templates[0].effects)
+    return Subset(
+        jnp.asarray(vector),
+        jnp.asarray(layout.at(free), int),
+        jnp.ones(count) if switches is None else jnp.asarray(switches, float),
+        jnp.ones(count, bool) if live is None else jnp.asarray(live, bool),
+        jnp.asarray(layout.lower),
+        jnp.asarray(layout.upper),
+        jnp.asarray(layout.logarithmic),
+    )
+
+
+def seen(given: Problem, subset: Subset, names: Sequence[str]) -> tuple[str, ...]:
+    """Those of the free names that move the measured rows at all."""
+    count = sum(int(block.keep.size) for block in given.blocks)
+    _, slopes = rows_and_slopes(given, subset, jnp.clip(subset.place(subset.full), 0.01, 0.99))
+    moves = np.linalg.norm(np.asarray(slopes)[:count], axis=0)
+    return tuple(name for name, move in zip(names, moves, strict=True) if move > BLIND * max(moves.max(), 1e-300))
+
+
+def starting_places(layout: Unknowns, subset: Subset, names: Sequence[str], count: int, seed: int) -> np.ndarray:
+    """Where to begin: at the declared starts, then spread over the effects' ranges; the muscle as it was measured."""
+    at = layout.at(names)
+    first = np.asarray(subset.full).copy()
+    for i in at:
+        first[i] = layout.entries[i].starts[0]
+    declared = [first]
+    for i in at:
+        for other in layout.entries[i].starts[1:]:
+            declared.append(first.copy())
+            declared[-1][i] = other
+    places = [np.asarray(subset.place(jnp.asarray(vector))) for vector in [np.asarray(subset.full), *declared]]
+    spread = qmc.Sobol(max(len(at), 1), seed=seed).random_base2(6) if len(at) else np.zeros((0, 0))
+    own = np.array([layout.entries[i].name.startswith("muscle.") for i in at], bool)
+    more = [np.where(own, places[0], 0.02 + 0.6 * row) for row in spread]
+    return np.array([*places, *more][: max(count, 1)])
+
+
+def fit(
+    experiments: Sequence,
+    effects: Sequence,
+    *,
+    fix: Sequence[str] = (),
+    free: Sequence[str] = (),
+    own: Sequence[str] = (),
+    start: dict[str, float] | None = None,
+    starts: int = 8,
+    seed: int = 0,
+) -> Fit:
+    """Fit a set of effects to data sets.
+
+    `experiments` from `read_experiment`, `effects` as instances whose values are where the search starts. `fix` and
+    `free` name parameters; `own` those that each data set has for itself; `start` gives other starting values (SI).
+    """
+    require_x64()
+    layout = unknowns(experiments, effects, own)
+    given, samples = problem(experiments, layout)
+    vector = layout.start.copy()
+    for name, value in (start or {}).items():
+        if name in layout.names:
+            vector[layout.names.index(name)] = value
+    return fit_problem(layout, given, samples, vector, free_names(layout, fix, free), starts=starts, seed=seed)
+
+
+def fit_problem(
+    layout: Unknowns,
+    given: Problem,
+    samples: Samples,
+    vector: np.ndarray,
+    names: Sequence[str],
+    *,
+    starts: int = 8,
+    seed: int = 0,
+) -> Fit:
+    """Fit the named unknowns of a problem that is laid out already."""
+    asked = tuple(names)
+    names = seen(given, subset_of(layout, vector, asked), asked) if asked else ()
+    held = tuple(name for name in asked if name not in names)
+    subset = subset_of(layout, vector, names)
+    begin = starting_places(layout, subset, names, starts, seed)
+    found = jax.tree.map(np.asarray, solve(given, subset, jnp.asarray(begin)))
+    best = int(np.argmin(found.cost))
+    if not np.isfinite(found.cost[best]):
+        found = eqx.tree_at(lambda s: s.place, found, begin)
+    return _conclude(layout, given, samples, subset, names, held, found, best, begin)
+
+
+def _conclude(
+    layout: Unknowns,
+    given: Problem,
+    samples: Samples,
+    subset: Subset,
+    names: tuple[str, ...],
+    held: tuple[str, ...],
+    found: Solved,
+    best: int,
+    begin: np.ndarray,
+) -> Fit:
+    place = jnp.asarray(found.place[best])
+    vector = np.asarray(subset.vector(place))
+    rows, slopes = map(np.asarray, rows_and_slopes(given, subset, place))
+    per_unit = slopes / np.asarray(subset.slope(place))
+    data, priors = per_unit[: len(samples)], per_unit[len(samples) :]
+    covariance, robust = covariances(data, rows[: len(samples)], priors, clusters(samples))
+    return Fit(
+        layout=layout,
+        problem=given,
+        samples=samples,
+        free=tuple(names),
+        held=held,
+        vector=vector,
+        switches=np.asarray(subset.switches),
+        residual=rows[: len(samples)] * samples.sigma,
+        slopes=per_unit,
+        covariance=covariance,
+        robust=robust,
+        at_bound=_at_bound(names, np.asarray(place)),
+        tied=ties(names, slopes),
+        converged=bool(found.converged[best] or _flat(rows, slopes, np.asarray(place))),
+        starts=_told(found),
+        failures=_failures(given, subset, samples, found, begin),
+    )
+
+
+def clusters(samples: Samples) -> np.ndarray:
+    """Number of the closed loop that each row belongs to: neighbours within a loop err together."""
+    return np.unique(np.stack([samples.run, samples.loop]), axis=1, return_inverse=True)[1]
+
+
+def covariances(
+    data: np.ndarray, rows: np.ndarray, priors: np.ndarray, cluster: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Covariance of the free parameters: as if samples were independent, and robust to errors shared in a cluster."""
+    freedom = max(len(rows) - data.shape[1], 1)
+    variance = np.sum(rows**2) / freedom
+    known = priors.T @ priors
+    bread = _inverse(data.T @ data / variance + known)
+    count = cluster.max() + 1 if len(cluster) else 1
+    scores = np.zeros((count, data.shape[1]))
+    np.add.at(scores, cluster, data * (rows / variance)[:, None])
+    meat = scores.T @ scores * (count / max(count - 1, 1)) + known
+    return bread, bread @ meat @ bread
+
+
+def _inverse(matrix: np.ndarray) -> np.ndarray:
+    scale = 1 / np.sqrt(np.maximum(np.diag(matrix), 1e-300))
+    return np.linalg.pinv(matrix * np.outer(scale, scale), rcond=1e-14, hermitian=True) * np.outer(scale, scale)
+
+
+def _at_bound(names: Sequence[str], place: np.ndarray) -> tuple[str, ...]:
+    return tuple(name for name, p in zip(names, place, strict=True) if p < 1e-6 or p > 1 - 1e-6)
+
+
+def ties(names: Sequence[str], slopes: np.ndarray, index: float = 20.0) -> dict[str, tuple[str, ...]]:
+    """Which parameters can make up for each other: collinearity index above 20 (Brun, Reichert & Kuensch 2001)."""
+    if len(names) < 2:
+        return {}
+    unit = slopes / np.maximum(np.linalg.norm(slopes, axis=0), 1e-300)
+    strength, direction = np.linalg.eigh(unit.T @ unit)
+    tied: dict[str, set[str]] = {}
+    for value, vector in zip(strength, direction.T, strict=True):
+        if value < 1 / index**2:
+            group = [name for name, share in zip(names, vector, strict=True) if abs(share) > 0.3]
+            for name in group:
+                tied.setdefault(name, set()).update(other for other in group if other != name)
+    return {name: tuple(sorted(others)) for name, others in tied.items() if others}
+
+
+def _flat(rows: np.ndarray, slopes: np.ndarray, place: np.ndarray) -> bool:
+    """Whether no direction into the box leads down: the angle between rows and slopes is right."""
+    gradient = slopes.T @ rows
+    inward = np.where((place < 1e-9) & (gradient > 0) | (place > 1 - 1e-9) & (gradient < 0), 0.0, gradient)
+    scale = np.linalg.norm(slopes, axis=0) * np.linalg.norm(rows) + 1e-300
+    return bool(np.all(np.abs(inward) < 1e-5 * scale))
+
+
+def _told(found: Solved) -> str:
+    best = np.min(found.cost)
+    if not np.isfinite(best):
+        return f"none of {len(found.cost)} starts gave finite numbers"
+    same = int(np.sum(found.cost <= best * (1 + 1e-4) + 1e-6))
+    return f"{len(found.cost)} starts: {same} reached the same best point"
+
+
+def _failures(
+    given: Problem, subset: Subset, samples: Samples, found: Solved, begin: np.ndarray
+) -> tuple[str, ...]:
+    told = []
+    for i in np.flatnonzero(~np.isfinite(found.cost)):
+        rows, _ = rows_and_slopes(given, subset, jnp.asarray(begin[i]))
+        bad = np.flatnonzero(~np.isfinite(np.asarray(rows)[: len(samples)]))
+        if len(bad):
+            s = samples
+            told.append(
+                f"start {i + 1}: the model gives no finite number at row {s.row[bad[0]]} "
+                f"(contraction {s.contraction[bad[0]]:.4f}, {s.pressure[bad[0]] / 1e3:.1f} kPa, {s.rate[bad[0]]:.4g}/s)"
+            )
+        else:
+            told.append(f"start {i + 1}: the search met a state without finite numbers and stopped")
+    return tuple(told)

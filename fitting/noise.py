@@ -1,0 +1,34 @@
+"""How noisy one reading is, before any model is believed."""
+
+import numpy as np
+
+from fitting.records import Recording, Run
+
+STATIC_SHARE = 0.005  # of full scale: what one point of a static map is taken to be good for, if nothing is stated
+THIRD = np.array([1.0, -3.0, 3.0, -1.0])
+
+
+def noise_of(recording: Recording) -> float:
+    """Standard deviation of one reading, N or m: as stated, else from the scatter of neighbouring readings."""
+    if recording.noise is not None:
+        return float(recording.noise)
+    scale = full_scale(recording)
+    if recording.test == "static":
+        return STATIC_SHARE * scale
+    scatter = [value for run in recording.runs for value in _third_differences(run)]
+    estimate = 1.4826 * np.median(np.abs(scatter)) / np.sqrt(np.sum(THIRD**2)) if scatter else 0.0
+    return float(max(estimate, 1e-4 * scale, 1e-12))
+
+
+def full_scale(recording: Recording) -> float:
+    """The largest absolute reading."""
+    return max(float(np.max(np.abs(run.measured))) for run in recording.runs)
+
+
+def _third_differences(run: Run) -> list[float]:
+    """Third differences within branches: a smooth signal leaves nothing of itself in them."""
+    if len(run) < len(THIRD):
+        return []
+    differences = np.convolve(run.measured, THIRD, mode="valid")
+    together = (run.half[3:] == run.half[:-3]) & (run.weight[3:] > 0) & (run.weight[:-3] > 0)
+    return list(differences[together])

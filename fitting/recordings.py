@@ -1,0 +1,135 @@
+"""A data-set folder as an `Experiment`: muscle.toml and its recordings, in SI units, every reading checked."""
+
+import hashlib
+from collections import Counter
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from fitting import units
+from fitting.errors import InputError, unknown_name
+from fitting.muscle_file import line_of, muscle_of, name_of, read_muscle, read_toml, source_of
+from fitting.readings import read_runs
+from fitting.records import FORCE_TESTS, TESTS, Experiment, Recording, Run
+from fitting.runs import run_of
+from fitting.tables import Table, read_table
+from mckibben_jax.muscle import Muscle
+
+__all__ = ["read_experiment", "read_muscle", "read_recording"]
+
+OPTIONS = ("file", "test", "noise", "columns", "units", "valid", "pressure", "force_sign")
+
+
+def read_experiment(folder: Path | str) -> Experiment:
+    """Read a data set: a folder with muscle.toml and the recordings it names."""
+    folder = Path(folder)
+    if folder.name == "muscle.toml":
+        folder = folder.parent
+    if not folder.is_dir():
+        raise InputError("no such folder", folder, cure="a data set is a folder with muscle.toml and CSV recordings")
+    path = folder / "muscle.toml"
+    table, raw = read_toml(path)
+    muscle, priors = muscle_of(table, path, raw)
+    entries = table.get("recording", [])
+    if not isinstance(entries, list) or not entries or not all(isinstance(entry, dict) for entry in entries):
+        cure = 'add [[recording]] and below it file = "loops.csv" and test = "loop"'
+        raise InputError("no recording is named", path, cure=cure)
+    digest = hashlib.sha256(raw)
+    recordings = []
+    for entry in entries:
+        recording, content = _recording_of(entry, folder, path, raw, muscle)
+        recordings.append(recording)
+        digest.update(content)
+    return Experiment(name_of(table, path), folder, muscle, tuple(recordings), priors, digest.hexdigest(),
+                      source_of(table, path))  # fmt: skip
+
+
+def read_recording(
+    path: Path | str, test: str, muscle: Muscle, options: Mapping[str, Any] | None = None
+) -> Recording:
+    """Read one CSV as a recording of this kind of test; `options` are the keys a `[[recording]]` may have."""
+    return _read(Path(path), test, muscle, dict(options or {}), Path(path).name)[0]
+
+
+def _recording_of(
+    entry: dict[str, Any], folder: Path, toml: Path, raw: bytes, muscle: Muscle
+) -> tuple[Recording, bytes]:
+    """One `[[recording]]` of a muscle.toml."""
+    for key in ("file", "test"):
+        if not isinstance(entry.get(key), str):
+            raise InputError(f"a [[recording]] lacks {key}", toml, line_of(raw, key), value=entry.get(key),
+                             cure=f'add {key} = "{"loops.csv" if key == "file" else "loop"}"')  # fmt: skip
+    try:
+        return _read(folder / entry["file"], entry["test"], muscle, entry, entry["file"])
+    except InputError as error:
+        if error.file is None:
+            error.file = toml
+        raise
+
+
+def _read(path: Path, test: str, muscle: Muscle, options: dict[str, Any], name: str) -> tuple[Recording, bytes]:
+    test = kind_of(test)
+    _check_options(options)
+    noise = None if options.get("noise") is None else units.to_si(
+        options["noise"], "N" if test in FORCE_TESTS else "m", "noise")  # fmt: skip
+    if noise is not None and noise <= 0:
+        raise InputError("noise is not positive", value=options["noise"], cure="leave it out if it is unknown")
+    table = read_table(path, options.get("columns"), options.get("units"))
+    counts: Counter[str] = Counter()
+    parts = read_runs(table, test, muscle, options, counts)
+    runs = tuple(run_of(part, test) for part in parts)
+    for part in parts:
+        counts.update(part.counts)
+    if not any(run.weight.any() for run in runs):
+        raise InputError("no sample is left that carries weight", table.file, value="; ".join(_weightless(counts, table)),
+                         cure="widen `valid`, or record longer branches")  # fmt: skip
+    notes = _notes(counts, table, test, runs)
+    return Recording(name, test, runs, noise, notes), table.raw
+
+
+def kind_of(test: str) -> str:
+    """The kind of test that a name means: 'Quick_release' -> 'quick release'."""
+    plain = str(test).strip().lower().replace("_", " ").replace("-", " ")
+    if plain not in TESTS:
+        raise unknown_name("test", str(test), TESTS)
+    return plain
+
+
+def _check_options(options: dict[str, Any]) -> None:
+    for key in options:
+        if key not in OPTIONS:
+            raise unknown_name("key in [[recording]]:", key, OPTIONS)
+    for key in ("columns", "units", "valid"):
+        if not isinstance(options.get(key, {}), dict):
+            raise InputError(f"{key} is not a table", value=options[key], cure=f"write {key} = {{ force = ... }}")
+    for key in ("columns", "units"):
+        for name, value in options.get(key, {}).items():
+            if not isinstance(value, str):
+                raise InputError(f"{key}: {name} is not text", value=value, cure=f'write {key} = {{ {name} = "..." }}')
+    if options.get("pressure", "gauge") not in ("gauge", "absolute"):
+        raise InputError("pressure is neither gauge nor absolute", value=options["pressure"],
+                         cure='write pressure = "gauge"')  # fmt: skip
+    sign = options.get("force_sign", 1)
+    if isinstance(sign, bool) or sign not in (1, -1):
+        raise InputError("force_sign is neither 1 nor -1", value=sign,
+                         cure="write force_sign = -1 where the rig counts pulling as negative")  # fmt: skip
+
+
+# -------------------------------------------------------------------------------------------------------------- notes
+
+
+def _weightless(counts: Counter[str], table: Table) -> list[str]:
+    total = len(table.row)
+    return [f"{count} of {total} samples carry no weight: {reason}" for reason, count in counts.items() if count]
+
+
+def _notes(counts: Counter[str], table: Table, test: str, runs: tuple[Run, ...]) -> tuple[str, ...]:
+    """What was set aside and why, with counts."""
+    notes = _weightless(counts, table)
+    if table.unused:
+        notes.append(f"not used: {', '.join(table.unused)}")
+    if test == "static" and "branch" not in table:
+        notes.append("direction not stated: friction taken as 0")
+    if test in ("loop", "isotonic"):
+        notes.append("speed derived from the position by local parabolas between turning points")
+    return tuple(notes)
