@@ -1,5 +1,6 @@
 """A model is a muscle and a set of effects, each with a switch: read( pull(felt) - lost(felt) )."""
 
+import dataclasses
 from collections.abc import Callable, Sequence
 from typing import Any
 
@@ -7,12 +8,14 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 
-from mckibben_jax.effect import Effect, Loss, blend, name_of
+from mckibben_jax.effect import Effect, Loss, Pull, blend, name_of
 from mckibben_jax.effects import LIBRARY
 from mckibben_jax.memory import Memory, remember
 from mckibben_jax.muscle import Muscle
 from mckibben_jax.shape import path_rate
 from mckibben_jax.state import State
+
+Memories = tuple[Any, ...]  # one per effect; None where nothing is remembered
 
 
 class Model(eqx.Module):
@@ -32,19 +35,29 @@ class Model(eqx.Module):
     def feel(self, index: int, state: State) -> State:
         """The state after one felt effect; rates are pushed through it."""
         effect = self.effects[index]
-        pull = lambda later: self.pull(self.feel_after(index, later))[0]  # noqa: E731
         if isinstance(effect, Memory):  # what is remembered is no function of this instant: it states its own rates
-            felt = effect.felt(self.muscle, state, pull)
+            felt = effect.felt(self.muscle, state, self._pull_behind(index))
         else:
-            felt = _with_rates(lambda s: effect.felt(self.muscle, s, pull), state)
+            felt = _with_rates(lambda s: effect.felt(self.muscle, s, self._pull_behind(index)), state)
         return blend(self.switches[index], state.replace(memory=None), felt.replace(memory=None))
 
-    def feel_after(self, index: int, state: State) -> State:
-        """The state after the felt effects behind `index` that remember nothing."""
-        for later in self.at("felt"):
-            if later > index and not isinstance(self.effects[later], Memory):
-                state = self.when_live(later, lambda s, i=later: self.feel(i, s), state)
-        return state
+    def _pull_behind(self, index: int) -> Pull:
+        """The frictionless pull as a function of the state that this felt effect hands on.
+
+        Effects behind it that remember are left out. Everything is computed, live or not: this goes into a root
+        search, where branches cost more than they save, and no rates are needed.
+        """
+        whole = dataclasses.replace(self, live=None)
+
+        def pull(state: State) -> jax.Array:
+            for later in self.at("felt"):
+                effect = self.effects[later]
+                if later > index and not isinstance(effect, Memory):
+                    felt = effect.felt(self.muscle, state, whole._pull_behind(later))
+                    state = blend(self.switches[later], state, felt)
+            return whole.pull(state)[0]
+
+        return pull
 
     def pull(self, felt: State) -> tuple[jax.Array, jax.Array]:
         """The pull at a felt state, N: all of it, and the part of the rubber alone."""
@@ -105,6 +118,49 @@ class Model(eqx.Module):
     def _recall(self, index: int, run: State) -> State:
         effect = self.effects[index]
         return run.replace(memory=remember(effect, self.muscle, run)) if isinstance(effect, Memory) else run
+
+    # What happens at one instant, memories carried along ------------------------------------------------------------
+
+    def start_memories(self, state: State) -> Memories:
+        """The memories at the first instant of a run, one per effect; None where nothing is remembered."""
+        memories: list[Any] = [None] * len(self.effects)
+        for index in (*self.at("felt"), *self.at("lost")):
+            effect = self.effects[index]
+            memories[index] = effect.start(self.muscle, state) if isinstance(effect, Memory) else None
+            state = self._felt_by(index, state, memories[index])
+        return tuple(memories)
+
+    def advance_memories(self, memories: Memories, before: State, after: State) -> Memories:
+        """The memories after moving from one state of the rig to the next."""
+        advanced = list(memories)
+        for index in (*self.at("felt"), *self.at("lost")):
+            effect, then = self.effects[index], (before, after)
+            if isinstance(effect, Memory):
+                advanced[index] = self.when_live(
+                    index, lambda m, e=effect, s=then: e.advance(self.muscle, m, *s), memories[index]
+                )
+            before = self._felt_by(index, before, memories[index])
+            after = self._felt_by(index, after, advanced[index])
+        return tuple(advanced)
+
+    def felt_now(self, state: State, memories: Memories) -> State:
+        """What the braid feels of one state of the rig."""
+        for index in self.at("felt"):
+            state = self._felt_by(index, state, memories[index])
+        return state
+
+    def lost_now(self, felt: State, elastic: jax.Array, memories: Memories, direction: jax.Array) -> Loss:
+        """The loss at one felt state, were the braid to slide in this direction (-1, 0 or 1)."""
+        loss = self.loss_before(felt, elastic).replace(direction=direction)
+        for index in self.at("lost"):
+            known = felt.replace(memory=memories[index])
+            loss = self.when_live(index, lambda x, i=index, s=known: self.lose(i, s, x), loss)
+        return loss
+
+    def _felt_by(self, index: int, state: State, memory: Any) -> State:
+        if self.effects[index].stage != "felt":
+            return state
+        return self.when_live(index, lambda s: self.feel(index, s.replace(memory=memory)), state)
 
     # The set of effects --------------------------------------------------------------------------------------------
 
