@@ -75,8 +75,8 @@ def _(primals, tangents):  # type: ignore[no-untyped-def]
     return rows, slopes @ tangents[2]
 
 
-class Solved(eqx.Module):
-    """Where a search ended: place in the unit box, half the sum of squares, and whether it converged."""
+class Ended(eqx.Module):
+    """Where one search ended: place in the unit box, half the sum of squares, and whether it converged."""
 
     place: jax.Array
     cost: jax.Array
@@ -84,19 +84,39 @@ class Solved(eqx.Module):
     steps: jax.Array
 
 
+class Solved(eqx.Module):
+    """Every search's end (leading axis: starts), and rows and slopes at the best of them."""
+
+    ends: Ended
+    place: jax.Array
+    cost: jax.Array
+    rows: jax.Array
+    slopes: jax.Array
+
+
 @eqx.filter_jit
 def solve(given: Problem, subset: Subset, starts: jax.Array, steps: int = MAX_STEPS) -> Solved:
-    """Search from each start (starts, free) in turn; a loop over starts, for on a CPU it beats a batch of solvers."""
+    """Search from each start (starts, free) in turn; a loop over starts, for on a CPU it beats a batch of solvers.
 
-    def one(start: jax.Array) -> Solved:
+    Only the best point's rows and slopes are kept, so that memory does not grow with the number of starts.
+    """
+
+    def one(best: tuple, start: jax.Array) -> tuple[tuple, Ended]:
         solver = BoxLevenbergMarquardt(jnp.zeros_like(start), jnp.ones_like(start))
         fn = lambda at, args: _rows(*args, at)  # noqa: E731
         found = optx.least_squares(fn, solver, start, args=(given, subset), max_steps=steps, throw=False)
-        cost = 0.5 * jnp.sum(found.state.f_info.residual ** 2)  # type: ignore[attr-defined]
-        fine = found.result == optx.RESULTS.successful
-        return Solved(found.value, jnp.where(jnp.isfinite(cost), cost, jnp.inf), fine, found.stats["num_steps"])
+        info = found.state.f_info  # type: ignore[attr-defined]
+        cost = 0.5 * jnp.sum(info.residual**2)
+        cost = jnp.where(jnp.isfinite(cost), cost, jnp.inf)
+        end = Ended(found.value, cost, found.result == optx.RESULTS.successful, found.stats["num_steps"])
+        mine = (found.value, cost, info.residual, info.jac.as_matrix())
+        return jax.tree.map(lambda a, b: jnp.where(cost < best[1], b, a), best, mine), end
 
-    return jax.lax.map(one, starts)
+    count = sum(block.keep.size for block in given.blocks) + given.prior_at.size
+    free = starts.shape[1]
+    nowhere = (starts[0], jnp.asarray(jnp.inf), jnp.full(count, jnp.nan), jnp.full((count, free), jnp.nan))
+    best, ends = jax.lax.scan(one, nowhere, starts)
+    return Solved(ends, *best)
 
 
 @dataclass(frozen=True)
@@ -130,7 +150,7 @@ class Fit:
         """Every unknown by its full name, SI."""
         return dict(zip(self.layout.names, map(float, self.vector), strict=True))
 
-    def model(self, dataset: int = 0):  # noqa: ANN201
+    def model(self, dataset: int = 0):
         """The fitted model of one data set."""
         return self.layout.model(jnp.asarray(self.vector), dataset)
 
@@ -156,7 +176,7 @@ def _listed(name: str, listed: Sequence[str]) -> bool:
     return name in listed or name.split("@")[0] in listed
 
 
-def subset_of(layout: Unknowns, vector: np.ndarray, free: Sequence[str], switches=None, live=None) -> Subset:  # noqa: ANN001
+def subset_of(layout: Unknowns, vector: np.ndarray, free: Sequence[str], switches=None, live=None) -> Subset:
     """The subset in which just these names vary, around a vector of all unknowns."""
     count = len(layout.templates[0].effects)
     return Subset(
@@ -239,10 +259,7 @@ def fit_problem(
     subset = subset_of(layout, vector, names)
     begin = starting_places(layout, subset, names, starts, seed)
     found = jax.tree.map(np.asarray, solve(given, subset, jnp.asarray(begin)))
-    best = int(np.argmin(found.cost))
-    if not np.isfinite(found.cost[best]):
-        found = eqx.tree_at(lambda s: s.place, found, begin)
-    return _conclude(layout, given, samples, subset, names, held, found, best, begin)
+    return _conclude(layout, given, samples, subset, names, held, found, begin)
 
 
 def _conclude(
@@ -253,32 +270,31 @@ def _conclude(
     names: tuple[str, ...],
     held: tuple[str, ...],
     found: Solved,
-    best: int,
     begin: np.ndarray,
 ) -> Fit:
-    place = jnp.asarray(found.place[best])
-    vector = np.asarray(subset.vector(place))
-    rows, slopes = map(np.asarray, rows_and_slopes(given, subset, place))
+    place = jnp.asarray(found.place)
+    rows, slopes = found.rows, found.slopes
     per_unit = slopes / np.asarray(subset.slope(place))
     data, priors = per_unit[: len(samples)], per_unit[len(samples) :]
     covariance, robust = covariances(data, rows[: len(samples)], priors, clusters(samples))
+    best = int(np.argmin(found.ends.cost))
     return Fit(
         layout=layout,
         problem=given,
         samples=samples,
         free=tuple(names),
         held=held,
-        vector=vector,
+        vector=np.asarray(subset.vector(place)),
         switches=np.asarray(subset.switches),
         residual=rows[: len(samples)] * samples.sigma,
         slopes=per_unit,
         covariance=covariance,
         robust=robust,
-        at_bound=_at_bound(names, np.asarray(place)),
+        at_bound=at_bound(names, np.asarray(place)),
         tied=ties(names, slopes),
-        converged=bool(found.converged[best] or _flat(rows, slopes, np.asarray(place))),
-        starts=_told(found),
-        failures=_failures(given, subset, samples, found, begin),
+        converged=bool(found.ends.converged[best] or _flat(rows, slopes, np.asarray(place))),
+        starts=_told(found.ends),
+        failures=_failures(given, subset, samples, found.ends, begin),
     )
 
 
@@ -307,7 +323,8 @@ def _inverse(matrix: np.ndarray) -> np.ndarray:
     return np.linalg.pinv(matrix * np.outer(scale, scale), rcond=1e-14, hermitian=True) * np.outer(scale, scale)
 
 
-def _at_bound(names: Sequence[str], place: np.ndarray) -> tuple[str, ...]:
+def at_bound(names: Sequence[str], place: np.ndarray) -> tuple[str, ...]:
+    """Those of the free names that ended at an end of their range."""
     return tuple(name for name, p in zip(names, place, strict=True) if p < 1e-6 or p > 1 - 1e-6)
 
 
@@ -334,7 +351,7 @@ def _flat(rows: np.ndarray, slopes: np.ndarray, place: np.ndarray) -> bool:
     return bool(np.all(np.abs(inward) < 1e-5 * scale))
 
 
-def _told(found: Solved) -> str:
+def _told(found: Ended) -> str:
     best = np.min(found.cost)
     if not np.isfinite(best):
         return f"none of {len(found.cost)} starts gave finite numbers"
@@ -342,9 +359,7 @@ def _told(found: Solved) -> str:
     return f"{len(found.cost)} starts: {same} reached the same best point"
 
 
-def _failures(
-    given: Problem, subset: Subset, samples: Samples, found: Solved, begin: np.ndarray
-) -> tuple[str, ...]:
+def _failures(given: Problem, subset: Subset, samples: Samples, found: Ended, begin: np.ndarray) -> tuple[str, ...]:
     told = []
     for i in np.flatnonzero(~np.isfinite(found.cost)):
         rows, _ = rows_and_slopes(given, subset, jnp.asarray(begin[i]))

@@ -216,9 +216,5 @@ def _every(run: Run, stride: int) -> Run:
     turns = np.flatnonzero(np.diff(run.half)) + 1
     corner = np.concatenate([[0], turns - 1, turns, [len(run) - 1]])
     kept[corner] = True
-    slim = {
-        f.name: getattr(run, f.name)[kept]
-        for f in fields(run)
-        if isinstance(getattr(run, f.name), np.ndarray)
-    }
+    slim = {f.name: getattr(run, f.name)[kept] for f in fields(run) if isinstance(getattr(run, f.name), np.ndarray)}
     return replace(run, **slim)

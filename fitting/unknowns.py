@@ -16,7 +16,9 @@ from mckibben_jax.muscle import quantities as muscle_quantities
 from mckibben_jax.parameter import parameters
 
 LOG_RATIO = 50.0  # a positive range wider than this is searched in the logarithm
-PRIOR_WIDTH = 8.0  # standard deviations that a value with a prior may move
+PRIOR_WIDTH = (
+    25.0  # standard deviations that a value with a prior may move: far enough for a wrong model to show itself
+)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -138,9 +140,7 @@ def _measured(name: str, unit: str, value: float, prior: tuple[float, float] | N
 
 def _of_effects(template: Model) -> list[Unknown]:
     return [
-        Unknown(
-            f"{name_of(effect)}.{p.name}", p.unit, p.lower, p.upper, float(getattr(effect, p.name)), p.starts
-        )
+        Unknown(f"{name_of(effect)}.{p.name}", p.unit, p.lower, p.upper, float(getattr(effect, p.name)), p.starts)
         for effect in template.effects
         for p in parameters(effect)
     ]

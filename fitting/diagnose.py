@@ -1,0 +1,253 @@
+"""Which effect is missing: the gate, the set of adequate explanations, the verdict.
+
+The baseline is tested for anything missing. Every single effect, then pairs, then triples are refitted jointly and
+tested the same way; those that stand are a confidence set for the explanation. The verdict is that set in words.
+"""
+
+from collections.abc import Callable, Sequence
+from itertools import combinations
+
+import numpy as np
+
+from fitting.diagnosis import Diagnosis, Evidence, Explanation
+from fitting.examine import Examiner, Standing
+from fitting.least_squares import clusters, covariances, fit
+from fitting.likes import leading_of, simplest
+from fitting.precision import require_x64
+from fitting.records import Experiment
+from fitting.residuals import thinned
+from fitting.universe import Trial, Universe, universe
+from mckibben_jax.effect import Effect
+from mckibben_jax.effects import LIBRARY
+
+ENOUGH_SAMPLES = 3500
+BETTERED = 0.6  # an explanation that one more effect brings below this share of its rms was not the whole of it
+BEST_SINGLES = 20  # from which pairs are built
+BEST_TRIPLED = 12  # from which triples are built
+REFITTED = 24  # larger sets that survive the linear screening
+TESTED = 16
+NEGLIGIBLE = 0.005  # of full scale
+Progress = Callable[[str, float], None]
+
+
+def diagnose(
+    experiments: Sequence[Experiment],
+    effects: Sequence[Effect],
+    *,
+    candidates: Sequence[Effect] | None = None,
+    fix: Sequence[str] = (),
+    free: Sequence[str] = (),
+    own: Sequence[str] = (),
+    seed: int = 0,
+    progress: Progress | None = None,
+) -> Diagnosis:
+    """Say which effect is missing from a model of `effects` on these data sets, or that the data cannot say.
+
+    `candidates` are the effects that may be missing; all of the library (but printed rivals) unless given.
+    `progress` is called with words and the share that is done.
+    """
+    require_x64()
+    told = progress or (lambda *_: None)
+    light = [thinned(experiment, ENOUGH_SAMPLES // len(experiments)) for experiment in experiments]
+    known = [kind() for kind in LIBRARY if not kind.rival] if candidates is None else list(candidates)
+    told("baseline", 0.0)
+    world = universe(light, effects, known, fix=fix, free=free, own=own)
+    baseline = fit(light, effects, fix=fix, free=free, own=own, starts=6, seed=seed)
+    start = world.start.copy()
+    start[world.layout.at(baseline.layout.names)] = baseline.vector
+    base = world.fit(frozenset(world.base), start)
+    search = _Search(world, base, Examiner(world, base, seed), told)
+    search.run()
+    return _verdict(search, baseline, experiments)
+
+
+class _Search:
+    """Level by level: what was fitted, what was tested, what stands."""
+
+    def __init__(self, world: Universe, base: Trial, examiner: Examiner, told: Progress):
+        self.world, self.base, self.examiner, self.told = world, base, examiner, told
+        self.trials: dict[frozenset[str], Trial] = {}  # by what was added
+        self.standings: dict[frozenset[str], Standing] = {}
+        self.adequate: list[frozenset[str]] = []
+        self.base_stands = False
+
+    def run(self) -> None:
+        """Stop at the first level with an adequate member, having looked one level further."""
+        self.told("one effect at a time", 0.1)
+        self.fit_level([frozenset([name]) for name in self.world.candidates])
+        self.gate = self.examiner.stand(frozenset(), self.base, self.trials)
+        self.base_stands = not self.gate.rejected and not self.bettered(frozenset())
+        if self.base_stands:
+            return
+        for size, pool in ((1, BEST_SINGLES), (2, BEST_TRIPLED), (3, 0)):
+            if size < 3:
+                self.told(("pairs", "triples")[size - 1], 0.3 * size + 0.1)
+                self.fit_level(self.screened(size + 1, pool))
+            self.told(f"testing sets of {size}", 0.3 * size + 0.25)
+            self.test_level(size)
+            if self.adequate:
+                return
+
+    def fit_level(self, sets: Sequence[frozenset[str]]) -> None:
+        """Refit the base with each of these sets added."""
+        jobs, keys = [], []
+        for added in sets:
+            effects = self.world.with_added(sorted(added))
+            if added <= effects and self.world.possible(effects, sorted(added)):
+                jobs.append((effects, *self.beginning(added)))
+                keys.append(added)
+        self.trials.update(zip(keys, self.world.fit_all(jobs), strict=True))
+
+    def beginning(self, added: frozenset[str]) -> tuple[np.ndarray, Sequence[str]]:
+        """Where a set's fit starts: at the best smaller one inside it, with the rest as fitted alone."""
+        inside = [self.trials[part] for part in self.trials if part < added]
+        if not inside:
+            return self.base.vector, sorted(added)
+        best = min(inside, key=lambda trial: trial.cost)
+        vector = best.vector.copy()
+        for name in added - best.effects:
+            own = self.world.layout.at(self.world.layout.of_effect(name))
+            alone = self.trials.get(frozenset([name]))
+            if alone is not None:
+                vector[own] = alone.vector[own]
+        return vector, ()
+
+    def screened(self, size: int, pool: int) -> list[frozenset[str]]:
+        """Larger sets that a linear look at the rows promises the most of."""
+        singles = sorted((t.cost, min(k)) for k, t in self.trials.items() if len(k) == 1)
+        names = [name for _, name in singles[:pool]]
+        promise = []
+        for group in combinations(sorted(names), size):
+            if self.world.possible(self.world.with_added(group), group):
+                promise.append((self.promised(group), frozenset(group)))
+        return [added for _, added in sorted(promise, key=lambda p: p[0])[:REFITTED]]
+
+    def promised(self, group: Sequence[str]) -> float:
+        """Sum of squares left if the changes that each effect makes alone could be mixed freely."""
+        changes = [self.trials[frozenset([name])].rows - self.base.rows for name in group]
+        columns = np.stack([*changes, *self.base.slopes.T], axis=1)
+        gram, right = columns.T @ columns, columns.T @ self.base.rows
+        taken = np.linalg.lstsq(gram, right, rcond=1e-12)[0]
+        return float(self.base.rows @ self.base.rows - right @ taken)
+
+    def bettered(self, added: frozenset[str]) -> bool:
+        """Whether one more effect brings the error far down."""
+        mine = self.base if not added else self.trials[added]
+        more = [t for key, t in self.trials.items() if len(key) == len(added) + 1 and added < key]
+        return any(np.sum(t.rows**2) < BETTERED**2 * np.sum(mine.rows**2) for t in more)
+
+    def test_level(self, size: int) -> None:
+        """Test the best sets of one size."""
+        level = sorted((k for k in self.trials if len(k) == size), key=lambda k: self.trials[k].cost)
+        best = self.trials[level[0]].cost if level else 0.0
+        for added in level[:TESTED]:
+            if self.trials[added].cost > best / BETTERED**2:
+                break
+            standing = self.examiner.stand(added, self.trials[added], self.trials)
+            if not standing.reason and self.bettered(added):
+                standing = standing.but("one more effect brings the error far down")
+            self.standings[added] = standing
+            if not standing.reason:
+                self.adequate.append(added)
+
+
+def _verdict(search: _Search, baseline, experiments: Sequence[Experiment]) -> Diagnosis:
+    world, examiner = search.world, search.examiner
+    kept, classes = simplest(world, search.adequate, search.trials, search.gate.noise_rms)
+    evidence = {name: _evidence(search, name) for name in world.candidates}
+    evidence |= {name: Evidence(name, reason=why) for name, why in world.untestable.items()}
+    verdict, notes = _said(search, kept, evidence)
+    tried = sorted((_explanation(search, added) for added in search.trials), key=lambda e: e.held_out_rmse)
+    nearest = tuple(e for e in tried if np.isfinite(e.rmse))[:3] if verdict == "not in the library" else ()
+    rmse, full_scale = world.rmse(search.base.rows), float(np.max(np.abs(world.samples.measured[world.in_newtons])))
+    left = world.rmse(search.trials[kept[0]].rows) if kept else examiner.floor_rmse(search.gate)
+    return Diagnosis(
+        verdict=verdict,
+        negligible=verdict != "nothing detectable" and np.sqrt(max(rmse**2 - left**2, 0)) < NEGLIGIBLE * full_scale,
+        explanations=tuple(tuple(sorted(added)) for added in kept),
+        classes=classes,
+        nearest=nearest,
+        leading=None if verdict == "nothing detectable" else leading_of(world, search.base, search.trials, examiner),
+        p_value=search.gate.test.p,
+        level=search.gate.test.level,
+        rests_on=examiner.units.words,
+        rmse=rmse,
+        held_out_rmse=world.rmse(examiner.left_out(search.base)),
+        noise_floor=examiner.floor_rmse(search.gate),
+        full_scale=full_scale,
+        effects=evidence,
+        tried=tuple(tried),
+        baseline=baseline,
+        residual=search.base.rows * world.samples.sigma,
+        notes=(*notes, *(note for e in experiments for r in e.recordings for note in r.notes)),
+    )
+
+
+def _said(
+    search: _Search, kept: Sequence[frozenset[str]], evidence: dict[str, Evidence]
+) -> tuple[str, tuple[str, ...]]:
+    if not search.base_stands:
+        if not search.gate.rejected and not kept:
+            return "inconclusive", ("an added effect lowers the error, but the test does not see that one is missing",)
+        return ("not in the library", "missing", "one of")[min(len(kept), 2)], ()
+    if not search.examiner.units.trusted and search.gate.test.ratio_p < 1e-4:
+        return "inconclusive", ("too few loops to flip, and the noise model alone says that something is missing",)
+    noise = float(np.median(search.world.samples.sigma[search.world.in_newtons]))
+    blind = [e.name for e in evidence.values() if e.detection_limit is not None and e.detection_limit > noise]
+    if blind:
+        return "inconclusive", (f"too little of it would show: {', '.join(blind)}",)
+    return "nothing detectable", ()
+
+
+def _evidence(search: _Search, name: str) -> Evidence:
+    world, examiner, added = search.world, search.examiner, frozenset([name])
+    trial, seen = search.trials.get(added), search.gate.of(name)
+    if trial is None:
+        needs = world.lacking(world.with_added([name]))
+        return Evidence(name, reason=f"cannot be tested: needs {' and '.join(needs)}" if needs else "cannot be tested")
+    standing = search.standings.get(added)
+    return Evidence(
+        name,
+        p_value=seen.p_value,
+        rmse=world.rmse(trial.rows),
+        held_out_rmse=world.rmse(examiner.left_out(trial)),
+        detection_limit=seen.limit,
+        absorbed_share=seen.absorbed,
+        alike=seen.alike,
+        estimate=_estimate(world, trial, name),
+        adequate=added in search.adequate,
+        reason=standing.reason if standing else ("these data cannot see it" if seen.limit is None else ""),
+    )
+
+
+def _estimate(world: Universe, trial: Trial, name: str) -> dict[str, tuple[float, float]]:
+    if not len(trial.free):
+        return {}
+    _, robust = covariances(trial.slopes, trial.rows, trial.prior_slopes, clusters(world.samples))
+    names = [entry for entry in world.layout.of_effect(name) if entry in trial.free]
+    at = world.layout.at(names)
+    span = [world.layout.entries[i].upper - world.layout.entries[i].lower for i in at]
+    log = [world.layout.entries[i].logarithmic for i in at]
+    ratio = [
+        np.log(world.layout.entries[i].upper / world.layout.entries[i].lower) if lg else 0
+        for i, lg in zip(at, log, strict=True)
+    ]
+    values = trial.vector[at]
+    errors = [np.sqrt(robust[k, k]) for k in (trial.free.index(entry) for entry in names)]
+    scale = [v * r if lg else s for v, r, lg, s in zip(values, ratio, log, span, strict=True)]
+    return {
+        entry.split(".")[-1]: (float(v), float(e * s))
+        for entry, v, e, s in zip(names, values, errors, scale, strict=True)
+    }
+
+
+def _explanation(search: _Search, added: frozenset[str]) -> Explanation:
+    world, trial, standing = search.world, search.trials[added], search.standings.get(added)
+    return Explanation(
+        tuple(sorted(added)),
+        world.rmse(trial.rows),
+        world.rmse(search.examiner.left_out(trial)),
+        standing.test.p if standing and standing.test else float("nan"),
+        added in search.adequate,
+        standing.reason if standing else "not tested: others leave far less",
+    )

@@ -1,0 +1,71 @@
+"""What a diagnosis says: immutable records, made by `diagnose`, shown by `report` and written by the command line."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from fitting.least_squares import Fit
+
+VERDICTS = ("nothing detectable", "missing", "one of", "not in the library", "inconclusive")
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """What speaks for one effect of the library, added to the baseline alone (or put in place of its rival)."""
+
+    name: str
+    p_value: float | None = None  # that this effect is not missing from the baseline, corrected for all looked at
+    rmse: float | None = None  # of the baseline refitted with it, N
+    held_out_rmse: float | None = None  # on runs left out, N
+    detection_limit: float | None = None  # N rms left after refitting the baseline, found with power 0.8
+    absorbed_share: float | None = None  # of its signature that the baseline's parameters swallow
+    alike: dict[str, float] = field(default_factory=dict)  # other effects with nearly the same signature: cosine
+    estimate: dict[str, tuple[float, float]] = field(default_factory=dict)  # parameter: value and standard error, SI
+    adequate: bool = False
+    reason: str = ""  # why it cannot be tested, or why it is not adequate
+
+
+@dataclass(frozen=True)
+class Explanation:
+    """A set of effects to add to the baseline (or to put in place of a rival), refitted jointly."""
+
+    effects: tuple[str, ...]
+    rmse: float
+    held_out_rmse: float
+    p_value: float  # of the test that anything is still missing from it
+    adequate: bool
+    reason: str = ""
+
+
+@dataclass(frozen=True)
+class Leading:
+    """The effect, or class of exact likes, that lowers the left-out error by clearly more than any other."""
+
+    effects: tuple[str, ...]
+    share: float  # of the squared left-out error that it removes
+    held_out_rmse: float
+    runner_up_rmse: float
+
+
+@dataclass(frozen=True)
+class Diagnosis:
+    """The verdict with its evidence. Errors in N (m where only positions were measured)."""
+
+    verdict: str
+    negligible: bool
+    explanations: tuple[tuple[str, ...], ...]
+    classes: tuple[tuple[str, ...], ...]  # effects that these data cannot tell apart at all
+    nearest: tuple[Explanation, ...]
+    leading: Leading | None
+    p_value: float
+    level: float
+    rests_on: str  # which flips, how many units: in words
+    rmse: float
+    held_out_rmse: float
+    noise_floor: float
+    full_scale: float
+    effects: dict[str, Evidence]
+    tried: tuple[Explanation, ...]
+    baseline: Fit
+    residual: np.ndarray  # of the baseline, as its samples
+    notes: tuple[str, ...] = ()

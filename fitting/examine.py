@@ -1,0 +1,160 @@
+"""How one fitted set of effects stands: tested for anything missing, and on runs left out."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from fitting import flips, held_out, omnibus
+from fitting.flips import Noise, Units
+from fitting.universe import Trial, Universe
+
+POWER = 0.84  # normal quantile of power 0.8
+CALIBRATED = 1.5  # measured by injection: at the linear limit itself the power is only 0.2 to 0.3
+INVISIBLE = 0.02  # of a signature's square that must survive the model's own parameters to be seen at all
+ALIKE = 0.9
+
+
+@dataclass(frozen=True)
+class Seen:
+    """What the test says of one candidate."""
+
+    p_value: float
+    limit: float | None  # N rms left after refitting, found with power 0.8; None where the data cannot see it
+    absorbed: float
+    alike: dict[str, float]
+
+
+@dataclass(frozen=True)
+class Standing:
+    """A fitted set and its test; `reason` says why it is not adequate, empty if it is."""
+
+    test: flips.Verdict
+    columns: tuple[str, ...]  # the candidate of each tested column
+    rms_columns: np.ndarray  # of what is left of each column, N
+    noise_rms: float
+    reason: str = ""
+
+    @property
+    def rejected(self) -> bool:
+        """Whether something is missing."""
+        return self.test.rejected
+
+    def but(self, reason: str) -> "Standing":
+        """The same, not adequate for this reason."""
+        return replace(self, reason=reason)
+
+    def of(self, name: str) -> Seen:
+        """What the test says of one candidate, over all its shapes."""
+        at = [i for i, column in enumerate(self.columns) if column == name]
+        if not at:
+            return Seen(float("nan"), None, float("nan"), {})
+        visible = [i for i in at if self.test.left[i] ** 2 > INVISIBLE]
+        size = (self.test.critical + POWER) * CALIBRATED
+        limits = [size / self.test.strength[i] * self.rms_columns[i] for i in visible]
+        absorbed = 1 - max(self.test.left[i] ** 2 for i in at)
+        return Seen(
+            float(min(self.test.p_effects[i] for i in at)),
+            float(np.median(limits)) if limits else None,
+            float(absorbed),
+            self._alike(visible, name) if visible else {},
+        )
+
+    def _alike(self, at: list[int], name: str) -> dict[str, float]:
+        found: dict[str, float] = {}
+        for j, other in enumerate(self.columns):
+            if other != name and self.test.left[j] ** 2 > INVISIBLE:
+                cosine = float(np.max(np.abs(self.test.cosines[at, j])))
+                if cosine > ALIKE:
+                    found[other] = max(found.get(other, 0.0), cosine)
+        return dict(sorted(found.items(), key=lambda item: -item[1]))
+
+
+class Examiner:
+    """Tests fitted sets of one universe, all with the same units and the same flips."""
+
+    def __init__(self, world: Universe, base: Trial, seed: int):
+        self.world, self.base, self.seed = world, base, seed
+        self.basis = omnibus.basis(world.samples)
+        self.units: Units = flips.units(world.samples, self.noise(base).memory)
+        self._left_out: dict[int, np.ndarray] = {}
+
+    @cached_property
+    def groups(self) -> np.ndarray:
+        """Which left-out group each row belongs to."""
+        return held_out.folds(self.world.samples)
+
+    def noise(self, trial: Trial) -> Noise:
+        """The working noise model of a trial, from what neither its parameters nor the omnibus basis explain."""
+        clean = flips.removed(trial.rows[:, None], np.hstack([self.basis, trial.slopes]))[:, 0]
+        return flips.noise_from(clean, self.world.samples)
+
+    def stand(self, added: frozenset[str], trial: Trial, fitted: Mapping[frozenset[str], Trial]) -> Standing:
+        """Test a fitted set against every candidate that could still be added, at several of its shapes."""
+        names, columns = self._columns(trial, fitted)
+        signatures = np.stack(columns, axis=1) if columns else np.zeros((len(trial.rows), 0))
+        noise = self.noise(trial)
+        verdict = flips.test(
+            trial.rows,
+            trial.slopes,
+            trial.prior_rows,
+            trial.prior_slopes,
+            signatures,
+            self.basis,
+            self.world.samples,
+            self.units,
+            noise,
+            self.seed,
+        )
+        in_newtons = self.world.in_newtons
+        beside = flips.removed(signatures, trial.slopes) * self.world.samples.sigma[:, None]
+        rms = np.sqrt(np.mean(beside[in_newtons] ** 2, axis=0)) if columns else np.zeros(0)
+        return Standing(verdict, tuple(names), rms, verdict.floor, self._why_not(added, trial, verdict))
+
+    def _why_not(self, added: frozenset[str], trial: Trial, verdict: flips.Verdict) -> str:
+        if verdict.rejected:
+            return f"something is still missing (p = {verdict.p:.2g})"
+        ends = [name for name in trial.at_bound if name.split("@")[0].split(".")[0] in added]
+        if ends:
+            return f"{', '.join(ends)} ends at its bound"
+        if added:
+            fall, error = held_out.difference(self.left_out(self.base), self.left_out(trial), self.groups)
+            if not fall > error:
+                return "does not lower the error on runs left out"
+        return ""
+
+    def _columns(self, trial: Trial, fitted: Mapping[frozenset[str], Trial]) -> tuple[list[str], list[np.ndarray]]:
+        names, columns = [], []
+        for candidate in self.world.candidates:
+            after = self.world.with_added([candidate], trial.effects)
+            if candidate in trial.effects or self.world.lacking(after):
+                continue
+            for shape in self._shapes(candidate, fitted):
+                column = self.world.signature(trial, candidate, shape)
+                if np.all(np.isfinite(column)) and np.any(column):
+                    names.append(candidate)
+                    columns.append(column)
+        return names, columns
+
+    def _shapes(self, candidate: str, fitted: Mapping[frozenset[str], Trial]) -> list[dict[str, float]]:
+        shapes = self.world.shapes(candidate)
+        alone = fitted.get(frozenset([candidate]))
+        if alone is None:
+            return shapes
+        names = self.world.layout.of_effect(candidate)
+        found = dict(zip(names, alone.vector[self.world.layout.at(names)], strict=True))
+        return [*shapes[:2], found]
+
+    def left_out(self, trial: Trial) -> np.ndarray:
+        """A trial's rows on runs left out."""
+        if id(trial) not in self._left_out:
+            self._left_out[id(trial)] = held_out.left_out_rows(
+                trial.rows, trial.slopes, trial.prior_rows, trial.prior_slopes, self.groups
+            )
+        return self._left_out[id(trial)]
+
+    def floor_rmse(self, standing: Standing) -> float:
+        """What noise alone leaves, N."""
+        sigma = self.world.samples.sigma[self.world.in_newtons]
+        return float(standing.test.floor * np.sqrt(np.mean(sigma**2)))

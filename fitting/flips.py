@@ -1,0 +1,216 @@
+"""Is anything missing? Scores of every candidate, and of a basis that knows none, with signs flipped loop by loop.
+
+Only the mean has to be right: errors may be correlated within a unit, drift, and differ in size between units
+(Hemerik, Goeman & Finos 2020; Canay, Romano & Shaikh 2017). The flips are the same for all candidates and all their
+hidden shapes, so the largest score of many is compared with the largest of many.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import stats
+from scipy.linalg import solve_triangular
+from scipy.optimize import nnls
+
+from fitting.residuals import Samples
+
+FLIPS = 1999
+LEVEL = 0.01
+FEW_LEVEL = 0.005
+ENOUGH = 12  # units below which smaller ones are flipped
+PIECE = 400  # samples whitened together
+MEMORIES = np.array([0.3, 0.5, 0.7, 0.8, 0.9, 0.95, 0.98, 0.99, 0.995, 0.999])
+LAGS = np.array([0, 1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64, 96, 128, 192])
+
+
+@dataclass(frozen=True)
+class Units:
+    """What is flipped as a whole: a number for each row, the test's level, and in words."""
+
+    number: np.ndarray
+    level: float
+    words: str
+    trusted: bool  # false where the units are blocks of samples and the verdict rests on the noise model
+
+    @property
+    def count(self) -> int:
+        """How many."""
+        return int(self.number.max()) + 1
+
+
+def numbered(*keys: np.ndarray) -> np.ndarray:
+    """Rows with equal keys get equal numbers, in order."""
+    return np.unique(np.stack(keys), axis=1, return_inverse=True)[1]
+
+
+def units(samples: Samples, memory: float) -> Units:
+    """Whole loops; where they are few, half loops; where those are few, blocks of samples within a branch."""
+    loops, halves = numbered(samples.run, samples.loop), numbered(samples.run, samples.half)
+    if loops.max() + 1 >= ENOUGH:
+        return Units(loops, LEVEL, f"signs of {loops.max() + 1} loops flipped", True)
+    if halves.max() + 1 >= ENOUGH:
+        return Units(halves, LEVEL, f"signs of {halves.max() + 1} half loops flipped: few loops", True)
+    size = int(max(20, np.ceil(8 * (1 + memory) / max(1 - memory, 1e-3))))
+    place = np.concatenate([np.arange(n) for n in np.bincount(halves)])
+    order = np.argsort(halves, kind="stable")
+    within = np.empty(len(halves), int)
+    within[order] = place
+    blocks = numbered(halves, within // size)
+    words = (
+        f"signs of {blocks.max() + 1} blocks of {size} samples flipped: too few loops, this rests on the noise model"
+    )
+    return Units(blocks, FEW_LEVEL, words, False)
+
+
+@dataclass(frozen=True)
+class Noise:
+    """White noise and a non-negative mixture of first-order autoregressions, in variances."""
+
+    white: float
+    shares: np.ndarray  # of `MEMORIES`
+
+    @property
+    def memory(self) -> float:
+        """Correlation of neighbouring samples."""
+        return float(self.shares @ MEMORIES / max(self.white + self.shares.sum(), 1e-300))
+
+    def covariance(self, position: np.ndarray) -> np.ndarray:
+        """Covariance of samples at these places of a run."""
+        apart = np.abs(position[:, None] - position[None, :])
+        correlated = sum(s * m**apart for s, m in zip(self.shares, MEMORIES, strict=True) if s > 0)
+        return correlated + self.white * np.eye(len(position))
+
+
+def noise_from(residual: np.ndarray, samples: Samples) -> Noise:
+    """The working noise model of residuals from which what is systematic has been removed."""
+    runs = [np.flatnonzero(samples.run == run) for run in np.unique(samples.run)]
+    lags = [lag for lag in LAGS if any(len(run) > 2 * lag + 2 for run in runs)] or [0]
+    found = np.array([_autocovariance(residual, runs, lag) for lag in lags])
+    apart = np.array(lags)[:, None]
+    basis = np.hstack([(apart == 0).astype(float), MEMORIES[None, :] ** apart])
+    weight = np.sqrt([sum(max(len(run) - lag, 0) for run in runs) for lag in lags])
+    shares = nnls(basis * weight[:, None], found * weight)[0]
+    floor = 1e-3 * max(found[0], 1e-300)
+    return Noise(max(shares[0], floor), shares[1:])
+
+
+def _autocovariance(residual: np.ndarray, runs: list[np.ndarray], lag: int) -> float:
+    pairs = [residual[run[lag:]] * residual[run[: len(run) - lag]] for run in runs if len(run) > lag]
+    return float(np.mean(np.concatenate(pairs)))
+
+
+def whitened(columns: np.ndarray, samples: Samples, unit: np.ndarray, noise: Noise) -> np.ndarray:
+    """Columns in which samples of one unit are no longer correlated, as far as the noise model knows."""
+    out = np.empty_like(columns)
+    order = np.argsort(unit, kind="stable")
+    edges = np.flatnonzero(np.diff(unit[order])) + 1
+    for member in np.split(order, edges):
+        for piece in np.array_split(member, int(np.ceil(len(member) / PIECE))):
+            factor = np.linalg.cholesky(noise.covariance(samples.position[piece].astype(float)))
+            out[piece] = solve_triangular(factor, columns[piece], lower=True)
+    return out
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """The test of one fitted model: is anything missing from it?"""
+
+    p: float
+    p_effects: np.ndarray  # of each candidate column, corrected for all
+    p_omnibus: float
+    ratio_p: float  # likelihood ratio of the omnibus basis under the noise model
+    floor: float  # rms of the rows without what the basis explains, in standard deviations
+    critical: float  # the largest score that chance reaches at the level
+    strength: np.ndarray  # of each candidate column: norm of what the model's parameters leave of it, whitened
+    left: np.ndarray  # the same as a share of the whole column
+    cosines: np.ndarray  # between the columns after that
+    rms: float
+    level: float
+
+    @property
+    def rejected(self) -> bool:
+        """Whether something is missing, by flips or because the misfit is many times the noise."""
+        return self.p < self.level or (self.rms > 2.5 * self.floor and self.ratio_p < 1e-3)
+
+
+def removed(columns: np.ndarray, basis: np.ndarray) -> np.ndarray:
+    """Columns without what a basis explains."""
+    return columns - basis @ np.linalg.lstsq(basis, columns, rcond=1e-10)[0]
+
+
+def orthonormal(columns: np.ndarray) -> np.ndarray:
+    """An orthonormal basis of the columns' span."""
+    scaled = columns / np.maximum(np.linalg.norm(columns, axis=0), 1e-300)
+    left, strength, _ = np.linalg.svd(scaled, full_matrices=False)
+    return left[:, strength > 1e-6 * strength[0]] if strength.size else left
+
+
+def test(
+    rows: np.ndarray,
+    slopes: np.ndarray,
+    prior_rows: np.ndarray,
+    prior_slopes: np.ndarray,
+    signatures: np.ndarray,
+    basis: np.ndarray,
+    samples: Samples,
+    unit: Units,
+    noise: Noise,
+    seed: int = 0,
+) -> Verdict:
+    """Test a fitted model against candidate `signatures` (rows, candidates) and the omnibus `basis` (rows, q)."""
+    plain_floor = float(np.sqrt(np.mean(removed(rows[:, None], np.hstack([basis, slopes])) ** 2)))
+    k, m = slopes.shape[1], signatures.shape[1]
+    stacked = whitened(np.hstack([rows[:, None], slopes, signatures, basis]), samples, unit.number, noise)
+    e, j, z, o = stacked[:, 0], stacked[:, 1 : 1 + k], stacked[:, 1 + k : 1 + k + m], stacked[:, 1 + k + m :]
+    curvature = np.linalg.pinv(j.T @ j + prior_slopes.T @ prior_slopes, rcond=1e-13, hermitian=True)
+    step = curvature @ (j.T @ e + prior_slopes.T @ prior_rows)  # to the optimum of the whitened rows
+    e = e - j @ step
+    z_left, z_prior = _beside(z, j, curvature, prior_slopes)
+    o_left = orthonormal(_beside(o, j, curvature, prior_slopes)[0])
+    kept = np.maximum(np.linalg.norm(z_left, axis=0), 1e-300)
+    scores = _by_unit(z_left * e[:, None], unit)
+    constant = z_prior.T @ (prior_rows - prior_slopes @ step)
+    spread = np.sqrt(np.sum(scores**2, axis=0)) + 1e-300
+    omnibus = _by_unit(o_left * e[:, None], unit)
+    signs = np.random.default_rng(seed).choice([-1.0, 1.0], size=(FLIPS, unit.count))
+    flipped = np.abs(signs @ scores + constant) / spread
+    seen = np.abs(scores.sum(0) + constant) / spread
+    seen = np.where(kept > 1e-6 * np.linalg.norm(z, axis=0), seen, 0.0)
+    top = flipped.max(axis=1) if m else np.zeros(FLIPS)
+    q = np.sum(omnibus.sum(0) ** 2)
+    p_omnibus = _share(np.sum((signs @ omnibus) ** 2, axis=1) >= q)
+    p_effects = np.array([_share(top >= value) for value in seen])
+    p_max = p_effects.min() if m else 1.0
+    freedom = max(len(e) - k - o_left.shape[1], 1)
+    ratio = (q / o_left.shape[1]) / (max(np.sum(e**2) - q, 1e-300) / freedom)
+    return Verdict(
+        p=float(min(1.0, 2 * min(p_max, p_omnibus))),
+        p_effects=p_effects,
+        p_omnibus=p_omnibus,
+        ratio_p=float(stats.f.sf(ratio, o_left.shape[1], freedom)),
+        floor=plain_floor,
+        critical=float(np.quantile(top, 1 - unit.level / 2)) if m else np.inf,
+        strength=kept,
+        left=kept / np.maximum(np.linalg.norm(z, axis=0), 1e-300),
+        cosines=(z_left / kept).T @ (z_left / kept),
+        rms=float(np.sqrt(np.mean(rows**2))),
+        level=unit.level,
+    )
+
+
+def _beside(
+    columns: np.ndarray, slopes: np.ndarray, curvature: np.ndarray, prior_slopes: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """What the model's parameters, held by their priors, leave of columns; and what falls on the prior rows."""
+    taken = curvature @ (slopes.T @ columns)
+    return columns - slopes @ taken, -prior_slopes @ taken
+
+
+def _by_unit(products: np.ndarray, unit: Units) -> np.ndarray:
+    sums = np.zeros((unit.count, products.shape[1]))
+    np.add.at(sums, unit.number, products)
+    return sums
+
+
+def _share(at_least: np.ndarray) -> float:
+    return float((1 + np.sum(at_least)) / (1 + len(at_least)))
