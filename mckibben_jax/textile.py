@@ -8,15 +8,15 @@ from jaxtyping import Array, ArrayLike
 
 # Power laws are written per kilonewton so that a coefficient keeps its meaning when the exponent changes.
 UNIT_LOAD = 1000.0
-# Below about this relative size a power law becomes a straight line: its slope stays finite at no load.
-_SOFT_LOAD = 1e-8
-_SOFT_CONTACT = 1e-12
+# Below this size a power law is replaced by the straight line of exponent 1: its slope stays finite at no load.
+_LIGHT = 1e-9
 
 
-def _power(x: ArrayLike, exponent: ArrayLike, soft: float) -> Array:
-    # x^exponent, odd in x and with finite slope at 0; differs by (soft/x)^2 from the pure power
+def _power(x: ArrayLike, exponent: ArrayLike) -> Array:
+    # |x|^exponent with the sign of x; the inner guard keeps every derivative finite at 0
     x = jnp.asarray(x, dtype=float)
-    return x * (x**2 + soft**2) ** ((exponent - 1) / 2)
+    heavy = jnp.abs(x) > _LIGHT
+    return x * jnp.where(heavy, jnp.abs(jnp.where(heavy, x, 1.0)) ** (exponent - 1), 1.0)
 
 
 # Size of dry friction ------------------------------------------------------------------------------------------------
@@ -30,10 +30,10 @@ def coulomb_friction(load: ArrayLike, coefficient: ArrayLike) -> Array:
 def power_law_friction(load: ArrayLike, coefficient: ArrayLike, exponent: ArrayLike) -> Array:
     """Textile friction (N): f L1 (L/L1)^beta with L1 = 1 kN, that is C L^beta with C = f L1^(1 - beta).
 
-    `exponent` beta < 1 for yarns (0.67 to 0.96), 1 is Coulomb. Smoothed below 10 uN of load so that the slope at no
-    load is finite. Tondu 2012, eq 40 (Howell et al. 1959).
+    `exponent` beta < 1 for yarns (0.67 to 0.96), 1 is Coulomb. Below 1 uN of load, where the law's slope would grow
+    without bound, Coulomb's line is taken. Odd in the load. Tondu 2012, eq 40 (Howell et al. 1959).
     """
-    return coefficient * UNIT_LOAD * _power(jnp.asarray(load) / UNIT_LOAD, exponent, _SOFT_LOAD)
+    return coefficient * UNIT_LOAD * _power(jnp.asarray(load) / UNIT_LOAD, exponent)
 
 
 def textile_constant(coefficient: ArrayLike, exponent: ArrayLike) -> Array:
@@ -80,7 +80,8 @@ def kinetic_factor(speed: ArrayLike, ratio: ArrayLike, speed_scale: ArrayLike) -
     The review prints v without bars, which blows up for v < 0. Its ratio f_k/f_s = 7 is friction that RISES with speed.
     `speed` and `speed_scale` in m/s. Tondu 2012, eq 48.
     """
-    return ratio + (1 - ratio) * jnp.exp(-jnp.abs(speed) / speed_scale)
+    # v sign(v) for |v|: its slope at rest is 0, halfway between the two sides
+    return ratio + (1 - ratio) * jnp.exp(-speed * jnp.sign(speed) / speed_scale)
 
 
 def kinetic_coefficient(
@@ -137,10 +138,10 @@ def cylinder_contact_area(
 def hertz_share(pressure: ArrayLike, strand_modulus: ArrayLike, strand_poisson: ArrayLike) -> Array:
     """1/S_scale: contact diameter over strand width, 2 r_c/D = 2 [(3/8) P (1 - nu^2)/E]^(1/3); 0 without pressure.
 
-    Straight below P/E = 1e-12, so that its slope is finite at no pressure. Tondu 2012, eq 38.
+    Straight below P/E = 1e-9 (some Pa), so that its slope is finite at no pressure. Tondu 2012, eq 38.
     """
     strain = pressure * (1 - strand_poisson**2) / strand_modulus
-    return 2 * (3 / 8) ** (1 / 3) * _power(strain, 1 / 3, _SOFT_CONTACT)
+    return 2 * (3 / 8) ** (1 / 3) * _power(strain, 1 / 3)
 
 
 def hertz_scale(pressure: ArrayLike, strand_modulus: ArrayLike, strand_poisson: ArrayLike) -> Array:

@@ -65,8 +65,9 @@ def minimum_pressure(
     r_i^2. The wall keeps this much of the pressure, the braid gets the rest. Addition to Tondu 2012, eq 23.
     """
     axial = 1 - jnp.asarray(contraction)
-    k = axial * radius_ratio(contraction, braid_angle) ** 2 - 1
-    return 2 * (c10 + c01 * axial**2) * _hoop_integral(jnp.square(1 - wall_ratio), 1.0, axial, k)
+    bore = jnp.square(1 - jnp.asarray(wall_ratio))
+    k = rubber.open_bore(axial * radius_ratio(contraction, braid_angle) ** 2 - 1, bore)
+    return 2 * (c10 + c01 * axial**2) * _hoop_integral(bore, 1.0, axial, k)
 
 
 def free_tube_axial_stretch(circumferential_stretch: ArrayLike) -> Array:
@@ -109,8 +110,9 @@ def burst_pressure(
 ) -> Array:
     """Pressure (Pa) that brings the hoop stress P r_i/t to the breaking stress.
 
-    sigma_b h0/((1 - h0) lambda1^2 lambda2). Thin wall; least at the end of the stroke. Takes the braid as absent for
-    the stress: a lower bound. Tondu 2012, eq 24 (sigma_b of 45 IRHD natural rubber is 28 MPa, not 280).
+    sigma_b h0/((1 - h0) lambda1^2 lambda2). Thin wall; least at the end of the stroke. Lets the rubber carry all of the
+    pressure, though the braid takes most of it: cautious. Tondu 2012, eq 24 (sigma_b of 45 IRHD natural rubber is 28
+    MPa, not 280).
     """
     hoop = rubber.thin_inner_stretch(contraction, braid_angle, wall_ratio)
     return breaking_stress * wall_ratio / ((1 - wall_ratio) * hoop**2 * (1 - contraction))
@@ -150,8 +152,8 @@ def wall_stresses(
     """
     axial = 1 - jnp.asarray(contraction)
     present = radius * radius_ratio(contraction, braid_angle)
-    k = axial * present**2 - jnp.square(radius)
     here, bore = jnp.square(rest_radius), jnp.square(radius * (1 - jnp.asarray(wall_ratio)))
+    k = rubber.open_bore(axial * present**2 - jnp.square(radius), bore)
     hoop_stretch = jnp.sqrt((here + k) / (axial * here))
     hoop, along = rubber.mooney_rivlin_stresses(hoop_stretch, axial, c10, c01)
     radial = 2 * (c10 + c01 * axial**2) * _hoop_integral(bore, here, axial, k) - pressure
@@ -186,10 +188,11 @@ def fibre_reinforced_force(
     """Pull (N) of a rubber tube reinforced by two families of inextensible fibres, by the balance of stresses.
 
     Assumptions named for Liu and Rahn (2003): inextensible fibres at +-alpha on a cylinder, Mooney-Rivlin rubber at
-    large strain in polar coordinates. Fibres of tension T per width of fibre net give the resultants n_theta = T
-    sin^2(alpha), n_z = T cos^2(alpha). Hoop balance with what the wall leaves of the pressure, n_theta = (P - P_min)
-    r, gives the net's axial force 2 pi r n_z = 2 pi r^2 (P - P_min)/tan^2(alpha). With the axial stress of the wall
-    and the pressure on the bore's end, F = 2 pi r^2 (P - P_min)/tan^2(alpha) + 2 pi int s_z r dr - pi r_i^2 P.
+    large strain in polar coordinates (their own paper takes the wall as a membrane, which is the limit of a thin one).
+    Fibres of tension T per width of net give the resultants n_theta = T sin^2(alpha), n_z = T cos^2(alpha). Hoop
+    balance with what the wall leaves of the pressure, n_theta = (P - P_min) r, gives the net's axial force
+    2 pi r n_z = 2 pi r^2 (P - P_min)/tan^2(alpha). With the axial stress of the wall and the pressure on the bore's
+    end, F = 2 pi r^2 (P - P_min)/tan^2(alpha) + 2 pi int s_z r dr - pi r_i^2 P.
     The same as `rubber.thick_wall_force`, which comes from energy alone. Addition to Tondu 2012, after eq 32.
     """
     present = radius * radius_ratio(contraction, braid_angle)

@@ -1,0 +1,232 @@
+"""The test rig: protocols that impose length, pressure or load, and the instruments' noise."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from scipy.signal import lfilter
+
+from .felt import felt, pull
+from .lost import lost, size
+from .physics import Muscle, State, Truth
+
+OVERSAMPLE = 16
+
+
+@dataclass(frozen=True)
+class Noise:
+    """How the readings err. `sd` is the standard deviation of one reading of what is measured.
+
+    `phi`: of an AR(1) sequence (0 is white). `drift`: sd of a slow AR(0.99) wander on top, in units of sd.
+    `grows`: "pressure" (sd ~ P^1.5), "force" (sd ~ |F|) or None; scaled so that the rms stays sd.
+    `step`: resolution of the reading. `spread`: relative scatter of every effect's parameters from run to run.
+    `position`, `pressure`: white noise of these readings (m, Pa).
+    """
+
+    sd: float = 0.6
+    phi: float = 0.0
+    drift: float = 0.0
+    grows: str | None = None
+    step: float = 0.0
+    spread: float = 0.0
+    position: float = 0.0
+    pressure: float = 0.0
+
+
+NOISES = {
+    "white": Noise(),
+    "ar": Noise(phi=0.9),
+    "drift": Noise(drift=1.0),
+    "pressure": Noise(phi=0.7, grows="pressure"),
+    "force": Noise(phi=0.7, grows="force"),
+    "quantised": Noise(sd=0.3, step=1.0),
+    "spread": Noise(phi=0.7, spread=0.02),
+}
+
+
+@dataclass(frozen=True)
+class Recording:
+    """One CSV: SI columns (a dict of arrays), what was measured and what it would be without noise."""
+
+    file: str
+    test: str
+    columns: dict
+    measured: str
+    clean: np.ndarray
+    noise_sd: float | None = None
+
+
+@dataclass(frozen=True)
+class Dataset:
+    """What goes into a folder: the muscle as its owner states it, recordings, and the sealed truth."""
+
+    name: str
+    stated: dict[str, str]
+    truth: Truth
+    recordings: tuple[Recording, ...]
+    noise: Noise = field(default_factory=Noise)
+    seed: int = 0
+
+
+def correlated(random, count: int, phi: float):
+    """AR(1) of unit standard deviation, stationary from the first sample."""
+    shocks = random.standard_normal(count) * np.sqrt(1 - phi**2)
+    shocks[0] /= np.sqrt(1 - phi**2)
+    return lfilter([1.0], [1.0, -phi], shocks)
+
+
+def disturbed(random, clean, pressure, noise: Noise):
+    """One run's readings."""
+    shape = {"pressure": np.abs(pressure) ** 1.5, "force": np.abs(clean), None: np.ones(len(clean))}[noise.grows]
+    # A typical rig sees 3 bar: the scale is the same for all runs, so that weak runs are quiet.
+    typical = {"pressure": 3.3e5**1.5, "force": 350.0, None: 1.0}[noise.grows]
+    error = correlated(random, len(clean), noise.phi) * shape / typical
+    if noise.drift:
+        error = error + noise.drift * correlated(random, len(clean), 0.99)
+    reading = clean + noise.sd * error
+    return noise.step * np.round(reading / noise.step) if noise.step else reading
+
+
+def scattered(random, truth: Truth, spread: float) -> Truth:
+    """The same muscle on another day: every parameter a little different."""
+    if not spread:
+        return truth
+    effects = {
+        name: {key: value * (1 + spread * random.standard_normal()) for key, value in given.items()}
+        for name, given in truth.effects.items()
+    }
+    return replace(truth, effects=effects)
+
+
+def weighed(truth: Truth, force):
+    """What the load cell makes of a force: gain, then offset."""
+    force = force * (1 + truth.effects.get("force_gain", {"g": 0.0})["g"])
+    return force + truth.effects.get("force_offset", {"F_off": 0.0})["F_off"]
+
+
+def read(truth: Truth, time, force):
+    """What the force channel shows: gain, offset, delay (before the first sample the first value stands)."""
+    force = weighed(truth, force)
+    if "time_delay" in truth.effects:
+        force = np.interp(time - truth.effects["time_delay"]["tau"], time, force)
+    return force
+
+
+def force_of(truth: Truth, time, contraction, pressure, session=0.0):
+    """Reading of the load cell without noise, on the time grid given (which must be fine for memory)."""
+    rate = np.gradient(contraction, time)
+    state = felt(truth, State(contraction, pressure, time + session, rate))
+    return read(truth, time, pull(truth, state) - lost(truth, state))
+
+
+def polyline(turns, speed: float, count: int, rounding: float):
+    """Time and value along straight lines through `turns` at a constant |slope|; corners rounded.
+
+    `rounding` is the length of a turn as a share of the shortest stroke (constant acceleration there).
+    """
+    turns = np.asarray(turns, float)
+    lengths = np.abs(np.diff(turns))
+    corners = np.concatenate([[0.0], np.cumsum(lengths / speed)])
+    fine = np.linspace(0.0, corners[-1], (count - 1) * OVERSAMPLE + 1)
+    value = np.interp(fine, corners, turns)
+    width = int(rounding * lengths.min() / speed / (fine[1] - fine[0])) // 2 * 2 + 1
+    padded = np.pad(value, width // 2, mode="edge")
+    return fine, np.convolve(padded, np.full(width, 1 / width), mode="valid")
+
+
+def swing(turns, speed: float, count: int):
+    """As `polyline`, but half cosines between the turns; `speed` is the mean one."""
+    turns = np.asarray(turns, float)
+    corners = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(turns)) / speed)])
+    fine = np.linspace(0.0, corners[-1], (count - 1) * OVERSAMPLE + 1)
+    piece = np.clip(np.searchsorted(corners, fine, side="right") - 1, 0, len(turns) - 2)
+    share = (fine - corners[piece]) / np.diff(corners)[piece]
+    return fine, turns[piece] + np.diff(turns)[piece] * (1 - np.cos(np.pi * share)) / 2
+
+
+def gathered(runs, file: str, test: str, measured: str, noise_sd) -> Recording:
+    """Runs (dicts of arrays) one below the other."""
+    columns = {key: np.concatenate([run[key] for run in runs]) for key in runs[0]}
+    clean = columns.pop("clean")
+    return Recording(file, test, columns, measured, clean, noise_sd)
+
+
+def observed(random, run: int, time, pressure, contraction, force, muscle: Muscle, noise: Noise):
+    """One run of a force test: every OVERSAMPLE-th point, with noise on each channel."""
+    pick = slice(None, None, OVERSAMPLE)
+    time, pressure, contraction, force = time[pick], pressure[pick], contraction[pick], force[pick]
+    count = len(time)
+    return {
+        "run": np.full(count, run),
+        "time": time,
+        "pressure": pressure + noise.pressure * random.standard_normal(count),
+        "displacement": muscle.length * contraction + noise.position * random.standard_normal(count),
+        "force": disturbed(random, force, pressure, noise),
+        "clean": force,
+    }
+
+
+RICH = (1e5, 2e5, 3e5, 4e5, 5e5)
+MAJOR_AND_MINOR = (0.0, 0.26, 0.08, 0.18, 0.0)
+STATIONS = tuple(np.linspace(0, 0.24, 9))
+USUAL = Noise()
+
+
+def loops(
+    truth: Truth, pressures=RICH, speeds=(0.005, 0.02), turns=MAJOR_AND_MINOR, samples=1000, rounding=0.02,
+    sine=False, noise=USUAL, seed=0, file="loops.csv",
+) -> Recording:  # fmt: skip
+    """Length imposed along `turns` (contractions) at each pressure (Pa) and speed (m/s); one run each."""
+    random, runs, session = np.random.default_rng(seed), [], 0.0
+    for speed in speeds:
+        for level in pressures:
+            own = scattered(random, truth, noise.spread)
+            rate = speed / truth.muscle.length
+            time, contraction = swing(turns, rate, samples) if sine else polyline(turns, rate, samples, rounding)
+            pressure = np.full_like(time, level)
+            force = force_of(own, time, contraction, pressure, session)
+            runs.append(observed(random, len(runs), time, pressure, contraction, force, truth.muscle, noise))
+            session += time[-1]
+    return gathered(runs, file, "loop", "force", noise.sd)
+
+
+def isometric(
+    truth: Truth, contractions=(0.0, 0.05, 0.1, 0.15), turns=(0.2e5, 5e5, 0.2e5, 5e5, 0.2e5), ramps=(0.5e5, 2e5),
+    samples=800, noise=USUAL, seed=0, file="isometric.csv",
+) -> Recording:  # fmt: skip
+    """Pressure cycled through `turns` (Pa) at each rate (Pa/s), the length held."""
+    random, runs, session = np.random.default_rng(seed), [], 0.0
+    for ramp in ramps:
+        for held in contractions:
+            own = scattered(random, truth, noise.spread)
+            time, pressure = polyline(turns, ramp, samples, 0.02)
+            contraction = np.full_like(time, held)
+            force = force_of(own, time, contraction, pressure, session)
+            runs.append(observed(random, len(runs), time, pressure, contraction, force, truth.muscle, noise))
+            session += time[-1]
+    return gathered(runs, file, "isometric", "force", noise.sd)
+
+
+def static(
+    truth: Truth, contractions=STATIONS, pressures=RICH, branches=("contraction", "elongation"),
+    noise=USUAL, seed=0, file="static.csv",
+) -> Recording:  # fmt: skip
+    """Points without history; friction is fully developed along `branches`, absent where that is None."""
+    random, runs = np.random.default_rng(seed), []
+    for branch in branches or (None,):
+        sign = {"contraction": 1.0, "elongation": -1.0, None: 0.0}[branch]
+        contraction, pressure = (grid.ravel() for grid in np.meshgrid(contractions, pressures, indexing="ij"))
+        state = felt(truth, State(contraction, pressure))
+        force = pull(truth, state) - sign * size(truth, state)
+        force = weighed(truth, force)
+        columns = {
+            "pressure": pressure,
+            "displacement": truth.muscle.length * contraction,
+            "force": disturbed(random, force, pressure, replace(noise, phi=0.0, drift=0.0)),
+            "clean": force,
+        }
+        if branch:
+            columns["branch"] = np.full(len(force), branch)
+        runs.append(columns)
+    return gathered(runs, file, "static", "force", noise.sd)

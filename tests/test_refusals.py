@@ -1,0 +1,246 @@
+"""Everything wrong in a folder is refused: one message with file, row, column, value and a cure, never a traceback."""
+
+import numpy as np
+import pytest
+from folders import MUSCLE, folder_of, loop_columns, loop_csv, muscle_with, recording, release_columns, table
+
+from fitting.errors import InputError
+from fitting.recordings import read_experiment, read_muscle
+
+pytestmark = pytest.mark.filterwarnings("error")
+
+
+# ------------------------------------------------------------------------------------------------------- bad tables
+
+
+def changed(old, new):
+    return lambda: loop_csv().replace(old, new, 1)
+
+
+def cell(line, column, text):
+    def change():
+        lines = [row.split(",") for row in loop_csv().splitlines()]
+        lines[line - 1][column] = text
+        return "\n".join(",".join(row) for row in lines)
+
+    return change
+
+
+BAD_TABLES = {
+    "misspelt column": (changed("force [N]", "forse [N]"), "", ("needs a column force", "'forse [N]'", "mean 'force'")),
+    "misspelt optional column": (lambda: table({"Runs": 1} | loop_columns()), "", ("'Runs'", "mean 'run'")),
+    "foreign column name": (
+        changed("force [N]", "sensor 3 [N]"),
+        "",
+        ("needs a column force", "sensor 3", "columns = {"),
+    ),
+    "no position": (changed("contraction [%]", "gap [%]"), "", ("contraction, length or displacement", "columns =")),
+    "two positions": (
+        lambda: table(loop_columns() | {"length [mm]": 300}),
+        "",
+        ("contraction and length say the same",),
+    ),
+    "twice the same": (
+        lambda: loop_csv().replace("pressure [bar]", "force [kN]"),
+        "",
+        ("two columns are called force",),
+    ),
+    "no unit": (
+        changed("force [N]", "force"),
+        "",
+        ("row 1", "'force'", "has no unit", "'force [N]'", 'units = { force = "N" }'),
+    ),
+    "wrong dimension": (
+        changed("force [N]", "force [mm]"),
+        "",
+        ("row 1", "'force [mm]'", "cannot be the unit of a force"),
+    ),
+    "mass for force": (changed("force [N]", "force [kg]"), "", ("cannot be the unit of a force",)),
+    "no such unit": (changed("[bar]", "[Bahr]"), "", ("'Bahr' is not a unit",)),
+    "case of unit": (changed("[bar]", "[kpa]"), "", ("did you mean 'kPa'?",)),
+    "text": (
+        cell(17, 3, "OVLD"),
+        "",
+        ("data.csv, row 17, column 'force [N]'", "not a number", "'OVLD'", "leave the cell"),
+    ),
+    "decimal comma": (cell(17, 3, '"17,5"'), "", ("row 17", "'17,5'", "decimal point")),
+    "decimal commas": (lambda: loop_csv().replace(".", ","), "", ("cells, the header 4", "semicolons")),
+    "open quote": (cell(17, 3, '"17'), "", ("row 17", "quotation mark", "close or delete")),
+    "short row": (
+        changed("0.3,2.0,", "0.3,"),
+        "",
+        ("row 5", "the row has 3 cells, the header 4", "complete or delete"),
+    ),
+    "long row": (changed("0.3,2.0,", "0.3,2.0,7,"), "", ("row 5", "5 cells")),
+    "time goes back": (
+        cell(17, 0, "0.05"),
+        "",
+        ("row 17", "time goes back", "0.05 s after 1.4 s", "add a column 'run'"),
+    ),
+    "time goes back in a run": (
+        lambda: table({"run": 1} | loop_columns() | {"time [s]": [*np.arange(200), 5, 6]}),
+        "",
+        ("row 202", "its own number in the column 'run'"),
+    ),
+    "same time twice": (cell(17, 0, "1.4"), "", ("row 17", "two samples have the same time", "more digits")),
+    "empty": (lambda: "", "", ("the file is empty", "begin with a header")),
+    "comments only": (lambda: "# nothing\n\n", "", ("the file is empty",)),
+    "header only": (lambda: "time [s],pressure [bar]\n", "", ("row 1", "no row of readings")),
+    "too few rows": (lambda: "\n".join(loop_csv().splitlines()[:4]), "", ("only 3 samples, 5 are needed",)),
+    "no reading at all": (lambda: loop_csv(force=np.nan), "", ("'force [N]'", "holds no reading")),
+    "contraction in per cent": (
+        changed("contraction [%]", "contraction [1]"),
+        "",
+        ("outside -0.2 .. 0.6", "[1] or [%]"),
+    ),
+    "length of another muscle": (
+        lambda: loop_csv().replace("contraction [%]", "length [mm]"),
+        "",
+        ("contraction outside", "length in muscle.toml"),
+    ),
+    "displacement that lengthens": (
+        lambda: table({k.replace("contraction [%]", "displacement [mm]"): -5 * v for k, v in loop_columns().items()}),
+        "",
+        ("contraction outside", "positive is shorter"),
+    ),
+    "bar for kPa": (lambda: loop_csv(pressure=200), "", ("row 2", "'pressure [bar]'", "above 50 bar", "20 MPa")),
+    "Pa for kPa": (lambda: loop_csv(pressure=0.003), "", ("never reaches 1 kPa", "valid = { pressure")),
+    "gauge for absolute": (lambda: loop_csv(pressure=-1.5), "", ("pressure below vacuum", "gauge or absolute")),
+    "blanks separate": (lambda: loop_csv().replace(",", " "), "", ("not separated by commas",)),
+    "a spreadsheet": (lambda: b"PK\x03\x04 and so on", "", ("spreadsheet", "save the sheet as CSV")),
+    "not text": (lambda: b"time\x00\x01\n1\n", "", ("not a text file",)),
+    "unknown branch": (
+        lambda: table(loop_columns() | {"branch": "inflat"}),
+        "",
+        ("row 2", "'branch'", "'inflat'", "mean 'inflate'?"),
+    ),
+    "empty branch": (lambda: table(loop_columns() | {"branch": ["inflate"] * 201 + [""]}), "", ("row 203", "empty")),
+    "nothing left": (loop_csv, 'valid = { force = ["900 N", "5 kN"] }', ("no sample is left", "202 of 202", "widen")),
+    "columns: unknown name": (loop_csv, 'columns = { forc = "F" }', ("'forc'", "did you mean 'force'?")),
+    "columns: unknown column": (loop_csv, 'columns = { force = "force_N" }', ("'force_N'", "mean 'force [N]'")),
+    "columns: a number": (loop_csv, "columns = { force = 3 }", ("muscle.toml", "columns: force is not text")),
+    "units: not there": (loop_csv, 'units = { load = "kg" }', ("column in units: 'load'",)),
+    "units: nonsense": (loop_csv, 'units = { force = "Nn" }', ("'Nn' is not a unit",)),
+    "valid: not there": (loop_csv, 'valid = { lenght = ["1 mm", "2 mm"] }', ("column in valid: 'lenght'",)),
+    "valid: no pair": (loop_csv, 'valid = { force = "5 N" }', ("not a pair", '["5 N", "5000 N"]')),
+    "valid: no unit": (loop_csv, 'valid = { force = ["5", "6"] }', ("valid: force has no unit",)),
+    "valid: reversed": (loop_csv, 'valid = { force = ["9 N", "6 N"] }', ("holds nothing", "lower limit first")),
+    "valid: a list": (loop_csv, "valid = 3", ("valid is not a table",)),
+    "pressure option": (loop_csv, 'pressure = "abs"', ("neither gauge nor absolute", "'abs'")),
+    "force sign": (loop_csv, 'force_sign = "-"', ("neither 1 nor -1",)),
+    "noise unit": (loop_csv, 'noise = "0.5 mm"', ("noise: 'mm' cannot be the unit of a force",)),
+    "noise zero": (loop_csv, 'noise = "0 N"', ("muscle.toml, row 10", "noise is not positive")),
+    "unknown option": (loop_csv, 'noize = "1 N"', ("'noize'", "did you mean 'noise'?")),
+}
+
+
+@pytest.mark.parametrize("case", BAD_TABLES)
+def test_bad_tables_are_refused_with_place_and_cure(tmp_path, case):
+    csv, more, said = BAD_TABLES[case]
+    with pytest.raises(InputError) as caught:
+        read_experiment(folder_of(tmp_path, csv(), more=more))
+    message = str(caught.value)
+    assert all(part in message for part in said), message
+    assert caught.value.cure
+    assert caught.value.file
+    assert "\n" not in message
+
+
+@pytest.mark.parametrize(
+    ("test", "columns", "said"),
+    [
+        ("quick release", loop_columns, ("needs a column load", "load [kg]")),
+        ("isometric", loop_columns, ("the length is not held", 'test = "loop"')),
+        ("loops", loop_columns, ("unknown test 'loops'", "did you mean 'loop'?")),
+        ("dance", loop_columns, ("unknown test 'dance'", "known: loop, isometric")),
+        (
+            "step",
+            lambda: {k: v for k, v in release_columns().items() if "press" not in k},
+            ("needs a column pressure",),
+        ),
+    ],
+)
+def test_a_recording_of_the_wrong_kind(tmp_path, test, columns, said):
+    with pytest.raises(InputError) as caught:
+        read_experiment(folder_of(tmp_path, table(columns()), test=test))
+    assert all(part in str(caught.value) for part in said), str(caught.value)
+
+
+BAD_MUSCLES = {
+    "not TOML": ("[muscle\n", ("row 1", "not valid TOML")),
+    "bare unit": ("[muscle]\nlength = 300 mm\n", ("row 2", "not valid TOML", 'length = "300 mm"')),
+    "no muscle": ('name = "x"\n', ("no [muscle] table",)),
+    "unknown table": (MUSCLE + "[sauce]\n", ("unknown key 'sauce'", "did you mean 'source'?")),
+    "unknown key": (muscle_with(radios='"7 mm"'), ("row 5", "'radios'", "did you mean 'radius'?")),
+    "missing": (muscle_with(radius=None), ("lacks radius", "where the braid lies", "add radius")),
+    "no unit": (muscle_with(length='"300"'), ("row 2", "length has no unit", 'as in "300 mm"')),
+    "a number": (muscle_with(length="300"), ("row 2", "length has no unit", "'300'")),
+    "a boolean": (muscle_with(length="true"), ("row 2", "not a value with a unit", "'True'")),
+    "a list": (muscle_with(length='["300 mm"]'), ("row 2", "not a value with a unit")),
+    "wrong unit": (muscle_with(braid_angle='"20 mm"'), ("row 4", "'mm' cannot be the unit of an angle")),
+    "question mark": (muscle_with(radius='"? mm"'), ("row 3", "still to be filled in")),
+    "negative": (muscle_with(radius='"-7 mm"'), ("row 3", "radius must be positive", "-7 mm")),
+    "steep": (muscle_with(braid_angle='"95 deg"'), ("below 90 deg", "long axis")),
+    "thick": (muscle_with(radius='"700 mm"'), ("radius is not below the length", "not diameter")),
+    "no bore": (muscle_with(wall_thickness='"9 mm"'), ("leaves no bore", "9 mm")),
+    "outside": (muscle_with(wall_thickness='"1 mm"', wall_outside='"2 mm"'), ("is not below wall_thickness",)),
+    "poisson": (muscle_with(strand_poisson="0.7"), ("above 0.5",)),
+    "twice the modulus": (muscle_with(hardness='"45"', shear_modulus='"1 MPa"'), ("say the same twice",)),
+    "hardness": (muscle_with(hardness='"145 IRHD"'), ("row 5", "outside 30..75 IRHD")),
+    "twice the angle": (muscle_with(turns="1.5"), ("say the same twice",)),
+    "no cord": (muscle_with(braid_angle=None, turns="1.5"), ("lacks cord_length",)),
+    "cord": (muscle_with(braid_angle=None, turns="1.5", cord_length='"500 mm"'), ("row 5", "cord_length", "307.2 mm")),
+    "source": ('source = 3\n' + muscle_with(), ("source is not a table",)),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("case", BAD_MUSCLES)
+def test_bad_muscles_are_refused_with_place_and_cure(tmp_path, case):
+    toml, said = BAD_MUSCLES[case]
+    with pytest.raises(InputError) as caught:
+        read_muscle(folder_of(tmp_path, toml=toml))
+    message = str(caught.value)
+    assert all(part in message for part in said), message
+    assert caught.value.cure
+    assert "muscle.toml" in message
+
+
+@pytest.mark.parametrize(
+    ("toml", "said"),
+    [
+        (MUSCLE, ("no recording is named", "[[recording]]")),
+        (MUSCLE + '[recording]\nfile = "a.csv"\n', ("no recording is named",)),
+        (MUSCLE + '[[recording]]\ntest = "loop"\n', ("lacks file", 'file = "loops.csv"')),
+        (MUSCLE + '[[recording]]\nfile = "a.csv"\n', ("lacks test", 'test = "loop"')),
+        (recording(file="gone.csv"), ("gone.csv", "no such file", "muscle.toml")),
+    ],
+)
+def test_bad_lists_of_recordings(tmp_path, toml, said):
+    with pytest.raises(InputError) as caught:
+        read_experiment(folder_of(tmp_path, toml=toml))
+    assert all(part in str(caught.value) for part in said), str(caught.value)
+
+
+def test_no_folder_and_no_muscle_file(tmp_path):
+    with pytest.raises(InputError, match="no such folder"):
+        read_experiment(tmp_path / "gone")
+    with pytest.raises(InputError, match="mckibben init"):
+        read_experiment(tmp_path)
+
+
+@pytest.mark.parametrize("seed", range(200))
+def test_damaged_files_never_end_in_a_traceback(tmp_path, seed):
+    rng = np.random.default_rng(seed)
+    text = bytearray(loop_csv().encode() if seed % 2 else recording().encode())
+    for _ in range(rng.integers(1, 6)):
+        at, kind = rng.integers(len(text)), rng.integers(3)
+        text[at : at + 1 + 20 * (kind == 2)] = b"" if kind else bytes([rng.choice(list(b'\n,;"[]=#-.e09 \xff\x00x'))])
+    folder = folder_of(tmp_path, bytes(text) if seed % 2 else loop_csv())
+    if not seed % 2:
+        (folder / "muscle.toml").write_bytes(bytes(text))
+    refused = None
+    try:
+        read_experiment(folder)
+    except InputError as error:
+        refused = error
+    assert refused is None or (refused.cure and refused.file)
