@@ -55,7 +55,9 @@ def nearest(name: str, known: Iterable[str], alike: float = 0.6) -> str | None:
     return by_folded[match[0]] if match else None
 
 
-def unknown_name(what: str, name: str, known: Iterable[str], file: str | Path | None = None, **place: Any) -> InputError:
+def unknown_name(
+    what: str, name: str, known: Iterable[str], file: str | Path | None = None, **place: Any
+) -> InputError:
     """The error for a name that nothing answers to: with the nearest known name, or all of them."""
     known = tuple(known)
     like = nearest(name, known)

@@ -51,11 +51,13 @@ def noise_level(time: np.ndarray, signal: np.ndarray) -> float:
 
 
 def resolution(signal: np.ndarray) -> float:
-    """Step in which a signal is rounded: the smallest difference between its values that is not arithmetic dust."""
-    values = np.unique(signal)
-    steps = np.diff(values)
-    steps = steps[steps > 1e-9 * max(float(np.abs(values).max()), 1e-300)]
-    return float(steps.min()) if steps.size else 0.0
+    """Step in which a signal is rounded, where that is coarser than its noise and motion: else 0.
+
+    Then most readings repeat the one before, and the smallest difference between two is the step.
+    """
+    steps = np.abs(np.diff(signal))
+    moved = steps[steps > 1e-9 * max(float(np.abs(signal).max()), 1e-300)]  # beyond arithmetic dust
+    return float(moved.min()) if moved.size and moved.size < 0.6 * steps.size else 0.0
 
 
 def turning_threshold(time: np.ndarray, signal: np.ndarray, share: float) -> float:
@@ -97,9 +99,26 @@ def _local_extremes(signal: np.ndarray) -> np.ndarray:
     return np.concatenate([[0], inner, [len(signal) - 1]]).astype(int)
 
 
-def branches_of(signal: np.ndarray, threshold: float) -> Branches:
-    """A signal cut at its turning points."""
+def departures(signal: np.ndarray, turns: np.ndarray, threshold: float) -> np.ndarray:
+    """Where the signal leaves its turning values for good: the end of a rest there, or the extreme itself.
+
+    Half the threshold away it has certainly left; a rest is told by the time until then being long against the time
+    for the second half, and is taken to end that second time earlier.
+    """
+    left = turns.copy()
+    for k, (turn, stop) in enumerate(itertools.pairwise(np.append(turns, len(signal)))):
+        away = np.abs(signal[turn:stop] - signal[turn])
+        half, whole = (int(np.argmax(away > share * threshold)) for share in (0.5, 1.0))
+        pace = max(whole - half, 1)
+        if half > 3 * pace:
+            left[k] = turn + half - pace
+    return left
+
+
+def branches_of(signal: np.ndarray, threshold: float, rests: bool = False) -> Branches:
+    """A signal cut at its turning points; with `rests`, a rest at a turning value belongs to the branch before it."""
     turns = turning_points(signal, threshold)
+    turns = departures(signal, turns, threshold) if rests else turns
     edges = np.unique(np.concatenate([[0], turns, [len(signal) - 1]]))
     half = np.clip(np.searchsorted(edges, np.arange(len(signal)), side="left") - 1, 0, None)
     rise = np.sign(np.diff(signal[edges])) if len(edges) > 1 else np.zeros(1)
@@ -131,14 +150,24 @@ def rate(time: np.ndarray, signal: np.ndarray, edges: np.ndarray, noise: float) 
     run and its turning points; `noise` is the standard deviation of one reading.
     """
     slope, error = np.zeros(len(signal)), np.full(len(signal), np.inf)
-    for k, (first, last) in enumerate(itertools.pairwise(edges)):
-        own = slice(first + (k > 0), last + 1)  # a turning point belongs to the branch it ends
-        branch = slice(first, last + 1)
-        s, e = _branch_rate(time[branch], signal[branch], noise)
-        slope[own], error[own] = s[k > 0 :], e[k > 0 :]
-    floor = 1e-12 * float(np.ptp(signal)) / max(float(np.ptp(time)), 1e-300)  # arithmetic dust is not motion
-    slope[np.abs(slope) <= np.maximum(2 * error, floor)] = 0.0
-    return slope, error
+    noise = max(noise, 1e-12 * float(np.abs(signal).max()))  # arithmetic dust is not motion
+    for first, last in itertools.pairwise(edges):
+        # a turning sample was chosen for its error: where samples abound it stays out of the polynomials
+        inset = (int(first > 0), int(last < len(signal) - 1)) if last - first > 4 * FEWEST else (0, 0)
+        inner = slice(first + inset[0], last + 1 - inset[1])
+        s, e = _branch_rate(time[inner], signal[inner], noise)
+        own = slice(first + (first > 0), last + 1)  # a turning point belongs to the branch it ends
+        slope[own], error[own] = (np.pad(v, inset, mode="edge")[own.start - first :] for v in (s, e))
+    slope[np.abs(slope) <= 2 * error] = 0.0
+    return _without_flicker(time, slope, noise), error
+
+
+def _without_flicker(time: np.ndarray, slope: np.ndarray, noise: float) -> np.ndarray:
+    """Speeds, 0 also where they last for less than four times the noise: a held muscle flickers."""
+    starts = np.flatnonzero(np.diff(np.sign(slope), prepend=np.nan) != 0)
+    travel = np.add.reduceat(np.abs(slope) * np.gradient(time), starts)
+    short = np.repeat(travel < 4 * noise, np.diff(np.append(starts, len(slope))))
+    return np.where(short, 0.0, slope)
 
 
 def _branch_rate(time: np.ndarray, signal: np.ndarray, noise: float) -> tuple[np.ndarray, np.ndarray]:
@@ -153,13 +182,13 @@ def _branch_rate(time: np.ndarray, signal: np.ndarray, noise: float) -> tuple[np
 
 
 def _window(time: np.ndarray, signal: np.ndarray, noise: float) -> int:
-    """Samples in a local line for it to know the mean speed of this branch to a tenth; at most a quarter of the branch.
+    """Samples in a local line for it to know the mean speed of this branch to 5 %; at most a quarter of the branch.
 
     The slope of n readings with spacing dt has the error noise sqrt(12/n^3)/dt.
     """
     count = len(time)
     travel = abs(float(signal[-1] - signal[0])) / max(count - 1, 1)  # mean way per sample
-    needed = (12 * (10 * noise / travel) ** 2) ** (1 / 3) if travel > 0 else count
+    needed = (12 * (20 * noise / travel) ** 2) ** (1 / 3) if travel > 0 else count
     return int(np.clip(needed, FEWEST, max(count // 4, FEWEST))) | 1
 
 

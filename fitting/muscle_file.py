@@ -10,10 +10,11 @@ from fitting import units
 from fitting.errors import InputError, unknown_name
 from fitting.units import Measured
 from mckibben_jax.muscle import Muscle, quantities
+from mckibben_jax.rubber import shear_modulus_of_hardness
 
 TOP_KEYS = ("name", "muscle", "recording", "source")
 INSTEAD = ("cord_length", "turns", "hardness")  # other ways to say the braid angle and the shear modulus
-REQUIRED = ("length", "radius", "braid_angle")
+REQUIRED = {"length": "300 mm", "radius": "7.0 +/- 0.1 mm", "braid_angle": "20 +/- 0.5 deg"}  # with an example
 
 
 def read_toml(path: Path) -> tuple[dict[str, Any], bytes]:
@@ -29,20 +30,19 @@ def read_toml(path: Path) -> tuple[dict[str, Any], bytes]:
     except tomllib.TOMLDecodeError as error:
         row = re.search(r"at line (\d+)", str(error))
         problem = re.sub(r"\s*\(at .*\)", "", str(error))
-        cure = "every value stands in quotes, with its unit: length = \"300 mm\""
+        cure = 'every value stands in quotes, with its unit: length = "300 mm"'
         raise InputError(f"not valid TOML: {problem}", path, int(row[1]) if row else None, cure=cure) from None
 
 
 def line_of(raw: bytes, key: str) -> int | None:
-    """Line that sets `key`, as an editor counts; None where it cannot be told."""
-    pattern = re.compile(rf"\s*[\"']?{re.escape(key)}[\"']?\s*=")
+    """Line that sets `key`, as an editor counts; None where no line does, or several."""
+    pattern = re.compile(rf"\s*[\"']?{re.escape(key)}[\"']?\s*(=|$)")
     lines = raw.decode("utf-8-sig", "replace").splitlines()
-    return next((number for number, line in enumerate(lines, 1) if pattern.match(line)), None)
+    found = [number for number, line in enumerate(lines, 1) if pattern.match(line)]
+    return found[0] if len(found) == 1 else None
 
 
-def read_muscle_table(
-    table: dict[str, Any], path: Path, raw: bytes
-) -> tuple[Muscle, dict[str, tuple[float, float]]]:
+def read_muscle_table(table: dict[str, Any], path: Path, raw: bytes) -> tuple[Muscle, dict[str, tuple[float, float]]]:
     """The `[muscle]` table as a muscle and the normal priors (mean, standard deviation, SI) of its uncertain values."""
     known = quantities()
     given: dict[str, Measured] = {}
@@ -50,12 +50,11 @@ def read_muscle_table(
         if key not in known and key not in INSTEAD:
             raise unknown_name("key in [muscle]:", key, (*known, *INSTEAD), path, row=line_of(raw, key))
         given[key] = _value(key, value, known, path, line_of(raw, key))
-    given = _angle_from_cords(_modulus_from_hardness(given, path), path)
-    for key in REQUIRED:
+    given = _angle_from_cords(_modulus_from_hardness(given, path, raw), path, line_of(raw, "cord_length"))
+    for key, example in REQUIRED.items():
         if key not in given:
-            _, meaning = known[key]
-            example = units.example(known[key][0])
-            raise InputError(f"[muscle] lacks {key} ({meaning})", path, cure=f'add {key} = "{example}", with your value')
+            cure = f'add {key} = "{example}", with your value'
+            raise InputError(f"[muscle] lacks {key} ({known[key][1]})", path, cure=cure)
     _check_geometry({key: value.value for key, value in given.items()}, path, raw)
     priors = {f"muscle.{key}": (v.value, v.error) for key, v in given.items() if v.error is not None}
     return Muscle(**{key: v.value for key, v in given.items()}), priors  # type: ignore[arg-type]
@@ -73,23 +72,27 @@ def _value(key: str, value: Any, known: dict[str, tuple[str, str]], path: Path, 
         raise InputError(error.problem, path, row, value=error.value, cure=error.cure) from None
 
 
-def _modulus_from_hardness(given: dict[str, Measured], path: Path) -> dict[str, Measured]:
-    """Shear modulus in place of the hardness; its uncertainty through the exponential law."""
+def _modulus_from_hardness(given: dict[str, Measured], path: Path, raw: bytes) -> dict[str, Measured]:
+    """Shear modulus in place of the hardness, its uncertainty carried over to first order."""
     if "hardness" not in given:
         return given
     if "shear_modulus" in given:
         raise InputError("hardness and shear_modulus say the same twice", path, cure="leave one of them out")
     hardness = given["hardness"]
-    if not 20 <= hardness.value <= 95:
-        raise InputError("hardness lies outside 20..95 IRHD", path, line_of(path.read_bytes(), "hardness"),
-                         value=f"{hardness.value:g} IRHD", cure='give it as hardness = "45 IRHD"')  # fmt: skip
-    modulus = units.hardness_to_shear_modulus(hardness.value)
-    slope = units.hardness_to_shear_modulus(hardness.value + 0.5) - units.hardness_to_shear_modulus(hardness.value - 0.5)
-    error = None if hardness.error is None else slope * hardness.error
+    if not 30 <= hardness.value <= 75:
+        raise InputError(
+            "hardness lies outside 30..75 IRHD, where its modulus is known",
+            path,
+            line_of(raw, "hardness"),
+            value=f"{hardness.value:g} IRHD",
+            cure="give shear_modulus instead",
+        )
+    softer, modulus, harder = (float(shear_modulus_of_hardness(hardness.value + step)) for step in (-0.5, 0, 0.5))
+    error = None if hardness.error is None else (harder - softer) * hardness.error
     return {k: v for k, v in given.items() if k != "hardness"} | {"shear_modulus": Measured(modulus, error)}
 
 
-def _angle_from_cords(given: dict[str, Measured], path: Path) -> dict[str, Measured]:
+def _angle_from_cords(given: dict[str, Measured], path: Path, row: int | None) -> dict[str, Measured]:
     """Braid angle in place of cord length and turns: tan(angle) = 2 pi r n / l0, and the cord is the hypotenuse.
 
     Length and radius are measured anyhow, so the cord length is the check: the angle from it alone, acos(l0/b), would
@@ -99,19 +102,20 @@ def _angle_from_cords(given: dict[str, Measured], path: Path) -> dict[str, Measu
     if "cord_length" not in given and "turns" not in given:
         return given
     if "braid_angle" in given:
-        raise InputError("braid_angle and cord_length with turns say the same twice", path, cure="leave one of them out")
+        raise InputError("braid_angle and cord_length with turns say the same twice", path, cure="leave one out")
     for key in ("length", "radius", "cord_length", "turns"):
         if key not in given:
-            raise InputError(f"[muscle] lacks {key}: the braid angle follows from length, radius, cord_length and turns",
-                             path, cure=f"add {key}, or give braid_angle instead of cord_length and turns")  # fmt: skip
+            problem = f"[muscle] lacks {key}: the braid angle follows from length, radius, cord_length and turns"
+            raise InputError(problem, path, cure=f"add {key}, or give braid_angle instead of cord_length and turns")
     length, radius, cord, turns = (given[key] for key in ("length", "radius", "cord_length", "turns"))
     around = 2 * math.pi * radius.value * turns.value
     angle = math.atan2(around, length.value)
     expected = math.hypot(around, length.value)
     if abs(cord.value / expected - 1) > 0.05:
-        raise InputError(f"length, radius and turns need a cord of {units.show(expected, 'm')}, cord_length differs by more"
-                         " than 5 %", path, value=units.show(cord.value, "m"),
-                         cure="measure again, or give braid_angle instead")  # fmt: skip
+        problem = f"cord_length is not what length, radius and turns ask for, {units.show(expected, 'm')}"
+        raise InputError(
+            problem, path, row, value=units.show(cord.value, "m"), cure="measure again, or give braid_angle"
+        )
     relative = [v.error / v.value for v in (length, radius, turns) if v.error is not None]
     error = math.sin(angle) * math.cos(angle) * math.hypot(*relative) if relative else None
     return {k: v for k, v in given.items() if k not in INSTEAD} | {"braid_angle": Measured(angle, error)}
@@ -134,10 +138,13 @@ def _check_geometry(value: dict[str, float], path: Path, raw: bytes) -> None:
         raise refuse("radius", "is not below the length", "check the units; radius, not diameter")
     outside = value.get("wall_outside", 0.0)
     if value.get("wall_thickness", math.inf) <= outside and outside > 0:
-        raise refuse("wall_outside", "is not below wall_thickness", "wall_thickness is the whole wall, both sides of the braid")
+        raise refuse("wall_outside", "is not below wall_thickness", "wall_thickness is the whole wall")
     if value.get("wall_thickness", 0.0) >= value["radius"] + outside:
-        raise refuse("wall_thickness", "leaves no bore: radius + wall_outside - wall_thickness must be positive",
-                     "check the units; wall_thickness is that of one wall")  # fmt: skip
+        raise refuse(
+            "wall_thickness",
+            "leaves no bore: radius + wall_outside - wall_thickness must be positive",
+            "check the units; wall_thickness is that of one wall",
+        )
     if value.get("strand_poisson", 0.0) > 0.5:
         raise refuse("strand_poisson", "is above 0.5", "Poisson's ratio lies in 0..0.5")
 
@@ -158,8 +165,7 @@ def muscle_of(table: dict[str, Any], path: Path, raw: bytes) -> tuple[Muscle, di
     """The muscle of a whole file's table, its keys checked."""
     for key in table:
         if key not in TOP_KEYS:
-            cure_known = (*TOP_KEYS,)
-            raise unknown_name("key", key, cure_known, path, row=line_of(raw, key))
+            raise unknown_name("key", key, TOP_KEYS, path, row=line_of(raw, key))
     if not isinstance(table.get("muscle"), dict):
         raise InputError("there is no [muscle] table", path, cure="add [muscle] with length, radius and braid_angle")
     return read_muscle_table(table["muscle"], path, raw)

@@ -9,9 +9,10 @@ from fitting import units
 from fitting.errors import InputError, nearest, unknown_name
 from fitting.records import FORCE_TESTS
 from fitting.runs import Readings
-from fitting.tables import COLUMNS, Table, plain_name
+from fitting.tables import COLUMNS, USUAL, Table, plain_name
 from mckibben_jax.muscle import Muscle
 
+PRESSURES = ("pressure", "set_pressure")
 POSITIONS = ("contraction", "length", "displacement")
 DIRECTIONS = {"contraction": 1, "inflate": 1, "elongation": -1, "deflate": -1}
 CONTRACTIONS = (-0.2, 0.6)  # beyond these no braided muscle goes
@@ -21,9 +22,7 @@ FEWEST_SAMPLES = 5
 HELD = 0.01  # contraction that an isometric test may wander
 
 
-def read_runs(
-    table: Table, test: str, muscle: Muscle, options: dict[str, Any], counts: Counter[str]
-) -> list[Readings]:
+def read_runs(table: Table, test: str, muscle: Muscle, options: dict[str, Any], counts: Counter[str]) -> list[Readings]:
     """The readings of every run, checked; `counts` gains the samples that are set aside, by reason."""
     position = _check_columns(table, test)
     readings = _all_readings(table, test, muscle, options, position, counts)
@@ -48,7 +47,9 @@ def _check_columns(table: Table, test: str) -> str:
     if not found:
         raise _lacks(table, test, "contraction, length or displacement", POSITIONS)
     if len(found) > 1:
-        raise InputError(f"{' and '.join(found)} say the same twice", table.file, cure="keep one of these columns")
+        raise InputError(
+            f"{' and '.join(found)} say the same twice", table.file, table.header_row, cure="keep one of these columns"
+        )
     return found[0]
 
 
@@ -58,11 +59,16 @@ def _lacks(table: Table, test: str, what: str, names: tuple[str, ...]) -> InputE
     for head in table.unused:
         like = nearest(plain_name(head), names)
         if like:
-            return InputError(problem, table.file, column=head, cure=f"did you mean '{like}'?")
-    unit = {"s": "s", "Pa": "kPa", "1": "1", "m": "mm", "N": "N", "load": "kg"}[str(COLUMNS[names[0]])]
-    return InputError(problem, table.file, value=", ".join([*table.heads.values(), *table.unused]),
-                      cure=f"head it '{names[0]} [{unit}]', or say in muscle.toml which column it is: columns = "
-                      f'{{ {names[0]} = "its name" }}')  # fmt: skip
+            return InputError(problem, table.file, table.header_row, head, cure=f"did you mean '{like}'?")
+    unit = USUAL[str(COLUMNS[names[0]])]
+    return InputError(
+        problem,
+        table.file,
+        table.header_row,
+        value=", ".join([*table.heads.values(), *table.unused]),
+        cure=f"head it '{names[0]} [{unit}]', or say in muscle.toml which column it is: columns = "
+        f'{{ {names[0]} = "its name" }}',
+    )
 
 
 # ------------------------------------------------------------------------------------------------- the program's words
@@ -74,7 +80,7 @@ def _all_readings(
     """The whole file: gauge pressure, contraction, pulling positive; what is missing or not valid is marked."""
     atmosphere = units.ATMOSPHERE if options.get("pressure") == "absolute" else 0.0
     columns = {name: values for name, values in table.columns.items() if COLUMNS[name] is not None}
-    for name in ("pressure", "set_pressure"):
+    for name in PRESSURES:
         if name in columns:
             columns[name] = columns[name] - atmosphere
     if "force" in columns:
@@ -117,8 +123,9 @@ def _usable(columns: dict[str, np.ndarray], valid: dict[str, Any], table: Table,
 
 def _limits(name: str, limits: Any) -> tuple[float, float]:
     if not isinstance(limits, list) or len(limits) != 2:
-        raise InputError(f"valid: {name} is not a pair of values", value=limits,
-                         cure='write valid = { force = ["5 N", "5000 N"] }')  # fmt: skip
+        raise InputError(
+            f"valid: {name} is not a pair of values", value=limits, cure='write valid = { force = ["5 N", "5000 N"] }'
+        )
     convert = units.load_to_si if name == "load" else units.to_si
     low, high = (convert(limit, str(COLUMNS[name]), f"valid: {name}") for limit in limits)
     if low >= high:
@@ -133,8 +140,8 @@ def _directions(table: Table) -> np.ndarray:
     for number, label in enumerate(known):
         if label.lower() not in DIRECTIONS:
             like = nearest(label, DIRECTIONS)
-            raise table.error("not a branch", int(np.argmax(which == number)), "branch", label,
-                              f"did you mean '{like}'?" if like else f"write one of {', '.join(DIRECTIONS)}")  # fmt: skip
+            cure = f"did you mean '{like}'?" if like else f"write one of {', '.join(DIRECTIONS)}"
+            raise table.error("not a branch", int(np.argmax(which == number)), "branch", label, cure)
     return np.array([DIRECTIONS[label.lower()] for label in known])[which]
 
 
@@ -144,29 +151,53 @@ def _directions(table: Table) -> np.ndarray:
 def _check_ranges(r: Readings, table: Table, test: str, options: dict[str, Any], position: str) -> None:
     """Readings that no muscle gives betray a wrong unit, sign or length."""
     low, high = CONTRACTIONS
-    _refuse(table, r.usable & ((r.contraction < low) | (r.contraction > high)), position,
-            f"contraction outside {low} .. {high}", r.contraction, _position_cure(position))  # fmt: skip
+    _refuse(
+        table,
+        r.usable & ((r.contraction < low) | (r.contraction > high)),
+        position,
+        f"contraction outside {low} .. {high}",
+        r.contraction,
+        _position_cure(position),
+    )
     for name, pressure in (("pressure", r.pressure), ("set_pressure", r.set_pressure)):
         if pressure is None or name not in table:
             continue
-        _refuse(table, r.usable & (pressure > LARGEST_PRESSURE), name, "pressure above 50 bar", pressure,
-                "check the column's unit")  # fmt: skip
-        _refuse(table, r.usable & (pressure < -1.02 * units.ATMOSPHERE), name, "pressure below vacuum", pressure,
-                "check the unit, and whether it is gauge or absolute")  # fmt: skip
+        _refuse(
+            table,
+            r.usable & (pressure > LARGEST_PRESSURE),
+            name,
+            "pressure above 50 bar",
+            pressure,
+            "check the column's unit",
+        )
+        _refuse(
+            table,
+            r.usable & (pressure < -1.02 * units.ATMOSPHERE),
+            name,
+            "pressure below vacuum",
+            pressure,
+            "check the unit, and whether it is gauge or absolute",
+        )
     top = float(np.max(r.pressure[r.usable], initial=-np.inf))
     if test == "loop" and 0 < top < SMALLEST_LOOP_PRESSURE and "pressure" not in options.get("valid", {}):
-        raise InputError("the pressure never reaches 1 kPa", table.file, column=table.heads["pressure"],
-                         value=f"at most {top:.3g} Pa", cure="check the column's unit; if the muscle was vented, say so:"
-                         ' valid = { pressure = ["-1 kPa", "1 kPa"] }')  # fmt: skip
+        cure = (
+            """check the column's unit; if the muscle was vented, say so: valid = { pressure = ["-1 kPa", "1 kPa"] }"""
+        )
+        head = table.heads["pressure"]
+        raise InputError("the pressure never reaches 1 kPa", table.file, None, head, f"at most {top:.3g} Pa", cure)
 
 
-def _refuse(
-    table: Table, bad: np.ndarray, column: str, problem: str, values: np.ndarray, cure: str
-) -> None:
+def _refuse(table: Table, bad: np.ndarray, column: str, problem: str, values: np.ndarray, cure: str) -> None:
     if bad.any():
         at = int(np.argmax(bad))
         more = f" ({np.count_nonzero(bad)} rows)" if np.count_nonzero(bad) > 1 else ""
-        raise table.error(problem + more, at, column, f"{values[at]:.4g}", cure)
+        raise table.error(
+            problem + more,
+            at,
+            column,
+            units.show(values[at], str(COLUMNS[column]) if column in PRESSURES else "1"),
+            cure,
+        )
 
 
 def _position_cure(position: str) -> str:
@@ -182,8 +213,12 @@ def _check_run(r: Readings, table: Table, test: str) -> None:
     called = f"run {r.name} has" if "run" in table else "there are"
     fewest = 1 if test == "static" else FEWEST_SAMPLES
     if len(r.time) < fewest:
-        raise InputError(f"{called} only {len(r.time)} samples, {fewest} are needed", table.file,
-                         int(table.row[0] if not len(r.row) else r.row[0]), cure="record more, or delete the run")
+        raise InputError(
+            f"{called} only {len(r.time)} samples, {fewest} are needed",
+            table.file,
+            int(table.row[0] if not len(r.row) else r.row[0]),
+            cure="record more, or delete the run",
+        )
     if test == "static":
         return
     step = np.diff(r.time)
@@ -192,12 +227,21 @@ def _check_run(r: Readings, table: Table, test: str) -> None:
         back = step[at - 1] < 0
         cure = "if another experiment begins here, add a column 'run' that numbers the experiments"
         cure = "give each experiment its own number in the column 'run'" if "run" in table else cure
-        raise InputError("time goes back" if back else "two samples have the same time", table.file, int(r.row[at]),
-                         table.heads["time"], f"{r.time[at]:.9g} s after {r.time[at - 1]:.9g} s",
-                         cure if back else "write the time with more digits, or delete one of the rows")  # fmt: skip
+        raise InputError(
+            "time goes back" if back else "two samples have the same time",
+            table.file,
+            int(r.row[at]),
+            table.heads["time"],
+            f"{r.time[at]:.9g} s after {r.time[at - 1]:.9g} s",
+            cure if back else "write the time with more digits, or delete one of the rows",
+        )
     if test == "isometric" and r.usable.any() and np.ptp(np.quantile(r.contraction[r.usable], [0.02, 0.98])) > HELD:
-        raise InputError(f"{called.removesuffix(' has').removesuffix('there are')} the length is not held", table.file,
-                         int(r.row[0]), cure='a recording in which the length moves is test = "loop"')  # fmt: skip
+        raise InputError(
+            f"{called.removesuffix(' has').removesuffix('there are')} the length is not held",
+            table.file,
+            int(r.row[0]),
+            cure='a recording in which the length moves is test = "loop"',
+        )
 
 
 # --------------------------------------------------------------------------------------------------------------- runs
@@ -239,5 +283,3 @@ def _bridge(values: np.ndarray) -> np.ndarray:
         return np.nan_to_num(values)
     place = np.arange(len(values))
     return np.interp(place, place[~missing], values[~missing])
-
-

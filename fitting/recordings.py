@@ -1,6 +1,7 @@
 """A data-set folder as an `Experiment`: muscle.toml and its recordings, in SI units, every reading checked."""
 
 import hashlib
+import re
 from collections import Counter
 from collections.abc import Mapping
 from pathlib import Path
@@ -15,8 +16,9 @@ from fitting.runs import run_of
 from fitting.tables import Table, read_table
 from mckibben_jax.muscle import Muscle
 
-__all__ = ["read_experiment", "read_muscle", "read_recording"]
+__all__ = ["read_experiment", "read_muscle", "read_recording", "read_single"]
 
+TURNED_BY = {"loop": "length", "isometric": "pressure", "isotonic": "pressure"}
 OPTIONS = ("file", "test", "noise", "columns", "units", "valid", "pressure", "force_sign")
 
 
@@ -25,6 +27,10 @@ def read_experiment(folder: Path | str) -> Experiment:
     folder = Path(folder)
     if folder.name == "muscle.toml":
         folder = folder.parent
+    if folder.is_file():
+        raise InputError(
+            "this is a file, not a folder", folder, cure="for one file give --muscle muscle.toml --test loop"
+        )
     if not folder.is_dir():
         raise InputError("no such folder", folder, cure="a data set is a folder with muscle.toml and CSV recordings")
     path = folder / "muscle.toml"
@@ -40,15 +46,26 @@ def read_experiment(folder: Path | str) -> Experiment:
         recording, content = _recording_of(entry, folder, path, raw, muscle)
         recordings.append(recording)
         digest.update(content)
-    return Experiment(name_of(table, path), folder, muscle, tuple(recordings), priors, digest.hexdigest(),
-                      source_of(table, path))  # fmt: skip
+    return Experiment(
+        name_of(table, path), folder, muscle, tuple(recordings), priors, digest.hexdigest(), source_of(table, path)
+    )
 
 
-def read_recording(
-    path: Path | str, test: str, muscle: Muscle, options: Mapping[str, Any] | None = None
-) -> Recording:
+def read_recording(path: Path | str, test: str, muscle: Muscle, options: Mapping[str, Any] | None = None) -> Recording:
     """Read one CSV as a recording of this kind of test; `options` are the keys a `[[recording]]` may have."""
     return _read(Path(path), test, muscle, dict(options or {}), Path(path).name)[0]
+
+
+def read_single(
+    path: Path | str, muscle_file: Path | str, test: str, options: Mapping[str, Any] | None = None
+) -> Experiment:
+    """A data set of one CSV, with the muscle of a muscle.toml that may stand elsewhere."""
+    path = Path(path)
+    muscle, priors, name, source = read_muscle(muscle_file)
+    recording, content = _read(path, test, muscle, dict(options or {}), path.name)
+    described = Path(muscle_file) / "muscle.toml" if Path(muscle_file).is_dir() else Path(muscle_file)
+    digest = hashlib.sha256(described.read_bytes() + content).hexdigest()
+    return Experiment(name, path.parent, muscle, (recording,), priors, digest, source)
 
 
 def _recording_of(
@@ -57,21 +74,30 @@ def _recording_of(
     """One `[[recording]]` of a muscle.toml."""
     for key in ("file", "test"):
         if not isinstance(entry.get(key), str):
-            raise InputError(f"a [[recording]] lacks {key}", toml, line_of(raw, key), value=entry.get(key),
-                             cure=f'add {key} = "{"loops.csv" if key == "file" else "loop"}"')  # fmt: skip
+            raise InputError(
+                f"a [[recording]] lacks {key}",
+                toml,
+                line_of(raw, "[[recording]]"),
+                value=entry.get(key),
+                cure=f'add {key} = "{"loops.csv" if key == "file" else "loop"}"',
+            )
     try:
         return _read(folder / entry["file"], entry["test"], muscle, entry, entry["file"])
     except InputError as error:
-        if error.file is None:
+        if error.file is None:  # then an option of this entry is wrong
             error.file = toml
+            error.row = next((line_of(raw, key) for key in entry if re.search(rf"\b{key}\b", error.problem)), None)
         raise
 
 
 def _read(path: Path, test: str, muscle: Muscle, options: dict[str, Any], name: str) -> tuple[Recording, bytes]:
     test = kind_of(test)
     _check_options(options)
-    noise = None if options.get("noise") is None else units.to_si(
-        options["noise"], "N" if test in FORCE_TESTS else "m", "noise")  # fmt: skip
+    noise = (
+        None
+        if options.get("noise") is None
+        else units.to_si(options["noise"], "N" if test in FORCE_TESTS else "m", "noise")
+    )
     if noise is not None and noise <= 0:
         raise InputError("noise is not positive", value=options["noise"], cure="leave it out if it is unknown")
     table = read_table(path, options.get("columns"), options.get("units"))
@@ -81,8 +107,10 @@ def _read(path: Path, test: str, muscle: Muscle, options: dict[str, Any], name: 
     for part in parts:
         counts.update(part.counts)
     if not any(run.weight.any() for run in runs):
-        raise InputError("no sample is left that carries weight", table.file, value="; ".join(_weightless(counts, table)),
-                         cure="widen `valid`, or record longer branches")  # fmt: skip
+        why = "; ".join(_weightless(counts, table))
+        raise InputError(
+            f"no sample is left that carries weight: {why}", table.file, cure="widen `valid`, or record more"
+        )
     notes = _notes(counts, table, test, runs)
     return Recording(name, test, runs, noise, notes), table.raw
 
@@ -107,12 +135,16 @@ def _check_options(options: dict[str, Any]) -> None:
             if not isinstance(value, str):
                 raise InputError(f"{key}: {name} is not text", value=value, cure=f'write {key} = {{ {name} = "..." }}')
     if options.get("pressure", "gauge") not in ("gauge", "absolute"):
-        raise InputError("pressure is neither gauge nor absolute", value=options["pressure"],
-                         cure='write pressure = "gauge"')  # fmt: skip
+        raise InputError(
+            "pressure is neither gauge nor absolute", value=options["pressure"], cure='write pressure = "gauge"'
+        )
     sign = options.get("force_sign", 1)
     if isinstance(sign, bool) or sign not in (1, -1):
-        raise InputError("force_sign is neither 1 nor -1", value=sign,
-                         cure="write force_sign = -1 where the rig counts pulling as negative")  # fmt: skip
+        raise InputError(
+            "force_sign is neither 1 nor -1",
+            value=sign,
+            cure="write force_sign = -1 where the rig counts pulling as negative",
+        )
 
 
 # -------------------------------------------------------------------------------------------------------------- notes
@@ -130,6 +162,10 @@ def _notes(counts: Counter[str], table: Table, test: str, runs: tuple[Run, ...])
         notes.append(f"not used: {', '.join(table.unused)}")
     if test == "static" and "branch" not in table:
         notes.append("direction not stated: friction taken as 0")
+    if test in TURNED_BY:
+        branches = sum(int(run.half[-1]) + 1 for run in runs)
+        how = "the branch column" if "branch" in table else f"the turning points of the {TURNED_BY[test]}"
+        notes.append(f"{branches} branches in {len(runs)} runs, told by {how}")
     if test in ("loop", "isotonic"):
-        notes.append("speed derived from the position by local parabolas between turning points")
+        notes.append("speed derived from the position by local parabolas that stop at turning points")
     return tuple(notes)

@@ -10,7 +10,7 @@ from fitting.records import Run
 
 AT_REST = 1e-9  # 1/s: a static point approached infinitely slowly; only the sign counts
 SMALLEST_LOOP = 0.01  # share of the stroke that a minor loop must have to be one
-SMALLEST_CYCLE = 0.03  # the same of the pressure; valves overshoot by more than rigs do
+SMALLEST_CYCLE = 0.08  # the same of the pressure: a port's pressure springs back when its valve closes
 NOISY_PRESSURE = 0.002  # share of the largest pressure from which its noise is worth smoothing
 
 
@@ -44,19 +44,27 @@ def run_of(readings: Readings, test: str) -> Run:
 
 def _loop(r: Readings) -> Run:
     """Length is imposed: branches go by the length, and a sample whose direction is unknown carries no weight."""
-    branches = _branches(r, r.contraction, SMALLEST_LOOP)
+    branches = _by_length(r)
     speed = _speed(r, r.contraction, branches)
     pressure, pressure_rate = _pressure(r, branches)
     weight = _weight_away_from_edges(r, branches)
     weight = r.leave_out(weight, signals.clipped(r.measured, r.contraction), "reading saturated or muscle slack")
     weight = r.leave_out(weight, speed == 0, "direction of motion unknown (speed below twice its error)")
-    return _run(r, branches, pressure, pressure_rate, signals.monotone(r.contraction, branches), speed, weight,
-                np.where(speed != 0, branches.sign, 0))  # fmt: skip
+    return _run(
+        r,
+        branches,
+        pressure,
+        pressure_rate,
+        signals.monotone(r.contraction, branches),
+        speed,
+        weight,
+        np.where(speed != 0, branches.sign, 0),
+    )
 
 
 def _isometric(r: Readings) -> Run:
     """Length is held: branches go by the pressure, and the muscle does not move."""
-    branches = _branches(r, r.pressure, SMALLEST_CYCLE)
+    branches = _by_pressure(r)
     pressure, pressure_rate = _pressure(r, branches)
     weight = _weight_away_from_edges(r, branches)
     weight = r.leave_out(weight, signals.clipped(r.measured, r.pressure), "reading saturated or muscle slack")
@@ -75,7 +83,7 @@ def _static(r: Readings) -> Run:
 
 def _isotonic(r: Readings) -> Run:
     """Pressure is swept under a hung load: branches go by the pressure."""
-    branches = _branches(r, r.pressure, SMALLEST_CYCLE)
+    branches = _by_pressure(r)
     pressure, pressure_rate = _pressure(r, branches)
     speed = _speed(r, r.contraction, branches)
     weight = _weight_away_from_edges(r, branches)
@@ -84,7 +92,7 @@ def _isotonic(r: Readings) -> Run:
 
 def _transient(r: Readings) -> Run:
     """A release or a pressure step at t = 0: what happens before then carries no weight."""
-    branches = _branches(r, r.contraction, SMALLEST_LOOP)
+    branches = _by_length(r)
     start = int(np.searchsorted(r.time, 0.0))
     edges = np.unique(np.concatenate([branches.edges, [min(start, len(r.time) - 1)]]))
     speed, _ = signals.rate(r.time, r.contraction, edges, signals.noise_level(r.time, r.contraction))
@@ -93,11 +101,18 @@ def _transient(r: Readings) -> Run:
     return _run(r, branches, r.pressure, pressure_rate, r.contraction, speed, weight, np.sign(speed).astype(int))
 
 
-def _branches(r: Readings, signal: np.ndarray, share: float) -> signals.Branches:
-    """Branches as stated, else by the turning points of the signal."""
+def _by_length(r: Readings) -> signals.Branches:
+    """Branches as stated, else by the turning points of the length."""
     if r.direction is not None:
         return signals.branches_from_labels(r.direction)
-    return signals.branches_of(signal, signals.turning_threshold(r.time, signal, share))
+    return signals.branches_of(r.contraction, signals.turning_threshold(r.time, r.contraction, SMALLEST_LOOP))
+
+
+def _by_pressure(r: Readings) -> signals.Branches:
+    """Branches as stated, else by the turning points of the pressure; a held pressure belongs to the way there."""
+    if r.direction is not None:
+        return signals.branches_from_labels(r.direction)
+    return signals.branches_of(r.pressure, signals.turning_threshold(r.time, r.pressure, SMALLEST_CYCLE), rests=True)
 
 
 def _speed(r: Readings, signal: np.ndarray, branches: signals.Branches) -> np.ndarray:
@@ -107,11 +122,14 @@ def _speed(r: Readings, signal: np.ndarray, branches: signals.Branches) -> np.nd
 
 
 def _pressure(r: Readings, branches: signals.Branches) -> tuple[np.ndarray, np.ndarray]:
-    """Pressure, smoothed over five samples where it is noisy, and its rate."""
+    """Pressure and its rate. A noisy pressure is smoothed over five samples, but for its jumps."""
     noise = signals.noise_level(r.time, r.pressure)
     rate, _ = signals.rate(r.time, r.pressure, branches.edges, noise)
     noisy = noise > NOISY_PRESSURE * float(np.abs(r.pressure).max()) and len(r.time) > 10
-    return signals.smooth(r.pressure) if noisy else r.pressure, rate
+    if not noisy:
+        return r.pressure, rate
+    smoothed = signals.smooth(r.pressure)
+    return np.where(np.abs(smoothed - r.pressure) > 4 * noise, r.pressure, smoothed), rate
 
 
 def _weight_away_from_edges(r: Readings, branches: signals.Branches) -> np.ndarray:
@@ -129,5 +147,19 @@ def _run(
     weight: np.ndarray,
     branch: np.ndarray,
 ) -> Run:
-    return Run(r.name, r.time, pressure, contraction, rate, pressure_rate, r.measured, weight, branch,
-               branches.loop, branches.half, r.row, r.load, r.set_pressure)  # fmt: skip
+    return Run(
+        r.name,
+        r.time,
+        pressure,
+        contraction,
+        rate,
+        pressure_rate,
+        r.measured,
+        weight,
+        branch,
+        branches.loop,
+        branches.half,
+        r.row,
+        r.load,
+        r.set_pressure,
+    )

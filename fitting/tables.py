@@ -6,7 +6,7 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -17,8 +17,17 @@ from fitting.errors import InputError, nearest, unknown_name
 # SI unit of every column; None: a label, "load": newtons or a mass
 COLUMNS = {"run": None, "time": "s", "pressure": "Pa", "set_pressure": "Pa", "contraction": "1", "length": "m",
            "displacement": "m", "force": "N", "load": "load", "branch": None}  # fmt: skip
+USUAL = {"s": "s", "Pa": "kPa", "1": "1", "m": "mm", "N": "N", "load": "kg"}  # what such a column is mostly given in
 OPTIONAL = ("run", "branch", "set_pressure")
 _HEADER = re.compile(r"^(.*?)\s*(?:\[([^\]]*)\]|\(([^)]*)\))?$")
+
+
+class _Place(NamedTuple):
+    """Where cells stand: the file, the line of its header, the line of each row."""
+
+    path: Path
+    header_row: int
+    rows: np.ndarray
 
 
 @dataclass(frozen=True)
@@ -28,7 +37,8 @@ class Table:
     file: str
     columns: dict[str, np.ndarray]
     heads: dict[str, str]  # what the file calls each column
-    row: np.ndarray
+    header_row: int
+    row: np.ndarray  # line of the file, per row of the table
     unused: tuple[str, ...]  # heads of columns that are none of the program's
     raw: bytes
 
@@ -43,24 +53,39 @@ class Table:
         return InputError(problem, self.file, int(self.row[at]), self.heads.get(column, column), value, cure)
 
 
-def read_table(path: Path, called: Mapping[str, str] | None = None, given_units: Mapping[str, str] | None = None) -> Table:
+def read_table(
+    path: Path, called: Mapping[str, str] | None = None, given_units: Mapping[str, str] | None = None
+) -> Table:
     """Read and check a CSV; `called` maps names to what the file calls them, `given_units` states units."""
     text, raw = _text(path)
     header_row, header, lines, rows = _lines(text, path)
     separator = _separator(header, path)
-    heads = next(csv.reader([header], delimiter=separator, skipinitialspace=True))
-    heads = [head.strip() for head in heads]
-    where, unused = _columns(heads, dict(called or {}), path, header_row)
+    heads = _heads(header, separator)
+    called, given_units = called or {}, given_units or {}
+    where, unused = _columns(heads, called, path, header_row)
     frame = _cells(lines, rows, heads, separator, path)
+    _check_units_used(given_units, where, path)
+    place = _Place(path, header_row, rows)
     columns = {
-        name: _column(name, frame[at], heads[at], _unit_of(name, heads[at], called or {}, given_units or {}), path, rows)
+        name: _column(name, frame[at], heads[at], _unit_of(name, heads[at], called, given_units), place)
         for name, at in where.items()
     }
-    _check_units_used(given_units or {}, where, path)
-    return Table(str(path), columns, {name: heads[at] for name, at in where.items()}, rows, tuple(unused), raw)
+    return Table(
+        str(path), columns, {name: heads[at] for name, at in where.items()}, header_row, rows, tuple(unused), raw
+    )
+
+
+def read_heads(path: Path) -> list[str]:
+    """The header cells of a CSV as they stand there."""
+    _, header, _, _ = _lines(_text(path)[0], path)
+    return _heads(header, _separator(header, path))
 
 
 # ------------------------------------------------------------------------------------------------------ text to cells
+
+
+def _heads(header: str, separator: str) -> list[str]:
+    return [head.strip() for head in next(csv.reader([header], delimiter=separator, skipinitialspace=True))]
 
 
 def _text(path: Path) -> tuple[str, bytes]:
@@ -89,7 +114,7 @@ def _lines(text: str, path: Path) -> tuple[int, str, list[str], np.ndarray]:
         if line and not line.isspace() and not line.lstrip().startswith("#")
     ]
     if not kept:
-        raise InputError("the file is empty", path, cure="its first line is a header like 'time [s],pressure [kPa],...'")
+        raise InputError("the file is empty", path, cure="begin with a header: 'time [s],pressure [kPa],...'")
     (header_row, header), *body = kept
     if not body:
         raise InputError("there is a header but no row of readings", path, header_row, cure="export the readings too")
@@ -102,40 +127,54 @@ def _separator(header: str, path: Path) -> str:
     if bare.count(found):
         return found
     if "|" in bare or len(bare.split()) > 1:
-        raise InputError("the columns are not separated by commas", path, value=header[:60],
-                         cure="separate the cells by commas (semicolons and tabs are read too)")  # fmt: skip
+        raise InputError(
+            "the columns are not separated by commas",
+            path,
+            value=header[:60],
+            cure="separate the cells by commas (semicolons and tabs are read too)",
+        )
     return ","
 
 
 def _cells(lines: list[str], rows: np.ndarray, heads: list[str], separator: str, path: Path) -> list[pd.Series]:
     """The cells column by column, numbers where every cell is one; decimal commas where commas do not separate."""
-    lines, width = _equal_width(lines, rows, len(heads), separator, path)
+    open_quote = next((at for at, line in enumerate(lines) if line.count('"') % 2), None)
+    if open_quote is not None:
+        raise InputError("a quotation mark is not closed", path, int(rows[open_quote]), cure="close or delete it")
+    width = _checked_width(lines, rows, len(heads), separator, path)
     decimal = "," if separator != "," and _has_decimal_commas(lines) else "."
-    frame = pd.read_csv(io.StringIO("\n".join(lines)), sep=separator, header=None, names=list(range(width)),
-                        decimal=decimal, skipinitialspace=True, skip_blank_lines=False, low_memory=False)  # fmt: skip
-    return [frame[at] for at in range(len(heads))]
+    frame = pd.read_csv(
+        io.StringIO("\n".join(lines)),
+        sep=separator,
+        header=None,
+        names=list(range(width)),
+        decimal=decimal,
+        skipinitialspace=True,
+        skip_blank_lines=False,
+        low_memory=False,
+    )
+    return [pd.Series(frame[at]) for at in range(len(heads))]
 
 
 def _has_decimal_commas(lines: list[str]) -> bool:
     return any(re.search(r"\d,\d", line) for line in lines[:1000])
 
 
-def _equal_width(
-    lines: list[str], rows: np.ndarray, width: int, separator: str, path: Path
-) -> tuple[list[str], int]:
-    """Check that every row has as many cells as the header; one empty cell more, in all rows, is a trailing comma."""
+def _checked_width(lines: list[str], rows: np.ndarray, width: int, separator: str, path: Path) -> int:
+    """Cells in every row, as many as the header has; one empty cell more, in all rows, is a trailing separator."""
     counts = np.array([_width(line, separator) for line in lines])
     if (counts == width + 1).all() and all(line.rstrip(" ").endswith(separator) for line in lines):
-        return lines, width + 1
+        return width + 1
     wrong = np.flatnonzero(counts != width)
     if not wrong.size:
-        return lines, width
+        return width
     at = wrong[0]
     cure = "complete or delete the row"
     if separator == "," and (counts > width).mean() > 0.5:
         cure = "if these are decimal commas, separate the cells by semicolons, or write decimal points"
-    raise InputError(f"the row has {counts[at]} cells, the header {width}", path, int(rows[at]),
-                     value=lines[at][:80], cure=cure)  # fmt: skip
+    raise InputError(
+        f"the row has {counts[at]} cells, the header {width}", path, int(rows[at]), value=lines[at][:80], cure=cure
+    )
 
 
 def _width(line: str, separator: str) -> int:
@@ -157,7 +196,7 @@ def plain_name(head: str) -> str:
     return re.sub(r"[\s\-]+", "_", split_head(head)[0].lower())
 
 
-def _columns(heads: list[str], called: dict[str, str], path: Path, row: int) -> tuple[dict[str, int], list[str]]:
+def _columns(heads: list[str], called: Mapping[str, str], path: Path, row: int) -> tuple[dict[str, int], list[str]]:
     """Which column of the file is which quantity, and what columns are none; a column that a recording may do without
     is not passed over when it is only misspelt."""
     for name in called:
@@ -205,44 +244,49 @@ def _check_units_used(given: Mapping[str, str], where: Mapping[str, int], path: 
 # ------------------------------------------------------------------------------------------------- cells to SI values
 
 
-def _column(name: str, cells: pd.Series, head: str, unit: str | None, path: Path, rows: np.ndarray) -> np.ndarray:
+def _column(name: str, cells: pd.Series, head: str, unit: str | None, place: _Place) -> np.ndarray:
     """One column in SI; missing readings are NaN. Labels stay text."""
     si = COLUMNS[name]
     if si is None:
-        return _labels(cells, head, path, rows)
-    numbers = _numbers(cells, head, path, rows)
+        return _labels(cells, head, place)
+    numbers = _numbers(cells, head, place)
     if unit is None:
-        example = {"s": "s", "Pa": "kPa", "1": "1", "m": "mm", "N": "N", "load": "kg"}[si]
-        raise InputError("the column has no unit", path, column=head,
-                         cure=f"write '{name} [{example}]' in the header, or units = {{ {name} = \"{example}\" }} in muscle.toml")  # fmt: skip
+        example = USUAL[si]
+        cure = f"write '{name} [{example}]' in the header, or in muscle.toml units = {{ {name} = \"{example}\" }}"
+        raise InputError("the column has no unit", place.path, place.header_row, head, cure=cure)
     try:
         return numbers * (units.load_factor(unit) if si == "load" else units.factor(unit, si))
     except InputError as error:
-        raise InputError(error.problem, path, column=head, value=unit, cure=error.cure) from None
+        raise InputError(error.problem, place.path, place.header_row, head, cure=error.cure) from None
 
 
-def _labels(cells: pd.Series, head: str, path: Path, rows: np.ndarray) -> np.ndarray:
+def _labels(cells: pd.Series, head: str, place: _Place) -> np.ndarray:
     empty = cells.isna().to_numpy()
     if empty.any():
-        raise InputError("the cell is empty", path, int(rows[np.argmax(empty)]), head, cure="fill it in every row")
+        raise InputError(
+            "the cell is empty", place.path, int(place.rows[np.argmax(empty)]), head, cure="fill it in every row"
+        )
     if pd.api.types.is_float_dtype(cells) and (cells % 1 == 0).all():
         cells = cells.astype(int)
     return cells.astype(str).str.strip().to_numpy(dtype=object)
 
 
-def _numbers(cells: pd.Series, head: str, path: Path, rows: np.ndarray) -> np.ndarray:
+def _numbers(cells: pd.Series, head: str, place: _Place) -> np.ndarray:
     """Cells as numbers; infinite ones are missing; text is an error."""
     if not pd.api.types.is_numeric_dtype(cells) or pd.api.types.is_bool_dtype(cells):
-        numbers = pd.to_numeric(cells.astype(str).str.strip().where(cells.notna()), errors="coerce")
-        text = (numbers.isna() & cells.notna()).to_numpy()
-        if text.any():
-            at = int(np.argmax(text))
-            raise InputError("not a number", path, int(rows[at]), head, cells.iloc[at], _number_cure(str(cells.iloc[at])))
+        numbers = pd.Series(pd.to_numeric(cells.astype(str).str.strip().where(cells.notna()), errors="coerce"))
+        wrong = np.asarray(numbers.isna() & cells.notna())
+        if wrong.any():
+            at = int(np.argmax(wrong))
+            text = str(cells.iloc[at])
+            raise InputError("not a number", place.path, int(place.rows[at]), head, text, _number_cure(text))
         cells = numbers
     numbers = cells.to_numpy(dtype=float, copy=True)
     numbers[~np.isfinite(numbers)] = np.nan
     if np.isnan(numbers).all():
-        raise InputError("the column holds no reading at all", path, column=head, cure="fill it in, or delete the column")
+        raise InputError(
+            "the column holds no reading", place.path, place.header_row, head, cure="fill it in, or delete the column"
+        )
     return numbers
 
 

@@ -5,8 +5,6 @@ import math
 import re
 from typing import Any, NamedTuple
 
-import numpy as np
-
 from fitting.errors import InputError
 
 STANDARD_GRAVITY = 9.80665  # m/s2
@@ -73,7 +71,8 @@ def factor(unit: str, si: str) -> float:
     """
     given, wanted = _unit(unit), _unit(si)
     if given.dimensionality != wanted.dimensionality or _is_angle(given) != _is_angle(wanted):
-        raise InputError(f"'{unit}' cannot be the unit of {quantity(si)}", cure=f"give it in a unit like that of '{example(si)}'")
+        cure = f"give it in a unit like that of '{example(si)}'"
+        raise InputError(f"'{unit}' cannot be the unit of {quantity(si)}", cure=cure)
     return float(_registry().Quantity(1.0, given).to(wanted).magnitude)
 
 
@@ -99,19 +98,21 @@ def split_value(text: str, what: str = "value") -> tuple[float, str]:
     """Number and unit of '300 mm'."""
     match = _VALUE.match(text)
     if not match:
-        raise InputError(f"{what} is not a number with a unit", value=text, cure="write a number, then the unit: '300 mm'")
+        cure = "write a number, then the unit: '300 mm'"
+        raise InputError(f"{what} is not a number with a unit", value=text, cure=cure)
     return float(match[1]), match[2]
 
 
 def to_si(text: Any, si: str, what: str = "value") -> float:
     """A value as written ('300 mm') in the SI unit `si` ('m'); plain numbers are taken only where `si` is '1'."""
     if isinstance(text, bool) or not isinstance(text, (str, int, float)):
-        raise InputError(f"{what} is not a value with a unit", value=text, cure=f"write it as \"{example(si)}\"")
+        raise InputError(f"{what} is not a value with a unit", value=text, cure=f'write it as "{example(si)}"')
     number, unit = split_value(str(text), what)
     if not math.isfinite(number):
-        raise InputError(f"{what} is not finite", value=text, cure=f"write it as \"{example(si)}\"")
+        raise InputError(f"{what} is not finite", value=text, cure=f'write it as "{example(si)}"')
     if si != "1" and not unit:
-        raise InputError(f"{what} has no unit", value=text, cure=f"{what} is {quantity(si)}: write it as \"{example(si)}\"")
+        cure = f'write the unit behind the number, as in "{example(si)}"'
+        raise InputError(f"{what} has no unit", value=text, cure=cure)
     try:
         return number * factor(unit or "1", si)
     except InputError as error:
@@ -135,7 +136,8 @@ def measured(text: Any, si: str, what: str = "value") -> Measured:
     centre = parts[0] if split_value(parts[0], what)[1] else f"{parts[0].strip()} {unit}"
     error = to_si(parts[1], si, f"the uncertainty of {what}")
     if error <= 0:
-        raise InputError(f"the uncertainty of {what} is not positive", value=text, cure="leave '+/-' out for an exact value")
+        cure = "leave '+/-' out for an exact value"
+        raise InputError(f"the uncertainty of {what} is not positive", value=text, cure=cure)
     return Measured(to_si(centre, si, what), error)
 
 
@@ -170,11 +172,3 @@ def show(value: float, si: str, error: float | None = None, unit: str | None = N
 def write(value: float, si: str) -> str:
     """A value for a file, in the usual unit, exact to ten figures: reading it back changes nothing that matters."""
     return show(float(value), si, digits=10)
-
-
-def hardness_to_shear_modulus(irhd: float) -> float:
-    """Shear modulus (Pa) of a rubber of this hardness: exponential between 45 IRHD = 0.54 MPa and 65 IRHD = 1.37 MPa.
-
-    Source: Tondu 2012 gives the two points.
-    """
-    return float(0.54e6 * np.exp((irhd - 45.0) / 20.0 * np.log(1.37 / 0.54)))

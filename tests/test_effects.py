@@ -57,6 +57,14 @@ def test_a_parameter_declares_unit_meaning_and_a_range_that_holds_its_values(kin
         assert all(p.lower <= value <= p.upper for value in (p.default, *p.starts))
 
 
+@every_effect
+def test_its_parameters_are_all_that_varies(kind):
+    """A number that is no array would be a constant to the compiler; an array that is not declared, unknown to a fit."""
+    leaves = jax.tree.leaves(kind())
+    assert [leaf.dtype for leaf in leaves] == [np.float64] * len(parameters(kind))
+    assert kind(**{p.name: p.upper for p in parameters(kind)}).stage in ("felt", "stored", "lost", "read")
+
+
 def test_names_are_unique_and_every_need_can_be_met():
     names = [name_of(kind) for kind in LIBRARY]
     given = {thing for kind in LIBRARY for thing in kind.gives} | set(quantities())

@@ -211,7 +211,7 @@ def test_contributions_of_a_sum_add_up():
 
 
 def test_one_compiled_function_serves_every_subset():
-    kinds = (IdealCylinder, CoulombFriction, Tip, BladderNeoHookean, ForceOffset)
+    kinds = (IdealCylinder, CoulombFriction, SeriesCompliance, Tip, BladderNeoHookean, ForceOffset)
     whole = model(MUSCLE, *(kind() for kind in kinds))
 
     @jax.jit

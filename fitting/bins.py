@@ -1,0 +1,75 @@
+"""Sorting samples by a quantity: by its levels where it has a few, else by equal steps."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from fitting.units import shown_in
+
+MOST_LEVELS = 12
+APART = 0.02  # of the span: levels closer than this are one
+WIDE = 0.05  # of the span: a level that spreads further is none
+
+
+@dataclass(frozen=True)
+class Bins:
+    """Which group each sample is in, and where the groups lie (SI). For levels `lower` and `upper` nearly agree."""
+
+    of: np.ndarray  # group of every sample
+    lower: np.ndarray
+    upper: np.ndarray
+    are_levels: bool
+
+    def __len__(self) -> int:
+        return len(self.lower)
+
+    @property
+    def centre(self) -> np.ndarray:
+        """Middle of each group."""
+        return 0.5 * (self.lower + self.upper)
+
+    def label(self, group: int, si: str) -> str:
+        """'300 kPa' or '0.02 to 0.08'."""
+        unit, size = shown_in(si, float(np.max(np.abs(self.upper))))
+        tail = f" {unit}" if unit else ""
+        lower, upper = self.lower[group] / size, self.upper[group] / size
+        if self.are_levels:
+            return f"{_rounded((lower + upper) / 2)}{tail}"
+        return f"{_rounded(lower)} to {_rounded(upper)}{tail}"
+
+
+def bins(values: np.ndarray, steps: int = 6) -> Bins:
+    """Levels if the values have at most a dozen, else this many equal steps."""
+    starts = _levels(values)
+    if starts is not None:
+        of = np.searchsorted(starts, values, side="right") - 1
+        groups = range(len(starts))
+        lower = np.array([values[of == k].min() for k in groups])
+        upper = np.array([values[of == k].max() for k in groups])
+        return Bins(of, lower, upper, True)
+    edges = np.linspace(values.min(), values.max(), steps + 1)
+    of = np.clip(np.searchsorted(edges, values, side="right") - 1, 0, steps - 1)
+    return Bins(of, edges[:-1], edges[1:], False)
+
+
+def _levels(values: np.ndarray) -> np.ndarray | None:
+    """Where each level starts; None if the values are spread."""
+    ordered = np.unique(values)
+    span = ordered[-1] - ordered[0]
+    if span <= 1e-3 * np.max(np.abs(ordered)) or len(ordered) == 1:
+        return ordered[:1]
+    cuts = np.flatnonzero(np.diff(ordered) > APART * span) + 1
+    parts = np.split(ordered, cuts)
+    if len(parts) > MOST_LEVELS or max(part[-1] - part[0] for part in parts) > WIDE * span:
+        return None
+    return np.array([part[0] for part in parts])
+
+
+def by_run(values: np.ndarray, run: np.ndarray) -> np.ndarray:
+    """Each sample's value replaced by the median of its run."""
+    names, of = np.unique(run, return_inverse=True)
+    return np.array([np.median(values[of == k]) for k in range(len(names))])[of]
+
+
+def _rounded(value: float) -> str:
+    return f"{value:.3g}" if abs(value) < 1000 else f"{value:.0f}"

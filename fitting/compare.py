@@ -1,0 +1,224 @@
+"""Where a model fails: its error by pressure, contraction, branch, speed and run, and what kind of error it is."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from fitting.bins import Bins, bins, by_run
+from fitting.fingerprint import Fingerprint, exponents
+from fitting.least_squares import Fit
+from fitting.noise import noise_of
+from fitting.parity import Cells, cells, pressure_bins
+from fitting.records import Experiment, Recording
+from fitting.repeats import drift, noise_floor, repeated
+from fitting.residuals import Samples
+
+PRESSURE_LED = ("isometric", "isotonic", "step")  # tests in which the pressure moves
+NEGLIGIBLE = 0.005  # of full scale
+FEWEST = 10  # samples in a place that may be called the worst
+
+
+@dataclass(frozen=True)
+class Row:
+    """The error in one group of samples; in the comparison's unit."""
+
+    label: str
+    count: int
+    rmse: float
+    bias: float  # mean of model minus measurement
+    largest: float
+
+
+@dataclass(frozen=True)
+class Table:
+    """The error by one quantity."""
+
+    title: str
+    rows: tuple[Row, ...]
+
+
+@dataclass(frozen=True)
+class Score:
+    """The error of one recording in its own unit."""
+
+    dataset: str
+    file: str
+    test: str
+    unit: str
+    count: int
+    rmse: float
+    largest: float
+    full_scale: float
+    noise: float  # standard deviation of one reading, stated or from neighbouring readings
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """A model beside what was measured. Errors in `unit`: N, or m where only positions were measured."""
+
+    fit: Fit
+    unit: str
+    rmse: float
+    largest: float
+    full_scale: float
+    noise: float  # of one reading
+    noise_floor: float | None  # from repeated loops; None where nothing was repeated
+    by_recording: tuple[Score, ...]
+    tables: tuple[Table, ...]
+    worst: str
+    cells: Cells | None
+    fingerprint: Fingerprint
+    notes: tuple[str, ...]
+
+    @property
+    def share(self) -> float:
+        """Root mean square error as a share of full scale."""
+        return self.rmse / self.full_scale
+
+    @property
+    def negligible(self) -> bool:
+        """Whether the error is below half a per cent of full scale."""
+        return self.share < NEGLIGIBLE
+
+    @property
+    def floor(self) -> float:
+        """The best known floor: from repeated loops, else the noise of one reading."""
+        return self.noise if self.noise_floor is None else self.noise_floor
+
+
+def compare(fit: Fit, experiments: Sequence[Experiment]) -> Comparison:
+    """Compare a fitted (or evaluated) model with the data sets it was laid out for."""
+    recordings = [(experiment, recording) for experiment in experiments for recording in experiment.recordings]
+    scores = tuple(_score(fit, number, *both) for number, both in enumerate(recordings))
+    unit = "N" if any(score.unit == "N" for score in scores) else "m"
+    mask = np.array([scores[k].unit == unit for k in fit.samples.recording])
+    samples, residual = fit.samples.where(mask), fit.residual[mask]
+    tests = np.array([recordings[k][1].test for k in samples.recording])
+    pairs = repeated(samples, residual, np.isin(tests, PRESSURE_LED))
+    rmse, moved = _rms(residual), drift(pairs)
+    parity = cells(samples, residual, tests == "loop") if unit == "N" else None
+    even, odd, speed = exponents(fit, mask) if parity is not None else (None, None, None)
+    traces = Fingerprint(
+        None if parity is None else parity.odd_share, even, odd, speed, None if moved is None else moved / rmse
+    )
+    chosen = [score for score in scores if score.unit == unit]
+    return Comparison(
+        fit=fit,
+        unit=unit,
+        rmse=rmse,
+        largest=float(np.max(np.abs(residual))),
+        full_scale=max(score.full_scale for score in chosen),
+        noise=float(np.sqrt(np.average([s.noise**2 for s in chosen], weights=[s.count for s in chosen]))),
+        noise_floor=noise_floor(pairs),
+        by_recording=scores,
+        tables=_tables(samples, residual, tests, fit, recordings),
+        worst=_worst(samples, residual, tests),
+        cells=parity,
+        fingerprint=traces,
+        notes=_notes(recordings, pairs, parity),
+    )
+
+
+def _score(fit: Fit, number: int, experiment: Experiment, recording: Recording) -> Score:
+    residual = fit.residual[fit.samples.recording == number]
+    return Score(
+        dataset=experiment.name,
+        file=recording.file,
+        test=recording.test,
+        unit=recording.unit,
+        count=len(residual),
+        rmse=_rms(residual),
+        largest=float(np.max(np.abs(residual))),
+        full_scale=max(float(np.max(np.abs(run.measured))) for run in recording.runs),
+        noise=noise_of(recording),
+    )
+
+
+def _rms(residual: np.ndarray) -> float:
+    return float(np.sqrt(np.mean(residual**2)))
+
+
+# ------------------------------------------------------------------------------------------------------------- tables
+
+
+def _tables(
+    samples: Samples, residual: np.ndarray, tests: np.ndarray, fit: Fit, recordings: list[tuple[Experiment, Recording]]
+) -> tuple[Table, ...]:
+    speed = np.abs(samples.rate) * np.array([float(t.muscle.length) for t in fit.layout.templates])[samples.dataset]
+    held = np.isin(tests, ("loop",))
+    speed = np.where(held, by_run(speed, samples.run), speed)
+    tables = [
+        _table("pressure", pressure_bins(samples, tests == "loop"), "Pa", residual),
+        _table("contraction", bins(samples.contraction), "1", residual),
+        _branches(samples, residual, tests),
+        _table("speed", bins(speed), "m/s", residual) if speed.max() > 1e-6 else None,
+        _runs(samples, residual, recordings),
+    ]
+    return tuple(table for table in tables if table is not None)
+
+
+def _table(title: str, groups: Bins, si: str, residual: np.ndarray) -> Table:
+    rows = (_row(groups.label(k, si), residual[groups.of == k]) for k in range(len(groups)))
+    return Table(title, tuple(row for row in rows if row is not None))
+
+
+def _row(label: str, residual: np.ndarray) -> Row | None:
+    if not len(residual):
+        return None
+    return Row(label, len(residual), _rms(residual), float(np.mean(residual)), float(np.max(np.abs(residual))))
+
+
+def branch_name(branch: int, test: str) -> str:
+    """What people call a direction in this kind of test."""
+    up, down = ("inflating", "deflating") if test in ("isometric", "isotonic") else ("contracting", "elongating")
+    return {1: up, -1: down}.get(branch, "direction unknown")
+
+
+def _branches(samples: Samples, residual: np.ndarray, tests: np.ndarray) -> Table | None:
+    names = np.array([branch_name(int(b), t) for b, t in zip(samples.branch, tests, strict=True)])
+    rows = tuple(row for name in dict.fromkeys(names) if (row := _row(str(name), residual[names == name])))
+    return Table("branch", rows) if len(rows) > 1 else None
+
+
+def _runs(
+    samples: Samples, residual: np.ndarray, recordings: list[tuple[Experiment, Recording]]
+) -> Table | None:
+    names = [
+        (recording, f"{experiment.name}, {recording.file}, run {run.name}", f"run {run.name}")
+        for experiment, recording in recordings
+        for run in recording.runs
+    ]
+    short = len(recordings) == 1
+    rows = (_row(names[k][2 if short else 1], residual[samples.run == k]) for k in range(len(names)))
+    found = tuple(row for row in rows if row is not None)
+    alone = all(recording.test == "static" for recording, _, _ in names) and all(row.count == 1 for row in found)
+    return None if alone or len(found) < 2 else Table("run", found)
+
+
+# --------------------------------------------------------------------------------------------------- the worst place
+
+
+def _worst(samples: Samples, residual: np.ndarray, tests: np.ndarray) -> str:
+    """Where the error is largest: pressure, contraction, direction, and how large."""
+    pressure, contraction = pressure_bins(samples, tests == "loop"), bins(samples.contraction)
+    place = np.stack([pressure.of, contraction.of, samples.branch])
+    cases, of, count = np.unique(place, axis=1, return_inverse=True, return_counts=True)
+    square = np.bincount(of, residual**2) / count
+    enough = count >= min(FEWEST, count.max())
+    at = int(np.argmax(np.where(enough, square, -1.0)))
+    p, c, b = cases[:, at]
+    words = [pressure.label(p, "Pa") if len(pressure) > 1 else "", f"contraction {contraction.label(c, '1')}"]
+    words.append(branch_name(int(b), tests[0]) if b else "")
+    factor = np.sqrt(square[at]) / max(_rms(residual), 1e-300)
+    return f"{', '.join(word for word in words if word)}: {factor:.1f} times the average error"
+
+
+def _notes(recordings: list[tuple[Experiment, Recording]], pairs: tuple, parity: Cells | None) -> tuple[str, ...]:
+    several = len(recordings) > 1
+    notes = [f"{r.file}: {note}" if several else note for _, r in recordings for note in r.notes]
+    if not pairs:
+        notes.append("nothing was repeated at equal state: no noise floor from repeats, that of one reading is used")
+    if parity is not None and parity.odd_share is None:
+        notes.append("no place was reached in both directions: even and odd misfit cannot be told apart")
+    return tuple(notes)

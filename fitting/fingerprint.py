@@ -1,0 +1,123 @@
+"""What kind of thing is missing: the traces that a misfit leaves, whatever its law.
+
+A fit hides part of what it lacks: its own parameters move until the misfit is least. So the exponents are not read
+off the residual itself, but off what is left of each power law after the fit's parameters have readjusted: the
+exponent is the one whose power law, with any shape in contraction, takes most of the misfit away.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from fitting.least_squares import Fit
+from fitting.residuals import Samples
+
+MOST_ROWS = 4000
+NODES = 6
+PRESSURE_GRID = np.round(np.arange(-0.5, 3.01, 0.05), 2)
+SPEED_GRID = np.round(np.arange(-0.5, 2.01, 0.05), 2)
+NOTABLE = 0.05  # of the squared misfit: what a power law must take away to be spoken of
+SHARP = 0.05  # of what it takes away: an exponent wrong by a half must lose as much,
+WORSE = 0.25  # or else as much of what it leaves
+LOWEST = 0.02  # of the largest pressure or speed: below, a power is not defined well
+
+
+@dataclass(frozen=True)
+class Fingerprint:
+    """Shares and exponents; None where the data do not define them."""
+
+    odd_share: float | None
+    pressure_exponent_even: float | None
+    pressure_exponent_odd: float | None
+    speed_exponent_odd: float | None
+    cycle_drift: float | None  # change from one loop to its repetition, as a share of the misfit
+
+
+@dataclass(frozen=True)
+class Rows:
+    """Whitened residuals and the fit's slopes, thinned; behind the samples come the priors."""
+
+    samples: Samples
+    residual: np.ndarray
+    basis: np.ndarray  # orthonormal columns that span what the fit's parameters can do
+
+
+def exponents(fit: Fit, mask: np.ndarray) -> tuple[float | None, float | None, float | None]:
+    """Pressure exponents of the even and the odd part, and the speed exponent of the odd part."""
+    rows = _rows(fit, mask)
+    shape, pressure = _shape(rows.samples), _relative(rows.samples.pressure)
+    branch = rows.samples.branch.astype(float)
+    even = _best(rows, lambda n: shape * _power(pressure, n)[:, None], PRESSURE_GRID, pressure)
+    if not (np.any(branch > 0) and np.any(branch < 0)):
+        return even, None, None
+    odd = _best(rows, lambda n: shape * (branch * _power(pressure, n))[:, None], PRESSURE_GRID, pressure)
+    speed = _relative(np.abs(rows.samples.rate))
+    held = branch * _power(pressure, 0.0 if odd is None else odd)
+    fast = _best(rows, lambda m: shape * (held * _power(speed, m))[:, None], SPEED_GRID, speed)
+    if odd is None or fast is None:
+        return even, odd, fast
+    moving = branch * _power(speed, fast)
+    odd = _best(rows, lambda n: shape * (moving * _power(pressure, n))[:, None], PRESSURE_GRID, pressure)
+    return even, odd, fast
+
+
+def _rows(fit: Fit, mask: np.ndarray) -> Rows:
+    at = np.flatnonzero(mask)
+    at = at[:: max(1, len(at) // MOST_ROWS)]
+    samples = fit.samples.where(at)
+    count = len(fit.samples)
+    priors = np.asarray(fit.problem.prior_rows(fit.vector)) / np.sqrt(mask.sum() / len(at))
+    slopes = np.concatenate([fit.slopes[at], fit.slopes[count:] / np.sqrt(mask.sum() / len(at))])
+    residual = np.concatenate([fit.residual[at] / samples.sigma, priors])
+    scale = np.maximum(np.linalg.norm(slopes, axis=0), 1e-300)
+    basis = _spanned(slopes / scale)
+    return Rows(samples, residual - basis @ (basis.T @ residual), basis)
+
+
+def _best(rows: Rows, law: Callable[[float], np.ndarray], grid: np.ndarray, along: np.ndarray) -> float | None:
+    """The exponent that takes most of the misfit away; None where that is little, or any exponent would do."""
+    if np.quantile(along, 0.95) < 1.5 * np.quantile(along, 0.05):
+        return None
+    taken = np.array([_taken(rows, law(exponent)) for exponent in grid])
+    best = int(np.argmax(taken))
+    total = float(np.sum(rows.residual**2))
+    noise = 30.0 * NODES  # in units of the noise of one reading; neighbouring samples err together
+    if taken[best] < max(NOTABLE * total, noise) or best in (0, len(grid) - 1):
+        return None
+    lost = taken[best] - max(np.interp(grid[best] + step, grid, taken) for step in (-0.5, 0.5))
+    sharp = lost > min(SHARP * taken[best], WORSE * (total - taken[best]))
+    return float(grid[best]) + 0.0 if sharp else None  # + 0.0: minus zero is not for people
+
+
+def _taken(rows: Rows, columns: np.ndarray) -> float:
+    """How much of the squared residual these columns take away, beyond what the fit's parameters can."""
+    whole = np.zeros((len(rows.residual), columns.shape[1]))
+    whole[: len(columns)] = columns / rows.samples.sigma[:, None]
+    whole /= np.maximum(np.linalg.norm(whole, axis=0), 1e-300)
+    left = _spanned(whole - rows.basis @ (rows.basis.T @ whole))
+    return float(np.sum((left.T @ rows.residual) ** 2))
+
+
+def _spanned(columns: np.ndarray) -> np.ndarray:
+    """Orthonormal columns that span these; directions that rounding made are left out."""
+    if not columns.shape[1]:
+        return columns
+    vectors, strength, _ = np.linalg.svd(columns, full_matrices=False)
+    return vectors[:, strength > 1e-6 * max(strength[0], 1.0)]
+
+
+def _shape(samples: Samples) -> np.ndarray:
+    """Any course along the contraction: hat functions."""
+    nodes = np.linspace(samples.contraction.min(), samples.contraction.max(), NODES)
+    if nodes[-1] - nodes[0] < 1e-6:
+        return np.ones((len(samples), 1))
+    return np.stack([np.interp(samples.contraction, nodes, hat) for hat in np.eye(NODES)], axis=1)
+
+
+def _relative(values: np.ndarray) -> np.ndarray:
+    return np.maximum(values, LOWEST * max(float(values.max()), 1e-300)) / max(float(values.max()), 1e-300)
+
+
+def _power(values: np.ndarray, exponent: float) -> np.ndarray:
+    return values**exponent

@@ -1,0 +1,121 @@
+"""What every command understands: which data, which model, where the result goes. Loads nothing heavy."""
+
+import os
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import click
+
+SEVERAL = ("--effects", "--fix", "--free", "--own")  # options that take all the names that follow them
+
+
+class Command(click.Command):
+    """A command whose list options take every name that follows: `--effects ideal_cylinder tip`.
+
+    The list ends at the next option, and at the first name that is a file or folder: that is data.
+    """
+
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        """Repeat the option before each of its names, as click wants it."""
+        return super().parse_args(ctx, _spread(args))
+
+
+def _spread(args: list[str]) -> list[str]:
+    spread: list[str] = []
+    current, given = None, 0
+    for arg in args:
+        if arg.startswith("-"):
+            current, given = (arg, 0) if arg in SEVERAL else (None, 0)
+            spread.append(arg)
+        elif current is not None and given and not _is_path(arg):
+            spread += [current, arg]
+            given += 1
+        else:
+            current = current if current is not None and not given else None
+            given += current is not None
+            spread.append(arg)
+    return spread
+
+
+def _is_path(text: str) -> bool:
+    return os.sep in text or Path(text).exists()
+
+
+@dataclass(frozen=True)
+class Asked:
+    """What was asked for on the command line, as it was typed."""
+
+    data: tuple[str, ...] = ()
+    muscle: str | None = None
+    test: str | None = None
+    model: str | None = None
+    effects: tuple[str, ...] = ()
+    baseline: bool = False
+    settings: tuple[str, ...] = ()
+    fix: tuple[str, ...] = ()
+    free: tuple[str, ...] = ()
+    own: tuple[str, ...] = ()
+    effect_file: str | None = None
+    starts: int = 8
+    save: str | None = None
+    keep: bool = False
+    seed: int = 0
+    quiet: bool = False
+    json: str | None = None
+    html: str | None = None
+
+    @classmethod
+    def of(cls, given: dict[str, Any]) -> "Asked":
+        """From click's keyword arguments; those of a single command are left to it."""
+        return cls(**{name: value for name, value in given.items() if name in cls.__dataclass_fields__})
+
+
+Decorator = Callable[[Callable], Callable]
+
+
+def _all(*options: Callable) -> Decorator:
+    def decorate(function: Callable) -> Callable:
+        for option in reversed(options):
+            function = option(function)
+        return function
+
+    return decorate
+
+
+data_argument = click.argument("data", nargs=-1, required=True, metavar="DATASET...")
+
+data_options = _all(
+    click.option("--muscle", metavar="FILE", help="muscle.toml that belongs to a single CSV file."),
+    click.option("--test", metavar="KIND", help="Kind of test of a single CSV: loop, isometric, static, ..."),
+)
+
+model_options = _all(
+    click.option("--model", metavar="FILE", help="Model file; without it the model.toml beside the data, if any."),
+    click.option("--effects", multiple=True, metavar="NAME...", help="The model's effects, all of them."),
+    click.option("--baseline", is_flag=True, help="Begin with the baseline, whatever model.toml says."),
+    click.option("--set", "settings", multiple=True, metavar="NAME=VALUE", help="Hold a parameter at this value."),
+    click.option("--fix", multiple=True, metavar="NAME...", help="Parameters that do not vary."),
+    click.option("--free", multiple=True, metavar="NAME...", help="Parameters that vary though taken as exact."),
+    click.option("--own", multiple=True, metavar="NAME...", help="Parameters that each data set has for itself."),
+    click.option("--effect-file", metavar="FILE", help="Python file with effects of your own."),
+)
+
+fit_options = _all(
+    click.option("--starts", default=8, show_default=True, metavar="N", help="Places that the search begins from."),
+)
+
+save_options = _all(
+    click.option("--save", metavar="FILE", help="Where the fitted model goes; default: model.toml beside the data."),
+    click.option("--no-save", "keep", is_flag=True, help="Leave every model file as it is."),
+)
+
+output_options = _all(
+    click.option("--json", metavar="FILE", help="Write the result for machines, in SI units."),
+    click.option("--html", metavar="FILE", help="Write the result as a page that needs no network."),
+    click.option("--seed", default=0, show_default=True, metavar="N", help="Seed of everything random."),
+    click.option("--quiet", is_flag=True, help="Print nothing but errors."),
+)
+
+study_options = _all(data_options, model_options)
