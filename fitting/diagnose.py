@@ -5,14 +5,16 @@ tested the same way; those that stand are a confidence set for the explanation. 
 """
 
 from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from itertools import combinations
 
 import numpy as np
 
 from fitting.diagnosis import Diagnosis, Evidence, Explanation
 from fitting.examine import Examiner, Standing
+from fitting.held_out import difference
 from fitting.least_squares import clusters, covariances, fit
-from fitting.likes import leading_of, simplest
+from fitting.likes import foretelling, leading_of, simplest
 from fitting.precision import require_x64
 from fitting.records import Experiment
 from fitting.residuals import thinned
@@ -52,10 +54,14 @@ def diagnose(
     known = [kind() for kind in LIBRARY if not kind.rival] if candidates is None else list(candidates)
     told("baseline", 0.0)
     world = universe(light, effects, known, fix=fix, free=free, own=own)
-    baseline = fit(light, effects, fix=fix, free=free, own=own, starts=6, seed=seed)
+    with ThreadPoolExecutor(3) as workers:  # three programs to compile, which needs no interpreter
+        fitting = workers.submit(fit, light, effects, fix=fix, free=free, own=own, starts=6, seed=seed)
+        first = workers.submit(world.fit, frozenset(world.base), world.start)
+        workers.submit(world.warm_up)
+        baseline, base = fitting.result(), first.result()
     start = world.start.copy()
     start[world.layout.at(baseline.layout.names)] = baseline.vector
-    base = world.fit(frozenset(world.base), start)
+    base = min(base, world.fit(frozenset(world.base), start), key=lambda trial: trial.cost)
     search = _Search(world, base, Examiner(world, base, seed), told)
     search.run()
     return _verdict(search, baseline, experiments)
@@ -153,7 +159,8 @@ class _Search:
 
 def _verdict(search: _Search, baseline, experiments: Sequence[Experiment]) -> Diagnosis:
     world, examiner = search.world, search.examiner
-    kept, classes = simplest(world, search.adequate, search.trials, search.gate.noise_rms)
+    foretell = foretelling(search.adequate, search.trials, examiner)
+    kept, classes = simplest(world, foretell, search.trials, search.gate.noise_rms)
     evidence = {name: _evidence(search, name) for name in world.candidates}
     evidence |= {name: Evidence(name, reason=why) for name, why in world.untestable.items()}
     verdict, notes = _said(search, kept, evidence)
@@ -243,10 +250,13 @@ def _estimate(world: Universe, trial: Trial, name: str) -> dict[str, tuple[float
 
 def _explanation(search: _Search, added: frozenset[str]) -> Explanation:
     world, trial, standing = search.world, search.trials[added], search.standings.get(added)
+    groups = search.examiner.groups
+    fall, error = difference(search.examiner.left_out(search.base), search.examiner.left_out(trial), groups)
     return Explanation(
         tuple(sorted(added)),
         world.rmse(trial.rows),
         world.rmse(search.examiner.left_out(trial)),
+        fall / max(error, 1e-300),
         standing.test.p if standing and standing.test else float("nan"),
         added in search.adequate,
         standing.reason if standing else "not tested: others leave far less",

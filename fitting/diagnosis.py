@@ -32,6 +32,7 @@ class Explanation:
     effects: tuple[str, ...]
     rmse: float
     held_out_rmse: float
+    fall: float  # of the left-out mean square below the baseline's, in its standard errors
     p_value: float  # of the test that anything is still missing from it
     adequate: bool
     reason: str = ""

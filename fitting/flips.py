@@ -155,7 +155,7 @@ def test(
     samples: Samples,
     unit: Units,
     noise: Noise,
-    seed: int = 0,
+    seed: int,
 ) -> Verdict:
     """Test a fitted model against candidate `signatures` (rows, candidates) and the omnibus `basis` (rows, q)."""
     plain_floor = float(np.sqrt(np.mean(removed(rows[:, None], np.hstack([basis, slopes])) ** 2)))

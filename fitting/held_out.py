@@ -37,7 +37,7 @@ def left_out_rows(
 
 
 def difference(worse: np.ndarray, better: np.ndarray, group: np.ndarray) -> tuple[float, float]:
-    """By how much the mean square falls from one set of left-out rows to another, and its standard error over groups."""
+    """How far the mean square falls from one set of left-out rows to another, and its error over groups."""
     fall = worse**2 - better**2
     totals = np.array([fall[group == g].sum() for g in np.unique(group)])
     count = len(totals)

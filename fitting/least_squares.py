@@ -254,12 +254,24 @@ def fit_problem(
 ) -> Fit:
     """Fit the named unknowns of a problem that is laid out already."""
     asked = tuple(names)
+    if not asked:
+        return _evaluated(layout, given, samples, vector)
     names = seen(given, subset_of(layout, vector, asked), asked) if asked else ()
     held = tuple(name for name in asked if name not in names)
     subset = subset_of(layout, vector, names)
     begin = starting_places(layout, subset, names, starts, seed)
     found = jax.tree.map(np.asarray, solve(given, subset, jnp.asarray(begin)))
     return _conclude(layout, given, samples, subset, names, held, found, begin)
+
+
+def _evaluated(layout: Unknowns, given: Problem, samples: Samples, vector: np.ndarray) -> Fit:
+    rows = np.asarray(given.rows(jnp.asarray(vector), layout.templates[0].switches))[: len(samples)]
+    none = np.zeros((0, 0))
+    slopes = np.zeros((len(samples), 0))
+    residual, switches = rows * samples.sigma, np.asarray(layout.templates[0].switches)
+    return Fit(
+        layout, given, samples, (), (), vector, switches, residual, slopes, none, none, (), {}, True, "not fitted", ()
+    )
 
 
 def _conclude(

@@ -9,8 +9,9 @@ from fitting.diagnosis import Leading
 from fitting.examine import Examiner
 from fitting.universe import Trial, Universe
 
-SAME = 0.05  # of the noise: a set that follows another's prediction this closely contains it
+SAME = 0.1  # of the noise: a set that follows another's prediction this closely contains it
 CLEARLY = 2.0  # standard errors
+WORSE = 3.0  # standard errors by which an adequate set may foretell worse than another before it is dropped
 
 
 def contains(world: Universe, larger: Trial, smaller: Trial, noise: float) -> bool:
@@ -38,35 +39,52 @@ def simplest(
     return named, tuple(tuple("+".join(sorted(member)) for member in members) for members in alike)
 
 
+def foretelling(
+    adequate: Sequence[frozenset[str]], trials: Mapping[frozenset[str], Trial], examiner: Examiner
+) -> list[frozenset[str]]:
+    """Adequate sets without those that foretell runs left out clearly worse than the best of them."""
+    rows = {added: examiner.left_out(trials[added]) for added in adequate}
+    best = min(rows.values(), key=held_out.rms, default=None)
+    return [added for added in adequate if best is None or not _clearly(rows[added], best, examiner.groups, WORSE)]
+
+
 def leading_of(
     world: Universe, base: Trial, trials: Mapping[frozenset[str], Trial], examiner: Examiner
 ) -> Leading | None:
-    """The single effect that lowers the left-out error by clearly more than any other, or None."""
+    """The single effect, or rivals of one family, that lowers the left-out error by clearly more than any other."""
     singles = [added for added in trials if len(added) == 1]
     rows = {added: examiner.left_out(trials[added]) for added in singles}
     order = sorted(singles, key=lambda added: held_out.rms(rows[added]))
-    if not order:
+    if not order or not _clearly(examiner.left_out(base), rows[order[0]], examiner.groups):
         return None
-    best = order[0]
-    floor = held_out.rms(base.rows) * 0.1
-    contenders = [added for added in order[:6] if not _clearly(rows[added], rows[best], examiner.groups)]
-    first = min(contenders, key=lambda added: (len(trials[added].free), order.index(added)))
-    noise = max(held_out.rms(trials[best].rows), floor)
-    if any(not contains(world, trials[other], trials[first], noise) for other in contenders if other != first):
+    equals = [added for added in order if not _clearly(rows[added], rows[order[0]], examiner.groups)]
+    fewest = min(len(trials[added].free) for added in equals)
+    named = [added for added in equals if len(trials[added].free) == fewest]
+    if not _of_one_kind(world, equals, named[0], trials):
         return None
-    likes = [added for added in contenders if len(trials[added].free) == len(trials[first].free)]
-    if not _clearly(examiner.left_out(base), rows[first], examiner.groups):
-        return None
-    others = [added for added in order if added not in contenders]
-    whole, left = np.mean(examiner.left_out(base) ** 2), np.mean(rows[first] ** 2)
+    others = [added for added in order if added not in equals]
+    whole, left = np.mean(examiner.left_out(base) ** 2), np.mean(rows[named[0]] ** 2)
     return Leading(
-        tuple(sorted(min(added) for added in likes)),
+        tuple(min(added) for added in named),
         float(1 - left / whole),
-        world.rmse(rows[first]),
+        world.rmse(rows[named[0]]),
         world.rmse(rows[others[0]]) if others else world.rmse(examiner.left_out(base)),
     )
 
 
-def _clearly(worse: np.ndarray, better: np.ndarray, groups: np.ndarray) -> bool:
+def _of_one_kind(
+    world: Universe, equals: Sequence[frozenset[str]], first: frozenset[str], trials: Mapping[frozenset[str], Trial]
+) -> bool:
+    """Whether equals are rivals of one family, or hold the first of them as a special case."""
+    family = world.template[min(first)].family
+    others = [added for added in equals if added != first]
+    return all(
+        (family is not None and world.template[min(other)].family == family)
+        or contains(world, trials[other], trials[first], held_out.rms(trials[first].rows))
+        for other in others
+    )
+
+
+def _clearly(worse: np.ndarray, better: np.ndarray, groups: np.ndarray, errors: float = CLEARLY) -> bool:
     fall, error = held_out.difference(worse, better, groups)
-    return fall > CLEARLY * error
+    return fall > errors * error

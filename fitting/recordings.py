@@ -10,7 +10,7 @@ from typing import Any
 from fitting import units
 from fitting.errors import InputError, unknown_name
 from fitting.muscle_file import line_of, muscle_of, name_of, read_muscle, read_toml, source_of
-from fitting.readings import read_runs
+from fitting.readings import POSITIONS, read_runs
 from fitting.records import FORCE_TESTS, TESTS, Experiment, Recording, Run
 from fitting.runs import run_of
 from fitting.tables import Table, read_table
@@ -112,7 +112,8 @@ def _read(path: Path, test: str, muscle: Muscle, options: dict[str, Any], name: 
             f"no sample is left that carries weight: {why}", table.file, cure="widen `valid`, or record more"
         )
     notes = _notes(counts, table, test, runs)
-    return Recording(name, test, runs, noise, notes), table.raw
+    position = next(column for column in POSITIONS if column in table)
+    return Recording(name, test, runs, noise, notes, position), table.raw
 
 
 def kind_of(test: str) -> str:

@@ -50,6 +50,7 @@ class Recording:
     runs: tuple[Run, ...]
     noise: float | None  # standard deviation of one reading as stated, N or m; None if not stated
     notes: tuple[str, ...] = ()  # what was set aside and why, with counts
+    position: str = "contraction"  # what the rig read: "contraction", "length" or "displacement"
 
     @property
     def unit(self) -> str:

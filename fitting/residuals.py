@@ -21,6 +21,8 @@ class Block(eqx.Module):
     """The runs of one recording, padded to one length by repeating their last sample.
 
     `keep` are the flat positions of the samples that carry weight, `sigma` the standard deviation of one reading.
+    `position` is what the rig read and `stated_length` the length that made a contraction of it (m): another length at
+    rest makes another contraction of the same reading.
     """
 
     states: State  # (runs, time)
@@ -28,6 +30,8 @@ class Block(eqx.Module):
     load: jax.Array  # (runs, time), N; zero in force tests
     sigma: jax.Array
     keep: jax.Array
+    stated_length: jax.Array
+    position: str = eqx.field(static=True)
     dataset: int = eqx.field(static=True)
     of_force: bool = eqx.field(static=True)
     steps: int = eqx.field(static=True, default=0)
@@ -35,12 +39,20 @@ class Block(eqx.Module):
     def predict(self, model: Model) -> jax.Array:
         """What the instrument would show at every sample, (runs, time), N or m."""
         if self.of_force:
-            return jax.vmap(model.force)(self.states)
+            return jax.vmap(model.force)(self._imposed(model.muscle.length))
         from mckibben_jax.motion import released  # diffrax is only needed where something moves
 
-        return model.muscle.length * jax.vmap(lambda s, w: released(model, s, w, s.contraction[0], self.steps))(
-            self.states, self.load
-        )
+        one = lambda states, load: released(model, states, load, steps=self.steps)  # noqa: E731
+        shortened = model.muscle.length * jax.vmap(one)(self.states, self.load)
+        return shortened + (self.stated_length - model.muscle.length if self.position == "length" else 0.0)
+
+    def _imposed(self, length: jax.Array) -> State:
+        """The states that the rig imposed on a muscle of this length at rest."""
+        ratio = self.stated_length / length
+        if self.position == "contraction":
+            return self.states
+        shift = 1 - ratio if self.position == "length" else 0.0
+        return self.states.replace(contraction=shift + ratio * self.states.contraction, rate=ratio * self.states.rate)
 
     def residual(self, model: Model) -> jax.Array:
         """Model minus measurement in standard deviations, only where there is weight."""
@@ -108,7 +120,7 @@ def problem(experiments: Sequence[Experiment], layout: Unknowns) -> tuple[Proble
     blocks, samples, runs_before = [], [], 0
     for d, experiment in enumerate(experiments):
         for recording in experiment.recordings:
-            block = _block(recording, d)
+            block = _block(recording, d, float(experiment.muscle.length))
             samples.append(_samples(recording, d, len(blocks), runs_before, float(block.sigma)))
             blocks.append(block)
             runs_before += len(recording.runs)
@@ -119,7 +131,7 @@ def problem(experiments: Sequence[Experiment], layout: Unknowns) -> tuple[Proble
     return built, _joined(samples)
 
 
-def _block(recording: Recording, dataset: int) -> Block:
+def _block(recording: Recording, dataset: int, length: float) -> Block:
     runs = recording.runs
     size = _padded(max(len(run) for run in runs))
     stacked = {name: jnp.asarray(np.stack([_pad(getattr(run, name), size) for run in runs])) for name in _SIGNALS}
@@ -136,21 +148,27 @@ def _block(recording: Recording, dataset: int) -> Block:
     )
     load = zero if runs[0].load is None else jnp.asarray(np.stack([_pad(run.load, size) for run in runs]))
     of_force = recording.test in FORCE_TESTS
-    longest = max(float(run.time[-1]) for run in runs)
     return Block(
         states,
         stacked["measured"],
         load,
         jnp.asarray(noise_of(recording)),
         jnp.asarray(np.flatnonzero(weight > 0)),
+        jnp.asarray(length),
+        recording.position,
         dataset,
         of_force,
-        0 if of_force else _padded(int(np.ceil(longest / STEP))),
+        0 if of_force else _steps(recording),
     )
 
 
+def _steps(recording: Recording) -> int:
+    from mckibben_jax.motion import steps_for
+
+    return _padded(max(steps_for(run.time) for run in recording.runs))
+
+
 _SIGNALS = ("time", "pressure", "contraction", "rate", "pressure_rate", "measured")
-STEP = 2.5e-4  # s, of the motion solver: half of it changes a fitted release by less than its noise
 
 
 def _padded(length: int) -> int:

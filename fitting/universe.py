@@ -16,7 +16,7 @@ from fitting.unknowns import Unknowns, unknowns
 from mckibben_jax.effect import Effect, name_of
 from mckibben_jax.model import Model
 
-FREE = (8, 12, 16, 24, 32)  # free parameters are padded to these counts, to compile once for each
+FREE = (12, 20, 32, 48)  # free parameters are padded to these counts, to compile once for each
 STARTS = 4  # of a new effect's hidden shape
 WORKERS = 2  # compiled code leaves the interpreter's lock alone
 
@@ -155,6 +155,11 @@ class Universe:
         return np.asarray(
             _signature(self.problem, _padded(vector), self.switches(trial.effects), live, jnp.asarray(direction))
         )
+
+    def warm_up(self) -> None:
+        """Compile what `signature` needs."""
+        switches = self.switches(self.base)
+        _signature(self.problem, _padded(self.start), switches, switches > 0, jnp.asarray(switches)).block_until_ready()
 
     def shapes(self, effect: str) -> list[dict[str, float]]:
         """A few values of an effect's parameters at which to look for it."""

@@ -38,6 +38,10 @@ class Unknown:
         """Whether the search goes in the logarithm."""
         return self.lower > 0 and self.upper / self.lower > LOG_RATIO
 
+    def slope(self, value: float) -> float:
+        """d(value)/d(place in the range, which counts from 0 to 1)."""
+        return value * float(np.log(self.upper / self.lower)) if self.logarithmic else self.upper - self.lower
+
 
 @dataclasses.dataclass(frozen=True)
 class Unknowns:

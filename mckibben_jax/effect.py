@@ -41,7 +41,7 @@ class Effect(eqx.Module):
 
     `family` names rivals that replace each other; `needs` what must be there (a measurement of the muscle, "rubber",
     "friction"); `gives` what it provides to others; `suspect` says when to suspect it. `rival` marks printed laws that
-    are unsound: they are candidates only on request.
+    are unsound: they are candidates only on request. `fixed` names constants with a unit that stand in the law.
     """
 
     stage: ClassVar[str]
@@ -51,12 +51,17 @@ class Effect(eqx.Module):
     needs: ClassVar[tuple[str, ...]] = ()
     gives: ClassVar[tuple[str, ...]] = ()
     rival: ClassVar[bool] = False
+    fixed: ClassVar[tuple[str, ...]] = ()
 
 
 class Felt(Effect):
-    """Changes what the braid feels: `felt` maps a state to a state; `pull` is the frictionless pull behind it, N."""
+    """Changes what the braid feels: `felt` maps a state to a state; `pull` is the frictionless pull behind it, N.
+
+    Rates follow by differentiating `felt`, unless it `states_rates` itself (as whatever remembers must).
+    """
 
     stage: ClassVar[str] = "felt"
+    states_rates: ClassVar[bool] = False
 
     def felt(self, muscle: Muscle, state: State, pull: Pull) -> State:
         """The state that the braid feels."""
@@ -111,6 +116,14 @@ class Read(Effect):
     def read(self, signal: jax.Array, time: jax.Array) -> jax.Array:
         """The signal shown, in the channel's unit."""
         raise NotImplementedError
+
+
+def measured(muscle: Muscle, name: str) -> jax.Array:
+    """A measurement that an effect declares among its needs."""
+    value = getattr(muscle, name)
+    if value is None:
+        raise ValueError(f"the muscle's {name} is not known: give it, Muscle(..., {name}=...), or leave the effect out")
+    return value
 
 
 def name_of(effect: Effect | type[Effect]) -> str:

@@ -41,5 +41,5 @@ def follow(memory: jax.Array, before: jax.Array, after: jax.Array, steps: jax.Ar
     small = steps < 1e-4
     safe = jnp.where(small, 1.0, steps)
     decay = -jnp.expm1(-steps)
-    share = jnp.where(small, 1 - steps / 2, -jnp.expm1(-safe) / safe)
+    share = jnp.where(small, 1 - steps / 2 + steps**2 / 6, -jnp.expm1(-safe) / safe)
     return memory + decay * (before - memory) + (after - before) * (1 - share)

@@ -35,7 +35,7 @@ class Model(eqx.Module):
     def feel(self, index: int, state: State) -> State:
         """The state after one felt effect; rates are pushed through it."""
         effect = self.effects[index]
-        if isinstance(effect, Memory):  # what is remembered is no function of this instant: it states its own rates
+        if effect.states_rates or isinstance(effect, Memory):
             felt = effect.felt(self.muscle, state, self._pull_behind(index))
         else:
             felt = _with_rates(lambda s: effect.felt(self.muscle, s, self._pull_behind(index)), state)
@@ -44,17 +44,18 @@ class Model(eqx.Module):
     def _pull_behind(self, index: int) -> Pull:
         """The frictionless pull as a function of the state that this felt effect hands on.
 
-        Effects behind it that remember are left out. Everything is computed, live or not: this goes into a root
-        search, where branches cost more than they save, and no rates are needed.
+        Effects behind it that remember are left out. Everything is computed, what is not live being switched off: this
+        goes into a root search, where branches cost more than they save, and no rates are needed.
         """
-        whole = dataclasses.replace(self, live=None)
+        switches = self.switches if self.live is None else jnp.where(self.live, self.switches, 0.0)
+        whole = dataclasses.replace(self, switches=switches, live=None)
 
         def pull(state: State) -> jax.Array:
             for later in self.at("felt"):
                 effect = self.effects[later]
                 if later > index and not isinstance(effect, Memory):
                     felt = effect.felt(self.muscle, state, whole._pull_behind(later))
-                    state = blend(self.switches[later], state, felt)
+                    state = blend(whole.switches[later], state, felt)
             return whole.pull(state)[0]
 
         return pull
@@ -151,7 +152,8 @@ class Model(eqx.Module):
 
     def lost_now(self, felt: State, elastic: jax.Array, memories: Memories, direction: jax.Array) -> Loss:
         """The loss at one felt state, were the braid to slide in this direction (-1, 0 or 1)."""
-        loss = self.loss_before(felt, elastic).replace(direction=direction)
+        zero = jnp.zeros_like(elastic)
+        loss = Loss(zero, direction, zero, elastic)
         for index in self.at("lost"):
             known = felt.replace(memory=memories[index])
             loss = self.when_live(index, lambda x, i=index, s=known: self.lose(i, s, x), loss)

@@ -1,33 +1,97 @@
 """The library of effects: a plain tuple, in the order in which they act within their stage."""
 
 from mckibben_jax.effect import Effect
-from mckibben_jax.effects.felt import DeadBand, PressureOffset, SeriesCompliance, SupplyLag, Tip
+from mckibben_jax.effects.felt import (
+    ContractionOffset,
+    DeadBand,
+    PressureDrop,
+    PressureGain,
+    PressureOffset,
+    RadialGap,
+    SeriesCompliance,
+    StrandStretch,
+    SupplyLag,
+    Tip,
+    TipPressure,
+)
 from mckibben_jax.effects.lost import (
+    BladderHysteresis,
     ConstantFriction,
     CoulombFriction,
     Creep,
+    CrossingFriction,
+    HertzFriction,
     Hill,
     KineticFriction,
+    MaxwellSlip,
+    Mullins,
     Presliding,
+    SchulteFriction,
     TextileFriction,
     ViscousDamping,
 )
-from mckibben_jax.effects.read import ForceOffset
-from mckibben_jax.effects.stored import BladderMooneyRivlin, BladderNeoHookean, EndStop, IdealCylinder
+from mckibben_jax.effects.read import ForceGain, ForceOffset, TimeDelay
+from mckibben_jax.effects.stored import (
+    BladderAxialPrinted,
+    BladderMooneyRivlin,
+    BladderNeoHookean,
+    BladderSchulte,
+    BladderThinMooneyRivlin,
+    ConicalEnds,
+    ConicalEndsPrinted,
+    EndStop,
+    IdealCylinder,
+    LinearSpring,
+    ReducedLength,
+    StrandBending,
+    WallShielding,
+    Weight,
+)
 
-FELT = (PressureOffset, SupplyLag, DeadBand, SeriesCompliance, Tip)
-STORED = (IdealCylinder, BladderNeoHookean, BladderMooneyRivlin, EndStop)
+FELT = (
+    PressureOffset,
+    PressureGain,
+    ContractionOffset,
+    SupplyLag,
+    PressureDrop,
+    DeadBand,
+    RadialGap,
+    SeriesCompliance,
+    Tip,
+    TipPressure,
+    StrandStretch,
+)
+STORED = (
+    IdealCylinder,
+    ConicalEnds,
+    ReducedLength,
+    BladderNeoHookean,
+    BladderMooneyRivlin,
+    BladderThinMooneyRivlin,
+    BladderSchulte,
+    StrandBending,
+    EndStop,
+    LinearSpring,
+    Weight,
+    WallShielding,
+    ConicalEndsPrinted,
+    BladderAxialPrinted,
+)
 LOST = (
     CoulombFriction,
     TextileFriction,
+    HertzFriction,
+    SchulteFriction,
+    CrossingFriction,
     ConstantFriction,
+    BladderHysteresis,
     KineticFriction,
     Presliding,
+    MaxwellSlip,
     ViscousDamping,
     Hill,
     Creep,
+    Mullins,
 )
-READ = (ForceOffset,)
+READ = (ForceGain, ForceOffset, TimeDelay)
 LIBRARY: tuple[type[Effect], ...] = FELT + STORED + LOST + READ
-
-__all__ = ["FELT", "LIBRARY", "LOST", "READ", "STORED", *(effect.__name__ for effect in LIBRARY)]

@@ -1,13 +1,18 @@
 """What the braid really feels of the contraction and pressure that the rig reports."""
 
+from collections.abc import Callable
+
 import jax
 import jax.numpy as jnp
 import optimistix as optx
+from scipy import constants
 
-from mckibben_jax.effect import Felt, Pull
+from mckibben_jax import braid, working_pressure
+from mckibben_jax.effect import Felt, Pull, measured
 from mckibben_jax.memory import Memory, follow
 from mckibben_jax.muscle import Muscle
 from mckibben_jax.parameter import parameter
+from mckibben_jax.shape import shape
 from mckibben_jax.state import State
 
 
@@ -20,6 +25,28 @@ class PressureOffset(Felt):
 
     def felt(self, muscle: Muscle, state: State, pull: Pull) -> State:
         return state.replace(pressure=state.pressure - self.P_off)
+
+
+class PressureGain(Felt):
+    """The pressure gauge reads too much in proportion: true pressure = reading / (1 + g)."""
+
+    source = "instrument"
+    suspect = "even misfit proportional to the force of the gas; hides in the radius and the braid angle"
+    g: jax.Array = parameter(0.01, "1", "relative error of the gauge", range=(-0.3, 0.3), starts=(0.0,))
+
+    def felt(self, muscle: Muscle, state: State, pull: Pull) -> State:
+        return state.replace(pressure=state.pressure / (1 + self.g))
+
+
+class ContractionOffset(Felt):
+    """The muscle was not at rest where its length was set to zero: true contraction = reading - eps_off."""
+
+    source = "instrument"
+    suspect = "even misfit proportional to pressure and to the slope of the force over contraction"
+    eps_off: jax.Array = parameter(2e-3, "1", "reading at rest", range=(-0.05, 0.05), starts=(0.0,))
+
+    def felt(self, muscle: Muscle, state: State, pull: Pull) -> State:
+        return state.replace(contraction=state.contraction - self.eps_off)
 
 
 class SupplyLag(Felt, Memory):
@@ -40,6 +67,27 @@ class SupplyLag(Felt, Memory):
         return state.replace(pressure=state.memory, pressure_rate=rate)
 
 
+class PressureDrop(Felt):
+    """A muscle that grows fast starves: the line cannot fill it in time, P - tau (P + 1 atm) (dV/dt)/V.
+
+    V = pi r^2 l; dV/dt follows the motion alone, at the pressure of the port.
+    """
+
+    source = "Richer & Hurmuzlu 2000, linearised about the port pressure"
+    suspect = "odd misfit that grows with speed and does not vanish with the gauge pressure"
+    fixed = (f"{constants.atmosphere:g} Pa",)
+    tau: jax.Array = parameter(5e-3, "s", "time constant of filling", range=(0.0, 0.5), starts=(0.02,))
+
+    def felt(self, muscle: Muscle, state: State, pull: Pull) -> State:
+        def volume(contraction: jax.Array, stretch: jax.Array) -> jax.Array:
+            return shape(muscle, state.replace(contraction=contraction, stretch=stretch)).volume
+
+        at, rates = (state.contraction, state.stretch), (state.rate, state.stretch_rate)
+        present, growth = jax.jvp(volume, at, rates)
+        absolute = state.pressure + constants.atmosphere
+        return state.replace(pressure=state.pressure - self.tau * absolute * growth / present)
+
+
 class DeadBand(Felt):
     """The first P_th of the pressure only brings the bladder to the braid: max(P - P_th, 0)."""
 
@@ -51,6 +99,26 @@ class DeadBand(Felt):
         return state.replace(pressure=jnp.maximum(state.pressure - self.P_th, 0.0))
 
 
+class RadialGap(Felt):
+    """The bladder is narrower than the braid and must balloon before it touches: a dead band set by its own rubber.
+
+    P_th is the pressure in a free thin tube of the outer radius r0 (1 - gap) when it has grown to r0.
+    """
+
+    source = "Delson et al. 2005; Davis et al. 2003; Tondu 2012, beside fig. 8(a)"
+    suspect = "as a dead band, where the bladder at rest is known to be loose in the braid"
+    needs = ("wall_thickness", "shear_modulus")
+    gap: jax.Array = parameter(0.05, "1", "gap over the braid's radius", range=(0.0, 0.3), starts=(0.02, 0.15))
+
+    def felt(self, muscle: Muscle, state: State, pull: Pull) -> State:
+        bladder = muscle.radius * (1 - self.gap)
+        wall_ratio = measured(muscle, "wall_thickness") / bladder
+        contact = working_pressure.free_tube_pressure(
+            muscle.radius / bladder, wall_ratio, measured(muscle, "shear_modulus")
+        )
+        return state.replace(pressure=jnp.maximum(state.pressure - contact, 0.0))
+
+
 class SeriesCompliance(Felt):
     """End fittings, cable and rig give way: the muscle is shorter than the rig says, by F/k_s.
 
@@ -60,16 +128,36 @@ class SeriesCompliance(Felt):
 
     source = "rig property; statics of a spring in series"
     suspect = "misfit that grows with the square of the pressure and is largest near rest"
+    states_rates = True
     k_s: jax.Array = parameter(2e5, "N/m", "stiffness in series", range=(1e4, 1e8))
 
     def felt(self, muscle: Muscle, state: State, pull: Pull) -> State:
-        def gap(contraction: jax.Array, stiffness: jax.Array) -> jax.Array:
-            given = pull(state.replace(contraction=contraction)) / (stiffness * muscle.length)
-            return contraction - state.contraction - given
+        read = (state.contraction, state.pressure, state.stretch)
+        reading_rates = (state.rate, state.pressure_rate, state.stretch_rate)
 
-        solver = optx.Newton(rtol=1e-10, atol=1e-12)
-        found = optx.root_find(gap, solver, state.contraction, args=self.k_s, max_steps=30, throw=False)
-        return state.replace(contraction=found.value)
+        def gap(contraction: jax.Array, *read: jax.Array) -> jax.Array:
+            own = state.replace(contraction=contraction, pressure=read[1], stretch=read[2])
+            return contraction - read[0] - pull(own) / (self.k_s * muscle.length)
+
+        root, slope = _plain_root(lambda contraction: gap(contraction, *read), state.contraction)
+        at = root - gap(root, *read) / slope  # one Newton step from the root: its value, and its derivatives
+        along = jnp.array([1.0, 0.0]), *(jnp.stack([jnp.zeros_like(rate), rate]) for rate in reading_rates)
+        slope, drift = jax.vmap(lambda *way: jax.jvp(gap, (at, *read), way)[1])(*along)
+        return state.replace(contraction=at, rate=-drift / slope)
+
+
+def _plain_root(equation: Callable[[jax.Array], jax.Array], guess: jax.Array) -> tuple[jax.Array, jax.Array]:
+    """The root of a scalar equation by optimistix, and the slope there, as plain numbers without derivatives.
+
+    Differentiating through the solver, for the rate and again for the fit, was measured to make the compiled program
+    five times as large; the Newton step that follows has the root's exact derivative.
+    """
+    plain, constants = jax.closure_convert(equation, guess)
+    fixed = jax.lax.stop_gradient((guess, constants))
+    solver = optx.Newton(rtol=1e-10, atol=1e-12)
+    found = optx.root_find(lambda x, c: plain(x, *c), solver, fixed[0], args=fixed[1], max_steps=30, throw=False)
+    slope = jax.jvp(lambda x: plain(x, *fixed[1]), (found.value,), (jnp.ones_like(found.value),))[1]
+    return jax.lax.stop_gradient((found.value, slope))
 
 
 class Tip(Felt):
@@ -82,3 +170,40 @@ class Tip(Felt):
 
     def felt(self, muscle: Muscle, state: State, pull: Pull) -> State:
         return state.replace(contraction=self.k * state.contraction)
+
+
+class TipPressure(Felt):
+    """The ends open more or less with pressure: the braid contracts b_k + a_k exp(-P/P_k) times as much as the muscle.
+
+    a_k of either sign; 0 leaves the plain tip correction.
+    """
+
+    source = "Tondu & Lopez 2000; Tondu 2012, 'Tip effects'"
+    suspect = "as a tip correction that differs from pressure to pressure, most below 1 bar"
+    family = "tip"
+    b_k: jax.Array = parameter(1.15, "1", "ratio of contractions at high pressure", range=(0.5, 2.0), starts=(1.1,))
+    a_k: jax.Array = parameter(0.1, "1", "what vanishing pressure adds", range=(-0.5, 0.5), starts=(-0.05, 0.05))
+    P_k: jax.Array = parameter(1e5, "Pa", "pressure of the change", range=(1e4, 1e6), starts=(6e4, 2e5))
+
+    def felt(self, muscle: Muscle, state: State, pull: Pull) -> State:
+        factor = self.b_k + self.a_k * jnp.exp(-state.pressure / self.P_k)
+        return state.replace(contraction=factor * state.contraction)
+
+
+class StrandStretch(Felt):
+    """The strands give way under the tension that carries the pressure: cords of length B (1 + T/EA).
+
+    T = 2 pi r^2 P/(tan^2(alpha) cos(alpha)) is the tension of all strands of the unstretched cord, EA their stiffness.
+    """
+
+    source = "Davis et al. 2003; Tondu 2012, eqs 14 and 17"
+    suspect = "even misfit that grows with the square of the pressure and hardly with contraction"
+    EA: jax.Array = parameter(2e5, "N", "stiffness of all strands together", range=(1e4, 1e8))
+
+    def felt(self, muscle: Muscle, state: State, pull: Pull) -> State:
+        rigid = shape(muscle, state.replace(stretch=jnp.zeros_like(state.stretch)))
+        axial = braid.braid_force(
+            rigid.contraction, state.pressure, rigid.radius, rigid.braid_angle, rigid.braid_radius
+        )
+        tension = axial / braid.cos_angle(rigid.contraction, rigid.braid_angle)
+        return state.replace(stretch=tension / self.EA)

@@ -1,21 +1,26 @@
 """What is lost to motion: the size and direction of dry friction, and drag."""
 
+from typing import ClassVar
+
 import jax
 import jax.numpy as jnp
 
 from mckibben_jax import biology, textile
-from mckibben_jax.effect import Loss, Lost
+from mckibben_jax.effect import Loss, Lost, measured
 from mckibben_jax.memory import Memory, follow
 from mckibben_jax.muscle import Muscle
 from mckibben_jax.parameter import parameter
 from mckibben_jax.shape import path, shape
 from mckibben_jax.state import State
 
-REFERENCE_LOAD = 1e3  # N, fixed: with it beta = 1 is Coulomb's law and f_s has no dimension
+
+def _pressing(state: State) -> jax.Array:
+    # strands under vacuum do not press on each other, and friction is never negative
+    return jnp.maximum(state.pressure, 0.0)
 
 
 def _contact_load(muscle: Muscle, state: State) -> jax.Array:
-    return shape(muscle, state).contact_surface * state.pressure
+    return shape(muscle, state).contact_surface * _pressing(state)
 
 
 def _speed(muscle: Muscle, state: State) -> jax.Array:
@@ -42,12 +47,60 @@ class TextileFriction(Lost):
     suspect = "hysteresis that is too wide at low pressure and too narrow at high pressure under Coulomb's law"
     family = "friction"
     gives = ("friction",)
+    fixed = (f"{textile.UNIT_LOAD:g} N",)
     f_s: jax.Array = parameter(0.02, "1", "friction at a contact load of 1 kN", range=(0.0, 0.5))
     beta: jax.Array = parameter(0.72, "1", "exponent of the load", range=(0.2, 1.5), starts=(0.8,))
 
     def lose(self, muscle: Muscle, state: State, loss: Loss) -> Loss:
-        load = _contact_load(muscle, state) / REFERENCE_LOAD
-        return loss.replace(size=loss.size + REFERENCE_LOAD * textile.power_law_friction(load, self.f_s, self.beta))
+        friction = textile.power_law_friction(_contact_load(muscle, state), self.f_s, self.beta)
+        return loss.replace(size=loss.size + friction)
+
+
+class HertzFriction(Lost):
+    """Strands touch on small round spots that grow with the load: size + f_s S P / S_scale, as P^(4/3)."""
+
+    source = "Davis & Caldwell 2006; Tondu 2012, eqs 36-39"
+    suspect = "hysteresis that is too narrow at high pressure under Coulomb's law"
+    family = "friction"
+    needs = ("strand_modulus", "strand_poisson")
+    gives = ("friction",)
+    f_s: jax.Array = parameter(0.2, "1", "friction coefficient of the strands", range=(0.0, 5.0))
+
+    def lose(self, muscle: Muscle, state: State, loss: Loss) -> Loss:
+        friction = textile.hertz_friction(
+            _pressing(state), shape(muscle, state).contact_surface, self.f_s, measured(muscle, "strand_modulus"),
+            measured(muscle, "strand_poisson"),
+        )  # fmt: skip
+        return loss.replace(size=loss.size + friction)
+
+
+class SchulteFriction(Lost):
+    """The whole cylinder rubs, strand on strand and strand on bladder: size + 2 pi r l P f with f = f_s + f_st."""
+
+    source = "Schulte 1961; Tondu 2012, eq 33"
+    suspect = "odd misfit proportional to pressure that follows the cylinder's surface over contraction"
+    family = "friction"
+    gives = ("friction",)
+    f: jax.Array = parameter(0.01, "1", "sum of both friction coefficients", range=(0.0, 0.5))
+
+    def lose(self, muscle: Muscle, state: State, loss: Loss) -> Loss:
+        radius, length = shape(muscle, state).braid_radius, muscle.length * (1 - state.contraction)
+        return loss.replace(size=loss.size + textile.schulte_friction(_pressing(state), radius, length, self.f))
+
+
+class CrossingFriction(Lost):
+    """Strands turn on each other where they cross: size + (4/3) pi mu_R P r / tan(alpha), whatever the length."""
+
+    source = "virtual work of discs that turn on each other; effect 15 of the catalogue"
+    suspect = "odd misfit proportional to pressure that does not grow with the muscle's length"
+    family = "friction"
+    gives = ("friction",)
+    mu_R: jax.Array = parameter(1.5e-4, "m", "friction coefficient times contact radius", range=(0.0, 0.02))
+
+    def lose(self, muscle: Muscle, state: State, loss: Loss) -> Loss:
+        form = shape(muscle, state)
+        friction = textile.crossing_friction(_pressing(state), form.braid_radius, form.angle, self.mu_R)
+        return loss.replace(size=loss.size + friction)
 
 
 class ConstantFriction(Lost):
@@ -60,6 +113,19 @@ class ConstantFriction(Lost):
 
     def lose(self, muscle: Muscle, state: State, loss: Loss) -> Loss:
         return loss.replace(size=loss.size + self.F_c)
+
+
+class BladderHysteresis(Lost):
+    """The rubber gives back less than it took, at any speed: size + eta_b |pull of the rubber|."""
+
+    source = "Vo-Minh et al. 2011; structural damping"
+    suspect = "odd misfit without pressure, zero at rest, that follows the rubber over contraction"
+    needs = ("rubber",)
+    gives = ("friction",)
+    eta_b: jax.Array = parameter(0.06, "1", "share of the rubber's pull", range=(0.0, 0.5))
+
+    def lose(self, muscle: Muscle, state: State, loss: Loss) -> Loss:
+        return loss.replace(size=loss.size + self.eta_b * jnp.abs(loss.elastic))
 
 
 class KineticFriction(Lost):
@@ -94,6 +160,33 @@ class Presliding(Lost, Memory):
 
     def lose(self, muscle: Muscle, state: State, loss: Loss) -> Loss:
         return loss.replace(direction=state.memory)
+
+
+class MaxwellSlip(Lost, Memory):
+    """Strands stick and slip one after the other: direction is the mean of n springs that slip at different distances.
+
+    Element i of equal share moves by dx/X_i and slips at -1 and 1, X_i = x_s spread^((2i - n + 1)/(n - 1)). Its memory
+    is not local: after a nested loop it returns to where it left.
+    """
+
+    source = "Al-Bender, Lampaert & Swevers 2005; Vo-Minh et al. 2011"
+    suspect = "rounded corners after each reversal; minor loops that close on themselves"
+    family = "presliding"
+    needs = ("friction",)
+    elements: ClassVar[int] = 4
+    x_s: jax.Array = parameter(4e-3, "m", "distance at which the middle slips", range=(1e-5, 0.1), starts=(2e-3, 8e-3))
+    spread: jax.Array = parameter(3.0, "1", "longest distance over the middle", range=(1.0, 30.0), starts=(2.0, 6.0))
+
+    def start(self, muscle: Muscle, state: State) -> jax.Array:
+        return jnp.zeros(self.elements)
+
+    def advance(self, muscle: Muscle, memory: jax.Array, before: State, after: State) -> jax.Array:
+        moved = path(muscle, after) - path(muscle, before)
+        order = jnp.linspace(-1.0, 1.0, self.elements)
+        return jnp.clip(memory + moved / (self.x_s * self.spread**order), -1.0, 1.0)
+
+    def lose(self, muscle: Muscle, state: State, loss: Loss) -> Loss:
+        return loss.replace(direction=jnp.mean(state.memory, axis=-1))
 
 
 class ViscousDamping(Lost):
@@ -139,3 +232,26 @@ class Creep(Lost, Memory):
 
     def lose(self, muscle: Muscle, state: State, loss: Loss) -> Loss:
         return loss.replace(drag=loss.drag + self.K1 * (muscle.length * state.contraction - state.memory))
+
+
+class Mullins(Lost, Memory):
+    """Rubber that was once stretched further pulls less: drag m (pull of the rubber) (1 - exp(-(top - eps)/w)).
+
+    `top` is the largest contraction so far; the share m of the rubber's pull is gone well below it.
+    """
+
+    source = "Mullins 1969; Ogden & Roxburgh 1999, after their damage function"
+    suspect = "the first cycle differs from the next ones up to the same contraction"
+    needs = ("rubber",)
+    m: jax.Array = parameter(0.15, "1", "share of the rubber's pull that goes", range=(0.0, 0.9))
+    w: jax.Array = parameter(0.05, "1", "contraction over which it goes", range=(1e-3, 0.5), starts=(0.02,))
+
+    def start(self, muscle: Muscle, state: State) -> jax.Array:
+        return state.contraction
+
+    def advance(self, muscle: Muscle, memory: jax.Array, before: State, after: State) -> jax.Array:
+        return jnp.maximum(memory, after.contraction)
+
+    def lose(self, muscle: Muscle, state: State, loss: Loss) -> Loss:
+        softened = self.m * -jnp.expm1((state.contraction - state.memory) / self.w)
+        return loss.replace(drag=loss.drag + softened * loss.elastic)

@@ -1,9 +1,21 @@
 """What the instrument makes of the force."""
 
 import jax
+import jax.numpy as jnp
 
 from mckibben_jax.effect import Read
 from mckibben_jax.parameter import parameter
+
+
+class ForceGain(Read):
+    """The load cell reads too much in proportion: F (1 + g)."""
+
+    source = "instrument"
+    suspect = "misfit proportional to the whole force, friction included; hides in the radius"
+    g: jax.Array = parameter(0.01, "1", "relative error of the load cell", range=(-0.3, 0.3), starts=(0.0,))
+
+    def read(self, signal: jax.Array, time: jax.Array) -> jax.Array:
+        return signal * (1 + self.g)
 
 
 class ForceOffset(Read):
@@ -15,3 +27,14 @@ class ForceOffset(Read):
 
     def read(self, signal: jax.Array, time: jax.Array) -> jax.Array:
         return signal + self.F_off
+
+
+class TimeDelay(Read):
+    """The force channel lags the others: it shows F(t - tau), straight between samples, the first one before them."""
+
+    source = "instrument"
+    suspect = "loops that open with speed, their two branches crossing where the force turns"
+    tau: jax.Array = parameter(0.01, "s", "delay of the force channel", range=(0.0, 1.0), starts=(2e-3, 0.03))
+
+    def read(self, signal: jax.Array, time: jax.Array) -> jax.Array:
+        return jnp.interp(time - self.tau, time, signal)

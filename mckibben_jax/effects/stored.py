@@ -1,12 +1,14 @@
 """What energy is stored, and what the pressure does: joules as a function of the felt state."""
 
+import equinox as eqx
 import jax
 import jax.numpy as jnp
+from scipy import constants
 
-from mckibben_jax import rubber
-from mckibben_jax.effect import Energy
+from mckibben_jax import braid, rubber
+from mckibben_jax.effect import Energy, Pulling, measured
 from mckibben_jax.muscle import Muscle
-from mckibben_jax.parameter import parameter
+from mckibben_jax.parameter import as_scalar, parameter
 from mckibben_jax.shape import shape
 from mckibben_jax.state import State
 
@@ -20,6 +22,34 @@ class IdealCylinder(Energy):
 
     def energy(self, muscle: Muscle, state: State) -> jax.Array:
         return -state.pressure * shape(muscle, state).volume
+
+
+class ConicalEnds(Energy):
+    """The ends are cones, not a cylinder, and hold less gas: E = -P (V_cones - V_cylinder), cones k_c l0 eps long."""
+
+    source = "shape of Tondu 2012, eq 25, by its volume"
+    suspect = "even misfit proportional to pressure that grows with contraction, alike a tip correction"
+    family = "ends"
+    k_c: jax.Array = parameter(0.3, "1", "length of a cone over the stroke", range=(0.0, 1.0), starts=(0.1, 0.5))
+
+    def energy(self, muscle: Muscle, state: State) -> jax.Array:
+        form = shape(muscle, state)
+        volume = braid.cone_cylinder_volume(form.contraction, form.length, form.radius, form.braid_angle, self.k_c)
+        return -state.pressure * (volume - form.volume)
+
+
+class ReducedLength(Energy):
+    """The rounded ends take away active length as the muscle widens: V = pi r^2 (l - factor (r - r0))."""
+
+    source = "Kothera et al. 2009; Tondu 2012, 'Tip effects'"
+    suspect = "even misfit proportional to pressure, already at rest, larger in short muscles"
+    family = "ends"
+    factor: jax.Array = parameter(2.0, "1", "length lost over growth of the radius", range=(0.0, 6.0), starts=(1.0,))
+
+    def energy(self, muscle: Muscle, state: State) -> jax.Array:
+        form = shape(muscle, state)
+        volume = braid.reduced_length_volume(form.contraction, form.length, form.radius, form.braid_angle, self.factor)
+        return -state.pressure * (volume - form.volume)
 
 
 class BladderNeoHookean(Energy):
@@ -51,17 +81,142 @@ class BladderMooneyRivlin(Energy):
         return _thick_wall(muscle, state, self.C10, self.C01)
 
 
+class BladderThinMooneyRivlin(Energy):
+    """The rubber wall is strained: a Mooney-Rivlin wall that follows the braid through its whole thickness."""
+
+    source = "Kothera et al. 2009; Hocking & Wereley 2013; Tondu 2012, eq 32 corrected"
+    suspect = "as the thick Mooney-Rivlin bladder, for thin walls"
+    family = "bladder"
+    needs = ("wall_thickness",)
+    gives = ("rubber",)
+    C10: jax.Array = parameter(1.2e5, "Pa", "first Mooney-Rivlin constant", range=(0.0, 1e7), starts=(1e5,))
+    C01: jax.Array = parameter(1e4, "Pa", "second Mooney-Rivlin constant", range=(0.0, 1e7), starts=(2e4,))
+
+    def energy(self, muscle: Muscle, state: State) -> jax.Array:
+        hoop = shape(muscle, state).braid_radius / muscle.radius
+        area = rubber.wall_area(muscle.outer_radius, measured(muscle, "wall_thickness") / muscle.outer_radius)
+        return muscle.length * rubber.thin_wall_energy(hoop, 1 - state.contraction, area, self.C10, self.C01)
+
+
+class BladderSchulte(Pulling):
+    """The wall resists shortening and widening by two linear tensions, which have no common energy."""
+
+    source = "Schulte 1961; Tondu 2012, eq 26 with l - l0 for l"
+    suspect = "as the neo-Hookean bladder, when neither wall nor rubber were measured"
+    family = "bladder"
+    gives = ("rubber",)
+    k_e: jax.Array = parameter(5e3, "Pa", "stiffness of the wall", range=(0.0, 1e6), starts=(3e3,))
+
+    def force(self, muscle: Muscle, state: State) -> jax.Array:
+        return rubber.schulte_elastic_force(
+            state.contraction, muscle.length, muscle.radius, muscle.braid_angle, self.k_e
+        )
+
+
+class StrandBending(Energy):
+    """The strands are wound tighter as the braid angle grows: opposing force c_b (sin alpha - sin alpha_f)/tan alpha.
+
+    `alpha_f` (rad) is the angle at which the strands were formed; None, as at rest; 0 for straight strands.
+    """
+
+    source = "bending energy of a helix, (1/2) n EI L (change of curvature)^2; effect 30 of the catalogue"
+    suspect = "even misfit without pressure, where there is hardly any rubber"
+    c_b: jax.Array = parameter(20.0, "N", "bending stiffness n EI / r90^2", range=(0.0, 1e3))
+    alpha_f: jax.Array | None = eqx.field(default=None, converter=as_scalar)
+
+    def energy(self, muscle: Muscle, state: State) -> jax.Array:
+        form = shape(muscle, state)
+        formed = muscle.braid_angle if self.alpha_f is None else self.alpha_f
+        cord = braid.cord_length(form.length, form.braid_angle)
+        return 0.5 * self.c_b * cord * (jnp.sin(form.angle) - jnp.sin(formed)) ** 2
+
+
+class LinearSpring(Energy):
+    """A spring in parallel pulls back in proportion to the stroke: K l0 eps."""
+
+    source = "Hooke's law; Tondu 2012, eq 41"
+    suspect = "even misfit without pressure that grows in a straight line from rest"
+    K: jax.Array = parameter(300.0, "N/m", "stiffness in parallel", range=(0.0, 1e6))
+
+    def energy(self, muscle: Muscle, state: State) -> jax.Array:
+        return 0.5 * self.K * (muscle.length * state.contraction) ** 2
+
+
+class Weight(Energy):
+    """Dead weight hangs between the muscle and the load cell: m g less."""
+
+    source = "rig property; standard gravity"
+    suspect = "even misfit that is the same everywhere, and changes sides when the rig is turned over"
+    fixed = (f"{constants.g:g} m/s^2",)
+    m: jax.Array = parameter(0.3, "kg", "mass of fitting and cable", range=(0.0, 100.0), starts=(0.1,))
+
+    def energy(self, muscle: Muscle, state: State) -> jax.Array:
+        return self.m * constants.g * muscle.length * state.contraction
+
+
 class EndStop(Energy):
     """The bladder jams near the end of the stroke: a spring K that acts beyond the contraction eps_s."""
 
     source = "Davis et al. 2003 (minimum angle); Delson et al. 2005; effect 28 of the catalogue"
     suspect = "even misfit without pressure that starts sharply late in the stroke"
     K: jax.Array = parameter(5e3, "N/m", "stiffness of the stop", range=(0.0, 1e6))
-    eps_s: jax.Array = parameter(0.2, "1", "contraction where it begins", range=(0.0, 0.45), starts=(0.1, 0.15, 0.2, 0.25))
+    eps_s: jax.Array = parameter(0.2, "1", "where it begins", range=(0.0, 0.45), starts=(0.1, 0.15, 0.2, 0.25))
 
     def energy(self, muscle: Muscle, state: State) -> jax.Array:
         beyond = jnp.maximum(state.contraction - self.eps_s, 0.0)
         return 0.5 * self.K * (muscle.length * beyond) ** 2
+
+
+class WallShielding(Pulling):
+    """The printed law of a wall that carries nothing, as a difference to the ideal cylinder (eq 18); breaks energy."""
+
+    source = "Ferraresi et al. 2001; Tondu 2012, eq 18"
+    suspect = "only to compare with the review: less force near rest in proportion to pressure and wall"
+    needs = ("wall_thickness",)
+    rival = True
+
+    def force(self, muscle: Muscle, state: State) -> jax.Array:
+        form, wall_ratio = shape(muscle, state), measured(muscle, "wall_thickness") / muscle.radius
+        bore = rubber.inner_radius(form.contraction, form.radius, form.braid_angle, wall_ratio)
+        printed = braid.real_force_printed(
+            form.contraction, state.pressure, form.radius, form.braid_angle, bore
+        )  # fmt: skip
+        return printed - form.ideal_force(state.pressure)
+
+
+class ConicalEndsPrinted(Pulling):
+    """The printed law of conical ends, as a difference to the ideal cylinder (eq 25); breaks energy conservation."""
+
+    source = "Tondu 2012, eq 25"
+    suspect = "only to compare with the review"
+    family = "ends"
+    rival = True
+    k_c: jax.Array = parameter(0.3, "1", "length of a cone over the stroke", range=(0.0, 1.0), starts=(0.1, 0.5))
+
+    def force(self, muscle: Muscle, state: State) -> jax.Array:
+        form = shape(muscle, state)
+        printed = braid.cone_force_printed(
+            form.contraction, state.pressure, form.radius, form.braid_angle, self.k_c
+        )  # fmt: skip
+        return printed - form.ideal_force(state.pressure)
+
+
+class BladderAxialPrinted(Pulling):
+    """The printed law of a thin wall, axial stress alone and of the wrong sign (eq 28); not the slope of its energy."""
+
+    source = "Tondu 2012, eqs 27 and 28"
+    suspect = "only to compare with the review"
+    family = "bladder"
+    needs = ("wall_thickness",)
+    gives = ("rubber",)
+    rival = True
+    G: jax.Array = parameter(0.54e6, "Pa", "shear modulus of the rubber", range=(1e3, 2e7), starts=(0.3e6,))
+
+    def force(self, muscle: Muscle, state: State) -> jax.Array:
+        wall_ratio = measured(muscle, "wall_thickness") / muscle.radius
+        return rubber.axial_elastic_force_printed(
+            state.contraction, muscle.radius, muscle.braid_angle, wall_ratio, self.G
+        )
 
 
 def _thick_wall(muscle: Muscle, state: State, c10: jax.Array, c01: jax.Array) -> jax.Array:

@@ -1,0 +1,141 @@
+"""Optima in a box under inequality constraints, and whether they are: the Karush-Kuhn-Tucker conditions, checked.
+
+Sequential quadratic programming (scipy's SLSQP) with exact derivatives, over the unit box. Whether its answer is an
+optimum is not left to its own flag: at 1e-12 it fails "successfully", and the other way round.
+"""
+
+from collections.abc import Callable
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from scipy.optimize import Bounds, minimize, nnls
+from scipy.stats import qmc
+
+ACTIVE = 1e-6  # of a limit, or of a range: so close is at it
+
+
+class Side:
+    """One side of one limit, as a function that must not be negative: sign (value - limit) / scale."""
+
+    def __init__(self, row: int, limit: float, sign: float, typical: float):
+        self.row, self.limit, self.sign = row, limit, sign
+        self.scale = abs(limit) or typical
+
+    def gap(self, values: np.ndarray) -> float:
+        """How far from the limit, relative to it; negative beyond."""
+        return float(self.sign * (values[self.row] - self.limit) / self.scale)
+
+    def slope(self, slopes: np.ndarray) -> np.ndarray:
+        """Slope of the gap over the unit box."""
+        return self.sign * slopes[self.row] / self.scale
+
+
+class Search:
+    """An objective (row 0 of `law`) and limits on the other rows, over ranges that are mapped to the unit box.
+
+    `limits` are (row, limit, sign): +1 where the limit is a lower one, -1 where it is an upper one. `sign` is +1 to
+    maximise.
+    """
+
+    def __init__(
+        self, law: Callable[[Any], jax.Array], low: Any, high: Any, limits: list[tuple[int, float, float]],
+        sign: float = 1.0, starts: int = 12, seed: int = 0,
+    ):  # fmt: skip
+        self.low, self.high, self.sign = np.asarray(low, float), np.asarray(high, float), sign
+        self.span = self.high - self.low
+        place = lambda x: law(self.low + x * self.span)  # noqa: E731
+        self._both: Callable[[Any], Any] = jax.jit(lambda x: (place(x), jax.jacfwd(place)(x)))
+        self._last: tuple[bytes, np.ndarray, np.ndarray] | None = None
+        middle = np.full((1, len(self.low)), 0.5)
+        spread = np.vstack([middle, qmc.Sobol(len(self.low), seed=seed).random_base2(6)])
+        self.typical = _typical(np.array([self._both(jnp.asarray(x))[0] for x in spread]))
+        self.sides = [Side(row, limit, way, self.typical[row]) for row, limit, way in limits]
+        self.starts = spread[: max(starts, 1)]
+
+    def at(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Values and slopes; where the laws give no number, a bad one without slope."""
+        key = np.asarray(x, float).tobytes()
+        if self._last is None or self._last[0] != key:
+            values, slopes = map(np.asarray, self._both(jnp.asarray(x)))
+            values = np.where(np.isfinite(values), values, -10 * self.typical)
+            self._last = (key, values, np.nan_to_num(slopes, posinf=0.0, neginf=0.0))
+        return self._last[1], self._last[2]
+
+    def cost(self, x: np.ndarray) -> float:
+        """What is minimised: the objective over its typical size, its sign turned where it is maximised."""
+        return float(-self.sign * self.at(x)[0][0] / self.typical[0])
+
+    def cost_slope(self, x: np.ndarray) -> np.ndarray:
+        """Its slope."""
+        return -self.sign * self.at(x)[1][0] / self.typical[0]
+
+    def gaps(self, x: np.ndarray) -> np.ndarray:
+        """Distances from all limits, none of which must be negative."""
+        values = self.at(x)[0]
+        return np.array([side.gap(values) for side in self.sides])
+
+    def gap_slopes(self, x: np.ndarray) -> np.ndarray:
+        """Their slopes."""
+        slopes = self.at(x)[1]
+        return np.array([side.slope(slopes) for side in self.sides]).reshape(len(self.sides), len(x))
+
+    def violation(self, x: np.ndarray) -> float:
+        """The largest share by which a limit is missed."""
+        return float(max(0.0, -self.gaps(x).min(initial=0.0)))
+
+
+def _typical(values: np.ndarray) -> np.ndarray:
+    known = np.where(np.isfinite(values), np.abs(values), 0.0)
+    middle = np.median(known, axis=0)
+    return np.where(middle > 0, middle, 1.0)
+
+
+def climb(search: Search, x: np.ndarray) -> np.ndarray:
+    """The best place that can be reached from x."""
+    limits = {"type": "ineq", "fun": search.gaps, "jac": search.gap_slopes}
+    found = minimize(
+        search.cost, x, jac=search.cost_slope, bounds=Bounds(0.0, 1.0), method="SLSQP",
+        constraints=[limits] if search.sides else [], options={"ftol": 1e-12, "maxiter": 200},
+    )  # fmt: skip
+    return np.clip(found.x, 0.0, 1.0)
+
+
+def nearest(search: Search) -> np.ndarray:
+    """Where the largest violation is least: min t with every gap >= -t."""
+    limits = {
+        "type": "ineq",
+        "fun": lambda z: search.gaps(z[:-1]) + z[-1],
+        "jac": lambda z: np.hstack([search.gap_slopes(z[:-1]), np.ones((len(search.sides), 1))]),
+    }
+    count = len(search.low)
+    slope = np.append(np.zeros(count), 1.0)
+    box = Bounds(np.zeros(count + 1), np.append(np.ones(count), np.inf))
+    ends = []
+    for x in search.starts:
+        found = minimize(
+            lambda z: z[-1], np.append(x, search.violation(x)), jac=lambda z: slope, bounds=box, method="SLSQP",
+            constraints=[limits], options={"ftol": 1e-12, "maxiter": 200},
+        )  # fmt: skip
+        ends.append(np.clip(found.x[:-1], 0.0, 1.0))
+    return min(ends, key=search.violation)
+
+
+def multipliers(search: Search, x: np.ndarray, violated: float = 0.0) -> tuple[np.ndarray, float]:
+    """Multipliers of all sides, then of the lower and upper ends of the ranges; and the share of slope left over.
+
+    They are the non-negative ones that balance the slope of the cost best. With `violated`, those that hold up the
+    least violation: they balance each other, those of the sides adding up to 1.
+    """
+    count, gaps = len(x), search.gaps(x)
+    columns = np.vstack([search.gap_slopes(x), np.eye(count), -np.eye(count)])
+    near = np.concatenate([gaps <= ACTIVE - violated, x <= ACTIVE, x >= 1 - ACTIVE])
+    slope = search.cost_slope(x)
+    if violated:
+        columns = np.hstack([columns, np.r_[np.ones(len(gaps)), np.zeros(2 * count)][:, None]])
+        slope = np.append(np.zeros(count), 1.0)
+    found, left = np.zeros(len(near)), float(np.linalg.norm(slope))
+    if near.any():
+        found[near], left = nnls(columns[near].T, slope)
+    return found, float(left / max(np.linalg.norm(slope), 1e-12))
