@@ -14,6 +14,7 @@ from scipy.optimize import Bounds, minimize, nnls
 from scipy.stats import qmc
 
 ACTIVE = 1e-6  # of a limit, or of a range: so close is at it
+NOWHERE = 1e3  # cost, and relative violation, where the laws give no number
 
 
 class Side:
@@ -24,8 +25,9 @@ class Side:
         self.scale = abs(limit) or typical
 
     def gap(self, values: np.ndarray) -> float:
-        """How far from the limit, relative to it; negative beyond."""
-        return float(self.sign * (values[self.row] - self.limit) / self.scale)
+        """How far from the limit, relative to it; negative beyond, and where the laws give no number."""
+        gap = float(self.sign * (values[self.row] - self.limit) / self.scale)
+        return gap if np.isfinite(gap) else -NOWHERE
 
     def slope(self, slopes: np.ndarray) -> np.ndarray:
         """Slope of the gap over the unit box."""
@@ -55,17 +57,17 @@ class Search:
         self.starts = spread[: max(starts, 1)]
 
     def at(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Values and slopes; where the laws give no number, a bad one without slope."""
+        """Values and slopes; where the laws give no number, no slope."""
         key = np.asarray(x, float).tobytes()
         if self._last is None or self._last[0] != key:
             values, slopes = map(np.asarray, self._both(jnp.asarray(x)))
-            values = np.where(np.isfinite(values), values, -10 * self.typical)
             self._last = (key, values, np.nan_to_num(slopes, posinf=0.0, neginf=0.0))
         return self._last[1], self._last[2]
 
     def cost(self, x: np.ndarray) -> float:
         """What is minimised: the objective over its typical size, its sign turned where it is maximised."""
-        return float(-self.sign * self.at(x)[0][0] / self.typical[0])
+        cost = float(-self.sign * self.at(x)[0][0] / self.typical[0])
+        return cost if np.isfinite(cost) else NOWHERE
 
     def cost_slope(self, x: np.ndarray) -> np.ndarray:
         """Its slope."""

@@ -18,6 +18,7 @@ class Shape(eqx.Module):
     length: jax.Array
     radius: jax.Array
     braid_angle: jax.Array
+    size: jax.Array
 
     @property
     def braid_radius(self) -> jax.Array:
@@ -36,8 +37,9 @@ class Shape(eqx.Module):
 
     @property
     def contact_surface(self) -> jax.Array:
-        """Contact surface between the strands, m^2 (eq 35)."""
-        return braid.contact_surface(self.contraction, self.length, self.radius, self.braid_angle)
+        """Contact surface between the strands, m^2 (eq 35); as many crossings as before, of strands as wide."""
+        length, radius = self.length / self.size, self.radius / self.size
+        return braid.contact_surface(self.contraction, length, radius, self.braid_angle)
 
     def ideal_force(self, pressure: jax.Array) -> jax.Array:
         """Force of the ideal cylinder, N (eq 10)."""
@@ -53,7 +55,7 @@ def shape(muscle: Muscle, state: State) -> Shape:
     """The shape of the muscle's braid at a felt state."""
     size = 1 + state.stretch
     contraction = 1 - (1 - state.contraction) / size
-    return Shape(contraction, muscle.length * size, muscle.radius * size, muscle.braid_angle)
+    return Shape(contraction, muscle.length * size, muscle.radius * size, muscle.braid_angle, size)
 
 
 def path(muscle: Muscle, state: State) -> jax.Array:

@@ -54,8 +54,9 @@ class Truth:
         return [rate, self.acceleration(y, sign, pressure, load, mass) if sign is not None else 0.0, follow, turn]
 
 
-def moved(truth, times, load, pressure, mass=None, start=0.0, segments=None):
+def moved(truth, times, load, pressure, mass=None, start=0.0, segments=None, **method):
     """Contraction at the times; `pressure` a function of time. Appends (time, sign) of each phase to `segments`."""
+    method = {"method": "DOP853", "rtol": 1e-11, "atol": 1e-13, "max_step": 0.02} | method
     mass = load / G if mass is None else mass
     t, end = max(times[0], 0.0), times[-1]
     y = np.array([start, 0.0, start * truth.length, 0.0])
@@ -82,10 +83,8 @@ def moved(truth, times, load, pressure, mass=None, start=0.0, segments=None):
         for event in events:
             event.terminal = True
         kinks = [k for k in getattr(pressure, "kinks", ()) if k > t + 1e-9]
-        part = solve_ivp(
-            rates, (t, min([end, *kinks])), y, method="DOP853", rtol=1e-11, atol=1e-13, events=events,
-            dense_output=True, max_step=0.02,
-        )  # fmt: skip
+        until = min([end, *kinks])
+        part = solve_ivp(rates, (t, until), y, events=events, dense_output=True, **method)
         inside = (times >= t) & (times <= part.t[-1])
         out[inside] = part.sol(times[inside])[0]
         if segments is not None:

@@ -59,7 +59,7 @@ def test_a_parameter_declares_unit_meaning_and_a_range_that_holds_its_values(kin
 
 @every_effect
 def test_its_parameters_are_all_that_varies(kind):
-    """A number that is no array would be a constant to the compiler; an array that is not declared, unknown to a fit."""
+    """A number that is no array would be a constant to the compiler, an array not declared unknown to a fit."""
     leaves = jax.tree.leaves(kind())
     assert [leaf.dtype for leaf in leaves] == [np.float64] * len(parameters(kind))
     assert kind(**{p.name: p.upper for p in parameters(kind)}).stage in ("felt", "stored", "lost", "read")

@@ -155,6 +155,18 @@ def test_rubber_pulls_nothing_at_rest(kind):
     assert abs(kind().force(MUSCLE, State(0.0, 2e5))) < 1e-9
 
 
+@pytest.mark.parametrize(
+    ("factor", "strokes"), [(1.25, (0.2091, 0.2594, 0.2759, 0.2890)), (1.0, (0.2614, 0.3242, 0.3448, 0.3612))]
+)
+def test_rubber_alone_explains_the_short_stroke_at_low_pressure(factor, strokes):
+    """Stroke at 1, 2, 3 and 5 bar of a neo-Hookean wall of 7 % and 0.54 MPa, with and without a tip correction."""
+    muscle = Muscle(0.3, 7e-3, np.radians(20.0), wall_thickness=0.07 * 7e-3)
+    pull = model(muscle, IdealCylinder(), BladderNeoHookean(G=0.54e6), Tip(k=factor)).force
+    for bar, stroke in zip((1, 2, 3, 5), strokes, strict=True):
+        ends = pull(benches.run([0.0, 1.0], [stroke - 1e-4, stroke + 1e-4], [bar * 1e5] * 2))
+        assert ends[0] > 0 > ends[1]
+
+
 # The set of effects --------------------------------------------------------------------------------------------------
 
 

@@ -1,0 +1,310 @@
+"""The command line as a user meets it: messages, exit statuses, files, and no traceback ever."""
+
+import json
+import subprocess
+import sys
+
+import pytest
+from click.testing import CliRunner
+from small_muscle import loops, write
+
+from fitting.cli import COMMANDS, main
+from fitting.diagnosis import Diagnosis, Evidence, Explanation
+from fitting.options import _spread
+
+
+@pytest.fixture(scope="module", autouse=True)
+def cache(tmp_path_factory):
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("MCKIBBEN_CACHE", str(tmp_path_factory.mktemp("cache")))
+        yield
+
+
+@pytest.fixture(scope="module")
+def source(tmp_path_factory):
+    """Repeated loops of a muscle with an elastic pull that the baseline lacks."""
+    return write(tmp_path_factory.mktemp("data") / "small", loops(lambda eps, *_: 400.0 * eps, points=40, repeats=2))
+
+
+@pytest.fixture
+def data(source, tmp_path):
+    """A copy of it that a test may write into."""
+    folder = tmp_path / "small"
+    folder.mkdir()
+    for file in source.iterdir():
+        if file.name != "model.toml":
+            (folder / file.name).write_bytes(file.read_bytes())
+    return folder
+
+
+def run(*args, status=0):
+    result = CliRunner().invoke(main, [str(arg) for arg in args])
+    if result.exception is not None and not isinstance(result.exception, SystemExit):
+        raise result.exception
+    assert result.exit_code == status, result.output
+    return result
+
+
+def refused(*args):
+    """The one message of a refused command."""
+    message = run(*args, status=2).stderr
+    assert message.startswith("mckibben: ")
+    assert "Traceback" not in message
+    assert message.count("\n") == 1
+    return message
+
+
+# ----------------------------------------------------------------------------------------------------------- starting
+
+
+@pytest.mark.parametrize("args", [["--help"], ["compare", "--help"], ["add", "--help"]])
+def test_help_is_there_before_anything_heavy_is_loaded(args):
+    code = f"import sys; sys.argv = ['mckibben', *{args!r}]\nfrom fitting.cli import main\n"
+    code += "try: main()\nexcept SystemExit: pass\n"
+    code += "heavy = {'jax', 'numpy', 'equinox', 'matplotlib', 'rich', 'pandas', 'scipy'} & set(sys.modules)\n"
+    code += "assert not heavy, heavy"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    assert "Usage" in done.stdout
+
+
+def test_every_command_that_is_there_has_help_and_the_common_options():
+    for name in main.list_commands(None):  # type: ignore[arg-type]
+        assert name in COMMANDS
+        words = run(name, "--help").output
+        for option in ("--json", "--html", "--seed", "--quiet"):
+            assert option in words, name
+
+
+def test_a_misspelt_command_gets_the_nearest():
+    assert "Did you mean 'compare'?" in refused("compair")
+
+
+def test_list_options_take_names_up_to_the_next_option_or_path(tmp_path):
+    here = str(tmp_path)
+    assert _spread(["--effects", "a", "b", here, "--fix", "c.d", "e.f"]) == [
+        "--effects", "a", "--effects", "b", here, "--fix", "c.d", "--fix", "e.f",
+    ]  # fmt: skip
+    assert _spread([here, "x", "--seed", "3"]) == [here, "x", "--seed", "3"]
+
+
+# ----------------------------------------------------------------------------------------------------------- compare
+
+
+def test_compare_names_the_model_first_and_writes_the_promised_keys(data, tmp_path):
+    out, page = tmp_path / "c.json", tmp_path / "c.html"
+    words = run("compare", data, "--json", out, "--html", page).stdout
+    first = words.splitlines()[0]
+    assert "ideal_cylinder + coulomb_friction" in first
+    assert "baseline" in first
+    assert "mckibben diagnose" in words
+    found = json.loads(out.read_text())
+    for key in ("verdict", "negligible", "leading", "explanations", "rmse_N", "noise_floor_N", "full_scale_N",
+                "p_value", "by_recording", "fingerprint"):  # fmt: skip
+        assert key in found
+    assert found["by_recording"][0].items() >= {"file": "loops.csv", "unit": "N", "rmse": found["rmse_N"]}.items()
+    assert set(found["fingerprint"]) == {
+        "odd_share", "pressure_exponent_even", "pressure_exponent_odd", "speed_exponent_odd", "cycle_drift",
+    }  # fmt: skip
+    assert found["fingerprint"]["pressure_exponent_even"] == pytest.approx(0.0, abs=0.15)
+    assert found["provenance"]["data"]["Small muscle"]["sha256"]
+    assert page.read_text().startswith("<!doctype html>")
+
+
+def test_quiet_prints_nothing(data):
+    assert run("compare", data, "--quiet").output == ""
+
+
+def test_a_single_file_works_with_its_muscle_and_test(data):
+    words = run("compare", data / "loops.csv", "--muscle", data / "muscle.toml", "--test", "loop").stdout
+    assert "RESULT" in words
+    assert "--test" in refused("compare", data / "loops.csv")
+
+
+def test_a_value_that_is_set_is_held(data, tmp_path):
+    out = tmp_path / "c.json"
+    run("compare", data, "--set", "muscle.radius=8.05 mm", "--set", "coulomb_friction.f_s=0.02", "--json", out, "--quiet")
+    parameters = json.loads(out.read_text())["fit"]["parameters"]
+    assert parameters["coulomb_friction.f_s"]["value"] == 0.02
+    assert parameters["coulomb_friction.f_s"]["state"] == "fixed"
+    assert "muscle.radius" not in parameters
+
+
+# ----------------------------------------------------------------------------------------------------- fit, add, drop
+
+
+def test_fit_saves_a_model_that_the_next_command_takes_up(data, tmp_path):
+    out = tmp_path / "f.json"
+    words = run("fit", data, "--json", out).stdout
+    assert str(data / "model.toml") in words.replace("\n          ", "")
+    found = json.loads(out.read_text())
+    assert found["converged"] is True
+    assert found["parameters"]["coulomb_friction.f_s"].keys() >= {
+        "value", "robust_error", "iid_error", "at_bound", "held", "tied_with", "unit",
+    }  # fmt: skip
+    again = tmp_path / "c.json"
+    first = run("compare", data, "--json", again).stdout.splitlines()
+    assert "model.toml" in first[0] + first[1]
+    assert json.loads(again.read_text())["rmse_N"] == pytest.approx(found["rmse_N"], rel=1e-6)
+
+
+def test_an_edited_model_is_used_and_left_alone(data):
+    run("fit", data, "--quiet", "--starts", 1)
+    path = data / "model.toml"
+    path.write_text(path.read_text().replace('name = "coulomb_friction"', 'name = "coulomb_friction"  # mine'))
+    before = path.read_text()
+    assert "left alone" in " ".join(run("fit", data, "--starts", 1).stdout.split())
+    assert path.read_text() == before
+
+
+def test_add_lets_the_error_fall_and_drop_lets_it_rise(data, tmp_path):
+    out = tmp_path / "a.json"
+    words = run("add", data, "linear_spring", "--json", out, "--starts", 2).stdout
+    assert "+ linear_spring: error" in words
+    found = json.loads(out.read_text())
+    assert found["rmse_N"] < 0.2 * found["before"]["rmse_N"]
+    assert found["held_out_rmse_N"] < 0.2 * found["before"]["held_out_rmse_N"]
+    assert found["parameters"]["linear_spring.K"]["value"] == pytest.approx(400 / 0.25, rel=0.05)
+    assert "linear_spring" in (data / "model.toml").read_text()
+    assert "is in the model already" in refused("add", data, "linear_spring")
+    run("drop", data, "linear_spring", "--json", out, "--starts", 2)
+    assert json.loads(out.read_text())["rmse_N"] > 1.0
+
+
+def test_a_rival_is_replaced_and_it_is_said(data):
+    words = " ".join(run("add", data, "textile_friction", "--no-save", "--starts", 2).stdout.split())
+    assert "in place of coulomb_friction" in words
+    assert not (data / "model.toml").exists()
+
+
+# ---------------------------------------------------------------------------------------------------------- diagnose
+
+
+def test_diagnose_writes_the_promised_keys(data, tmp_path, monkeypatch):
+    def diagnose(experiments, effects, **options):
+        from fitting.least_squares import fit
+
+        base = fit(experiments, effects, starts=1)
+        best = Explanation(("linear_spring",), rmse=0.31, held_out_rmse=0.32, fall=9.0, p_value=0.4, adequate=True)
+        evidence = Evidence("linear_spring", 0.01, 0.31, 0.32, 0.2, 0.1, {"end_stop": 0.9}, {"K": (1600.0, 20.0)}, True)
+        return Diagnosis(
+            "missing", False, (("linear_spring",),), (), (), None, 0.001, 0.01, "loops flipped", 5.0, 5.5, 0.3, 900.0,
+            {"linear_spring": evidence}, (best,), base, base.residual,
+        )  # fmt: skip
+
+    monkeypatch.setattr("fitting.diagnosing.diagnose", diagnose)
+    out = tmp_path / "d.json"
+    words = run("diagnose", data, "--json", out, "--html", tmp_path / "d.html").stdout
+    assert "linear_spring is missing." in words
+    assert f"mckibben add {data} linear_spring" in " ".join(words.split())
+    found = json.loads(out.read_text())
+    assert found.keys() >= {
+        "verdict", "negligible", "leading", "explanations", "rmse_N", "noise_floor_N", "full_scale_N", "p_value",
+        "by_recording", "effects", "fingerprint", "next_measurement",
+    }  # fmt: skip
+    assert found["effects"]["linear_spring"].keys() >= {
+        "p_value", "rmse_N", "held_out_rmse_N", "detection_limit_N", "absorbed_share", "alike", "estimate",
+    }  # fmt: skip
+
+
+# ---------------------------------------------------------------------------------------------- what can be cured
+
+
+@pytest.mark.parametrize(
+    ("args", "words"),
+    [
+        (["--effects", "ideal_cylinder", "tipp"], "did you mean 'tip'"),
+        (["--effects", "tip"], "no effect of the model pulls"),
+        (["--set", "coulomb_friction.fs=1"], "did you mean 'coulomb_friction.f_s'"),
+        (["--set", "coulomb_friction.f_s=7"], "outside its range"),
+        (["--set", "muscle.radius=7"], "no unit"),
+        (["--fix", "muscle.radios"], "did you mean 'muscle.radius'"),
+        (["--model", "nowhere.toml"], "no such model file"),
+        (["--effect-file", "nowhere.py"], "no such file"),
+        (["--effects", "ideal_cylinder", "radial_gap"], "radial_gap needs shear modulus"),
+        (["--baseline", "--model", "m.toml"], "one way only"),
+        (["--json", "/nowhere/x.json", "--effects", "ideal_cylinder"], "cannot be written"),
+    ],
+)
+def test_a_slip_is_one_message_with_the_cure(data, args, words):
+    assert words in refused("compare", data, *args)
+
+
+def test_no_data_and_wrong_data_are_said(tmp_path):
+    assert "no such file or folder" in refused("compare", tmp_path / "nowhere")
+    assert "no data set is named" in refused("add", "linear_spring")
+    assert "no effect is named" in refused("add", tmp_path)
+
+
+def test_bad_input_goes_to_json_field_by_field(data, tmp_path):
+    path = data / "loops.csv"
+    path.write_text(path.read_text().replace("0,0.050,", "0,abc,", 1))
+    out = tmp_path / "e.json"
+    message = refused("compare", data, "--json", out)
+    error = json.loads(out.read_text())["error"]
+    assert error["row"] == 3
+    assert error["value"] == "abc"
+    assert "row 3" in message
+    assert "time [s]" in message
+
+
+def test_an_effect_of_the_users_own_counts_like_any_other(data, tmp_path):
+    file = tmp_path / "mine.py"
+    file.write_text(
+        "import jax\nfrom mckibben_jax.effect import Pulling\nfrom mckibben_jax.parameter import parameter\n\n\n"
+        "class MySpring(Pulling):\n"
+        '    """A spring of my own."""\n\n'
+        '    k: jax.Array = parameter(100.0, "N", "pull at full contraction", range=(0.0, 1e4))\n\n'
+        "    def force(self, muscle, state):\n        return -self.k * state.contraction\n"
+    )
+    words = run("add", data, "my_spring", "--effect-file", file, "--no-save", "--starts", 2).stdout
+    assert "my_spring.k" in words
+    assert "A spring of my own" in run("effects", "my_spring", "--effect-file", file).stdout
+    file.write_text("import jax\nclass Broken(:\n")
+    assert "row 2" in refused("effects", "--effect-file", file)
+
+
+# --------------------------------------------------------------------------------------------------- looking things up
+
+
+def test_effects_are_listed_and_explained(tmp_path):
+    out = tmp_path / "e.json"
+    words = run("effects", "--json", out).stdout
+    for name in json.loads(out.read_text()):
+        assert name in words
+    assert "range" in run("effects", "tip").stdout
+    assert "did you mean 'tip'" in refused("effects", "tipp")
+
+
+def test_equations_are_listed_and_explained():
+    assert "cylinder with conical ends" in run("equations").stdout
+    assert "mckibben_jax.braid.ideal_force" in run("equations", "10").stdout
+    assert "no equation '225'" in refused("equations", "225")
+
+
+def test_cite_names_the_review_the_effects_and_the_data(data):
+    words = run("cite", data).stdout
+    assert "Tondu" in words
+    assert "coulomb_friction" in words
+    assert "Small muscle" in words
+
+
+def test_init_writes_a_file_to_fill_in(data):
+    (data / "muscle.toml").unlink()
+    run("init", data)
+    assert "still to be filled in" in refused("compare", data)
+    assert "left alone" in refused("init", data)
+
+
+def test_the_demo_can_reveal_what_was_put_in(tmp_path):
+    assert "bladder_neo_hookean" in run("demo", "--reveal").stdout
+    assert "unknown shipped data set" in refused("demo", "muscle_z")
+
+
+def test_a_simulated_data_set_is_one_that_the_model_describes(data, tmp_path):
+    run("fit", data, "--quiet", "--starts", 1)
+    model, there, out = data / "model.toml", tmp_path / "simulated", tmp_path / "s.json"
+    run("simulate", model, "--pressure", "1,3 bar", "--turns", "0,0.2,0", "--noise", "0.2 N", "--out", there)
+    run("compare", there, "--model", model, "--json", out, "--quiet")
+    assert json.loads(out.read_text())["rmse_N"] == pytest.approx(0.2, rel=0.1)
+    assert "left alone" in refused("simulate", model, "--out", there)

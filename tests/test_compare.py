@@ -1,0 +1,139 @@
+"""Where a model fails: shares, floors, exponents and places against data whose misfit is known."""
+
+import numpy as np
+import pytest
+from small_muscle import loops, surface, write
+
+from fitting.baseline import baseline
+from fitting.bins import bins
+from fitting.compare import compare
+from fitting.evaluate import evaluate, left_out_rmse, rmse
+from fitting.least_squares import fit
+from fitting.recordings import read_experiment
+
+
+def compared(folder, missing, **options):
+    experiment = read_experiment(write(folder, loops(missing, **options)))
+    found = fit([experiment], baseline(), starts=2)
+    return compare(found, [experiment])
+
+
+@pytest.fixture(scope="module")
+def spring(tmp_path_factory):
+    """An elastic pull of 300 N/m that the baseline lacks: even, without pressure."""
+    return compared(tmp_path_factory.mktemp("spring"), lambda eps, pressure, sign: 400.0 * eps)
+
+
+@pytest.fixture(scope="module")
+def textile(tmp_path_factory):
+    """Friction as the contact load to the power 0.6 on top of Coulomb's."""
+
+    def missing(eps, pressure, sign):
+        return 25.0 * (surface(eps) * pressure / 1e3) ** 0.6 * sign
+
+    return compared(tmp_path_factory.mktemp("textile"), missing)
+
+
+@pytest.fixture(scope="module")
+def nothing(tmp_path_factory):
+    return compared(tmp_path_factory.mktemp("nothing"), lambda eps, pressure, sign: 0.0)
+
+
+def test_even_misfit_is_even_and_knows_no_pressure(spring):
+    assert spring.fingerprint.odd_share < 0.02
+    assert abs(spring.fingerprint.pressure_exponent_even) <= 0.1
+    assert spring.fingerprint.pressure_exponent_odd is None
+
+
+def test_odd_misfit_has_its_exponent_though_the_fit_hides_part_of_it(textile):
+    assert textile.fingerprint.odd_share > 0.95
+    assert textile.fingerprint.pressure_exponent_odd == pytest.approx(0.6, abs=0.15)
+    assert textile.fingerprint.pressure_exponent_even is None
+
+
+def test_noise_alone_has_no_fingerprint(nothing):
+    traces = nothing.fingerprint
+    assert nothing.rmse == pytest.approx(0.3, rel=0.1)
+    assert traces.pressure_exponent_even is None
+    assert traces.pressure_exponent_odd is None
+    assert traces.speed_exponent_odd is None
+    assert traces.cycle_drift < 0.2
+
+
+@pytest.mark.parametrize("case", ["spring", "textile", "nothing"])
+def test_repeated_loops_give_the_noise_whatever_the_model_misses(case, request):
+    assert request.getfixturevalue(case).noise_floor == pytest.approx(0.3, rel=0.15)
+
+
+def test_loops_that_drift_are_told(tmp_path):
+    def missing(eps, pressure, sign):
+        return np.repeat([0.0, 4.0, 8.0], [119, 118, 118]) * (eps > 0.02)
+
+    found = compared(tmp_path, missing, pressures=(2e5,))
+    assert found.fingerprint.cycle_drift > 0.5
+
+
+def test_without_repetition_there_is_no_floor_and_it_is_said(tmp_path):
+    found = compared(tmp_path, lambda *_: 0.0, repeats=1)
+    assert found.noise_floor is None
+    assert any("nothing was repeated" in note for note in found.notes)
+    assert found.floor == found.noise == pytest.approx(0.3)
+
+
+def test_the_worst_place_is_where_the_misfit_is(tmp_path):
+    def missing(eps, pressure, sign):
+        return 20.0 * ((eps > 0.17) & (pressure > 3e5))
+
+    found = compared(tmp_path, missing)
+    assert found.worst.startswith("400 kPa, contraction 0.1")
+
+
+def test_tables_hold_every_sample_and_the_whole_error(spring):
+    for table in spring.tables:
+        count = np.array([row.count for row in table.rows])
+        square = np.array([row.rmse**2 for row in table.rows])
+        assert count.sum() == len(spring.fit.samples)
+        assert np.sqrt(np.average(square, weights=count)) == pytest.approx(spring.rmse)
+    assert [table.title for table in spring.tables][:3] == ["pressure", "contraction", "branch"]
+
+
+def test_points_without_direction_have_no_parity(tmp_path):
+    folder = tmp_path / "static"
+    folder.mkdir()
+    rows = [f"{p},{e},{p * (1 - 4 * e) + 5 * (-1) ** i}" for i, (p, e) in enumerate((p, e) for p in (100, 200, 300)
+            for e in (0, 0.05, 0.1, 0.15))]  # fmt: skip
+    (folder / "points.csv").write_text("\n".join(["pressure [kPa],contraction [1],force [N]", *rows]))
+    text = '[muscle]\nlength = "250 mm"\nradius = "8 +/- 1 mm"\nbraid_angle = "23 deg"\n'
+    (folder / "muscle.toml").write_text(text + '[[recording]]\nfile = "points.csv"\ntest = "static"\n')
+    experiment = read_experiment(folder)
+    found = compare(fit([experiment], baseline(), starts=1), [experiment])
+    assert found.fingerprint.odd_share is None
+    assert any("both directions" in note for note in found.notes)
+
+
+def test_evaluating_a_fit_gives_the_fit(tmp_path):
+    experiment = read_experiment(write(tmp_path, loops()))
+    found = fit([experiment], baseline(), starts=1)
+    again = evaluate([experiment], baseline(), found.values, found.free)
+    np.testing.assert_allclose(again.residual, found.residual, atol=1e-9)
+    np.testing.assert_allclose(again.covariance, found.covariance, rtol=1e-6)
+    assert rmse(again) == pytest.approx(rmse(found))
+
+
+def test_runs_left_out_are_foretold_worse_than_runs_that_were_fitted(spring):
+    assert left_out_rmse(spring.fit) > spring.rmse
+
+
+@pytest.mark.parametrize(
+    ("values", "levels", "label"),
+    [
+        ([1e5, 1.001e5, 3e5, 3e5, 5e5], 3, "100 kPa"),
+        (list(np.linspace(0, 1e5, 50)), 6, "0 to 17 kPa"),
+        ([2e5] * 4, 1, "200 kPa"),
+    ],
+)
+def test_values_are_sorted_by_levels_or_by_steps(values, levels, label):
+    found = bins(np.array(values))
+    assert len(found) == levels
+    assert found.label(0, "Pa") == label
+    assert set(found.of) == set(range(levels))

@@ -1,0 +1,286 @@
+"""Designs against closed forms, a dense grid and finite differences; and what is said when there is none."""
+
+import dataclasses
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from fitting.design_file import describe, read_design
+from fitting.errors import InputError
+from mckibben_jax import braid, rubber
+from mckibben_jax.design import Limit, Task, design, quantities_of, to_json
+from mckibben_jax.effects import BladderNeoHookean, CoulombFriction, ForceOffset, IdealCylinder, SeriesCompliance, Tip
+from mckibben_jax.merit import QUANTITIES, built
+from mckibben_jax.muscle import Muscle
+
+MUSCLE = Muscle(length=0.3, radius=8e-3, braid_angle=np.radians(25.0), wall_thickness=1e-3, shear_modulus=0.54e6,
+                breaking_stress=28e6)  # fmt: skip
+BAR = 1e5
+
+
+def quantity(name, given, **at):
+    """A quantity of a model."""
+    return float(eqx.filter_jit(QUANTITIES[name].law)(given, at))
+
+
+IDEAL = (IdealCylinder(),)
+RANGES = {
+    "braid_angle": (np.radians(12.0), np.radians(40.0)), "radius": (4e-3, 12e-3), "wall_thickness": (0.3e-3, 3e-3),
+}  # fmt: skip
+LIMITS = (
+    Limit("stroke", {"pressure": 5 * BAR}, min=0.2),
+    Limit("minimum_pressure_thin", max=BAR),
+    Limit("burst_pressure", min=5 * BAR),
+)
+TASK = Task(MUSCLE, RANGES, "force", {"contraction": 0.1, "pressure": 5 * BAR}, LIMITS, IDEAL)
+
+
+# Closed forms --------------------------------------------------------------------------------------------------------
+
+
+def test_the_braid_angle_with_the_largest_work_for_a_given_stroke():
+    """Work falls with the braid angle, and so does the stroke: the stroke's limit decides.
+
+    eps = 1 - 1/(sqrt(3) cos a), W = P V0 [2/(3 sqrt(3) cos a sin^2 a) - 1].
+    """
+    task = Task(MUSCLE, {"braid_angle": RANGES["braid_angle"]}, "work", {"pressure": 3 * BAR},
+                (Limit("stroke", {"pressure": 3 * BAR}, max=0.3),), IDEAL)  # fmt: skip
+    found = design(task)
+    angle = np.arccos(1 / (np.sqrt(3) * 0.7))
+    per_pressure_and_length = np.pi * 8e-3**2 * 0.3 * 3 * BAR
+    value = per_pressure_and_length * (2 / (3 * np.sqrt(3) * np.cos(angle) * np.sin(angle) ** 2) - 1)
+    slope = per_pressure_and_length * 2 / (3 * np.sqrt(3)) * (
+        1 / (np.cos(angle) ** 2 * np.sin(angle)) - 2 / np.sin(angle) ** 3
+    )  # fmt: skip
+    stroke_slope = -np.sin(angle) / (np.sqrt(3) * np.cos(angle) ** 2)
+    (limit,) = found.constraints
+    assert found.outcome == "optimal"
+    assert float(found.muscle.braid_angle) == pytest.approx(angle, rel=1e-7)
+    assert found.value == pytest.approx(value, rel=1e-6)
+    assert limit.active
+    assert limit.multiplier == pytest.approx(slope / stroke_slope, rel=1e-5)
+
+
+def test_the_largest_volume_of_a_length_of_strand():
+    """V = pi R^2 B cos(a) sin^2(a) for strands of length B that reach to R when perpendicular: a = atan(sqrt(2))."""
+    ranges = {"braid_angle": np.radians([20.0, 80.0]), "radius": (1e-3, 0.1), "length": (0.01, 1.0)}
+    limits = (Limit("strand_length", max=0.4), Limit("outer_radius", {"contraction": 1 - 1e-6}, max=0.02))
+    ranges = {name: tuple(ends) for name, ends in ranges.items()}
+    found = design(Task(Muscle(0.3, 0.01, 0.5), ranges, "gas_volume", {"contraction": 0.0}, limits, IDEAL))
+    strand, across = found.constraints
+    assert found.outcome == "optimal"
+    assert float(found.muscle.braid_angle) == pytest.approx(np.arctan(np.sqrt(2)), abs=1e-4)
+    assert found.value == pytest.approx(np.pi * 0.02**2 * 0.4 * 2 / (3 * np.sqrt(3)), rel=1e-6)
+    assert strand.multiplier == pytest.approx(found.value / 0.4, rel=1e-5)
+    assert (strand.relative, across.relative) == pytest.approx((1, 2), rel=1e-5)
+
+
+@pytest.mark.parametrize("objective", ["force", "work"])
+@pytest.mark.parametrize("effects", [IDEAL, (IdealCylinder(), BladderNeoHookean())], ids=["ideal", "rubber"])
+def test_angle_wall_and_radius_of_a_strong_muscle(objective, effects):
+    """Both pressures and the largest radius decide: two equations for angle and wall, solved beforehand."""
+    at = TASK.at if objective == "force" else {"pressure": 5 * BAR}
+    found = design(dataclasses.replace(TASK, objective=objective, at=at, effects=effects))
+    assert found.outcome == "optimal"
+    assert np.degrees(float(found.muscle.braid_angle)) == pytest.approx(15.906058, abs=1e-4)
+    assert float(found.muscle.wall_thickness / found.muscle.radius) == pytest.approx(0.10231069, abs=1e-6)
+    assert float(found.muscle.radius) == pytest.approx(12e-3)
+    assert [c.active for c in found.constraints] == [False, True, True]
+    assert all(c.multiplier > 0 for c in found.constraints[1:])
+    assert found.constraints[0].multiplier == 0
+    assert {v.quantity: v.active for v in found.variables} == {
+        "braid_angle": False, "radius": True, "wall_thickness": False,
+    }  # fmt: skip
+    assert next(v for v in found.variables if v.quantity == "radius").relative == pytest.approx(2)  # force ~ radius^2
+
+
+def test_no_place_of_a_dense_grid_is_better():
+    found = design(TASK)
+    axes = [np.linspace(*ends, 48) for ends in RANGES.values()]
+    grid = np.stack(np.meshgrid(*axes, indexing="ij"), -1).reshape(-1, 3)
+    values = np.asarray(jax.jit(jax.vmap(quantities_of(TASK)))(jnp.asarray(grid)))
+    allowed = (values[:, 1] >= 0.2) & (values[:, 2] <= BAR) & (values[:, 3] >= 5 * BAR)
+    best = values[allowed, 0].max()
+    assert 0.95 * found.value < best <= found.value
+
+
+def test_multipliers_are_what_a_relaxed_limit_brings():
+    found = design(TASK)
+    relaxed = (*LIMITS[:2], Limit("burst_pressure", min=4.99 * BAR))
+    gain = design(dataclasses.replace(TASK, constraints=relaxed)).value - found.value
+    assert gain / 1e3 == pytest.approx(found.constraints[2].multiplier, rel=1e-2)
+
+
+# Quantities ----------------------------------------------------------------------------------------------------------
+
+
+def test_quantities_are_the_laws():
+    given, at = built(MUSCLE, (IdealCylinder(), BladderNeoHookean())), {"contraction": 0.1, "pressure": 3 * BAR}
+    wall = (8e-3, float(MUSCLE.braid_angle), 1 / 8, 0.27e6, 0.0)
+    law = jax.jit(lambda eps: rubber.thick_wall_force(eps, 3 * BAR, *wall))
+    assert quantity("force", given, **at) == pytest.approx(float(law(0.1)), rel=1e-12)
+    end = quantity("stroke", given, pressure=3 * BAR)
+    assert float(law(end)) == pytest.approx(0, abs=1e-8)
+    places = np.linspace(0, end, 4001)
+    area = 0.3 * np.trapezoid(law(places), places)
+    assert quantity("work", given, pressure=3 * BAR) == pytest.approx(area, rel=1e-6)
+    slope = float(law(0.1001) - law(0.0999)) / 2e-4
+    assert quantity("stiffness", given, **at) == pytest.approx(-slope / 0.3, rel=1e-6)
+    bore = float(rubber.inner_radius(0.1, *wall[:3]))
+    assert quantity("gas_volume", given, contraction=0.1) == pytest.approx(np.pi * bore**2 * 0.27, rel=1e-12)
+    outside = 8e-3 * float(braid.radius_ratio(0.1, wall[1]))
+    assert quantity("outer_radius", given, contraction=0.1) == pytest.approx(outside, rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("effect", "stroke"),
+    [(None, 1.0), (Tip(k=1.25), 0.8), (SeriesCompliance(k_s=1e5), 1.0), (CoulombFriction(), 1.0), (ForceOffset(), 1.0)],
+    ids=str,
+)
+def test_any_effects_count(effect, stroke):
+    """A tip shortens the stroke; a spring in series changes nothing where F = 0, nor what is lost or read."""
+    given = built(MUSCLE, IDEAL if effect is None else (*IDEAL, effect))
+    end = stroke * float(braid.largest_contraction(MUSCLE.braid_angle))
+    assert quantity("stroke", given, pressure=3 * BAR) == pytest.approx(end, abs=1e-6)
+
+
+@pytest.mark.parametrize("name", QUANTITIES)
+def test_gradients_are_those_of_finite_differences(name):
+    effects = (IdealCylinder(), BladderNeoHookean(), Tip(k=1.1))
+    task = Task(MUSCLE, RANGES, name, {"contraction": 0.1, "pressure": 4 * BAR}, effects=effects)
+    law = jax.jit(lambda v: quantities_of(task)(v)[0])
+    at = np.array([np.radians(24.0), 8e-3, 1.1e-3])
+    slopes = np.asarray(jax.jacfwd(law)(jnp.asarray(at)))
+    for i in range(3):
+        step = np.zeros(3)
+        step[i] = 1e-5 * at[i]
+        difference = (float(law(at + step)) - float(law(at - step))) / (2 * step[i])
+        assert slopes[i] == pytest.approx(difference, rel=1e-6, abs=1e-6 * abs(float(law(at))) / at[i])
+
+
+# What cannot be had --------------------------------------------------------------------------------------------------
+
+
+def test_what_cannot_be_met_together_is_named():
+    limits = (LIMITS[1], Limit("burst_pressure", min=100 * BAR), Limit("stroke", {"pressure": 5 * BAR}, min=0.3))
+    found = design(dataclasses.replace(TASK, constraints=limits))
+    assert found.outcome == "infeasible"
+    assert set(found.fighting) == {"minimum_pressure_thin", "burst_pressure", "stroke"}
+    assert found.miss > 0.05
+    assert "no design meets" in describe(found)
+
+
+def test_a_small_feasible_corner_is_found():
+    """Limits a hair from the only design that meets them."""
+    limits = (Limit("minimum_pressure_thin", max=BAR), Limit("burst_pressure", min=5 * BAR),
+              Limit("force", TASK.at, min=0.9999 * 3756.845))  # fmt: skip
+    found = design(dataclasses.replace(TASK, constraints=limits, objective="work", at={"pressure": 5 * BAR}))
+    assert found.outcome == "optimal"
+    assert np.degrees(float(found.muscle.braid_angle)) == pytest.approx(15.906, abs=0.01)
+
+
+def test_the_same_task_gives_the_same_design():
+    assert to_json(design(TASK)) == to_json(design(TASK))
+
+
+# Files ---------------------------------------------------------------------------------------------------------------
+
+FILE = """
+[muscle]
+length = "300 mm"
+shear_modulus = "0.54 MPa"
+breaking_stress = "28 MPa"
+[model]
+effects = ["ideal_cylinder", "bladder_neo_hookean"]
+[variables]
+braid_angle    = ["12 deg", "40 deg"]
+radius         = ["4 mm", "12 mm"]
+wall_thickness = ["0.3 mm", "3 mm"]
+[objective]
+maximise = "force"
+at = { contraction = 0.1, pressure = "5 bar" }
+[[constraint]]
+quantity = "stroke"
+at = { pressure = "5 bar" }
+min = "20 %"
+[[constraint]]
+quantity = "minimum_pressure"
+max = "1 bar"
+[[constraint]]
+quantity = "burst_pressure"
+min = "5 bar"
+"""
+
+
+def written(path, text=FILE):
+    (path / "design.toml").write_text(text)
+    return path / "design.toml"
+
+
+def test_a_file_becomes_a_design(tmp_path):
+    task = read_design(written(tmp_path))
+    assert task.variables["braid_angle"] == pytest.approx((np.radians(12), np.radians(40)))
+    assert task.at == {"contraction": 0.1, "pressure": 5e5}
+    assert task.constraints[0] == Limit("stroke", {"pressure": 5e5}, min=0.2)
+    found = design(task)
+    made = to_json(found)
+    assert made["outcome"] == "optimal"
+    assert {"length_m", "radius_m", "braid_angle_rad", "wall_thickness_m", "shear_modulus_Pa"} <= set(made["muscle"])
+    assert {"quantity", "value", "min", "max", "active", "multiplier"} <= set(made["constraints"][0])
+    assert made["constraints"][1]["value"] == pytest.approx(1e5, rel=1e-5)
+    assert "at its limit" in describe(found)
+
+
+def test_the_rubber_of_the_muscle_is_that_of_its_wall(tmp_path):
+    soft = read_design(written(tmp_path, FILE.replace("0.54 MPa", "0.3 MPa")))
+    assert float(built(soft.muscle, soft.effects)["bladder_neo_hookean"].G) == pytest.approx(0.3e6)
+
+
+def test_a_fitted_model_can_be_designed_with(tmp_path):
+    (tmp_path / "model.toml").write_text(
+        'format = 1\n[muscle]\nlength = "250 mm"\nradius = "7 mm"\nbraid_angle = "20 deg"\nwall_thickness = "0.5 mm"\n'
+        '[[effect]]\nname = "ideal_cylinder"\n[[effect]]\nname = "tip"\nk = "1.2"\n'
+        '[[effect]]\nname = "bladder_neo_hookean"\nG = "0.4 MPa"\n'
+    )
+    text = '[model]\nfile = "model.toml"\n[variables]\nbraid_angle = ["15 deg", "40 deg"]\n'
+    text += '[objective]\nmaximise = "work"\nat = { pressure = "3 bar" }\n'
+    text += '[[constraint]]\nquantity = "stroke"\nat = { pressure = "3 bar" }\nmin = 0.2\n'
+    text += '[[constraint]]\nquantity = "minimum_pressure"\nmax = "0.4 bar"\n'
+    task = read_design(written(tmp_path, text))
+    assert float(task.muscle.length) == 0.25
+    assert float(built(task.muscle, task.effects)["tip"].k) == 1.2
+    assert float(built(task.muscle, task.effects)["bladder_neo_hookean"].G) == 0.4e6
+    assert design(task).outcome == "optimal"
+
+
+REFUSED = {
+    "unknown quantity": ('"stroke"', '"strike"', "did you mean 'stroke'"),
+    "later": ('"stroke"', '"efficiency"', "cannot be designed for yet"),
+    "unknown variable": ("radius         =", "radios =", "did you mean 'radius'"),
+    "unit": ('"4 mm"', '"4 bar"', "cannot be the unit of a length"),
+    "no unit": ('"4 mm"', "4", "no unit"),
+    "range": ('["4 mm", "12 mm"]', '["12 mm", "4 mm"]', "does not rise"),
+    "pair": ('["4 mm", "12 mm"]', '"12 mm"', "not a pair"),
+    "no pressure": ('at = { pressure = "5 bar" }', "", "at which pressure"),
+    "no limit": ('min = "20 %"', "", "has no limit"),
+    "needs": ('breaking_stress = "28 MPa"\n', "", "burst_pressure needs breaking_stress"),
+    "effect": ('"bladder_neo_hookean"', '"bladder_neohookean"', "did you mean 'bladder_neo_hookean'"),
+    "goal": ('maximise = "force"', "", "not one goal"),
+    "key": ("[variables]", "[variable]", "did you mean 'variables'"),
+    "condition": ('max = "1 bar"', 'max = "1 bar"\nat = { pressure = "1 bar" }', "not at pressure"),
+    "not there": ('length = "300 mm"\n', "", "lacks length"),
+}
+
+
+@pytest.mark.parametrize("case", REFUSED)
+def test_a_wrong_file_is_refused_with_a_cure(tmp_path, case):
+    old, new, message = REFUSED[case]
+    assert old in FILE
+    with pytest.raises(InputError) as error:
+        read_design(written(tmp_path, FILE.replace(old, new)))
+    assert message in str(error.value)
+    assert "Cure:" in str(error.value)
+    assert "design.toml" in str(error.value)

@@ -1,0 +1,217 @@
+"""The posterior against closed forms, and what it says when it must not be trusted."""
+
+import dataclasses
+from pathlib import Path
+
+import emcee
+import numpy as np
+import pytest
+from scipy import stats
+
+from fitting.errors import InputError
+from fitting.least_squares import fit
+from fitting.posterior import Snooker, correlation_times, describe, sample, save, to_json
+from fitting.records import Experiment, Recording, Run
+from mckibben_jax.effects import BladderNeoHookean, CoulombFriction, ForceOffset, IdealCylinder
+from mckibben_jax.model import model
+from mckibben_jax.muscle import Muscle
+from mckibben_jax.state import State
+
+MUSCLE = Muscle(length=0.3, radius=7e-3, braid_angle=np.radians(20.0), wall_thickness=5e-4)
+
+
+def loops(*effects, noise=2.0, pressure=2e5, muscle=MUSCLE, count=120, seed=0, errors=None, repeats=3, priors=None):
+    """A data set of triangular loops of these effects, without turning points; white noise unless `errors` are."""
+    runs = []
+    random = np.random.default_rng(seed)
+    for number, p in enumerate(np.linspace(0.5, 1.0, 2) * pressure):
+        phase = (np.arange(count * repeats) + 0.5) / count
+        contraction = 0.2 * np.abs(2 * (phase % 1) - 1)
+        branch = np.where(phase % 1 < 0.5, -1.0, 1.0)
+        rate, still = 0.01 * branch, np.zeros(count * repeats)
+        state = State(contraction, still + p, rate, still, still, still, 40 * phase)
+        clean = np.asarray(model(muscle, *effects).force(state))
+        wrong = random.standard_normal(clean.size) * noise if errors is None else errors(random, phase)
+        half = np.floor(2 * phase).astype(int)
+        runs.append(
+            Run(f"{number}", 40 * phase, still + p, contraction, rate, still, clean + wrong, still + 1, branch,
+                half // 2, half, np.arange(clean.size) + 2)
+        )  # fmt: skip
+    recording = Recording("loops.csv", "loop", tuple(runs), noise)
+    return Experiment("Braid", Path("."), muscle, (recording,), priors or {}, "0" * 64)
+
+
+def straight_line(seed=0, noise=2.0):
+    """A fit that is linear in its two parameters: friction and an offset of the load cell."""
+    effects = (IdealCylinder(), CoulombFriction(f_s=0.015), ForceOffset(F_off=3.0))
+    experiment = loops(*effects, noise=noise, seed=seed)
+    return fit([experiment], effects, starts=2), experiment
+
+
+@pytest.fixture(scope="module")
+def line():
+    found, _ = straight_line()
+    return found, sample(found, seed=1, limit_s=50)
+
+
+def student(found, posterior):
+    """Closed form of a linear problem with flat priors in parameters and log noise: Student's t, location and scale."""
+    slopes, rows = found.slopes, found.residual / found.samples.sigma
+    freedom = posterior.counted - len(found.free)
+    shape = np.linalg.inv(slopes.T @ slopes * posterior.counted / len(rows)) * posterior.counted / freedom
+    return freedom, np.sqrt(np.diag(shape) * np.mean(rows**2))
+
+
+def test_a_linear_problem_has_its_closed_form(line):
+    found, posterior = line
+    freedom, scale = student(found, posterior)
+    assert posterior.trusted, posterior.warnings
+    for name, width in zip(found.free, scale, strict=True):
+        q = posterior.parameters[name]
+        expected = found.values[name] + width * stats.t(freedom).ppf([0.05, 0.5, 0.95])
+        np.testing.assert_allclose([q.q05, q.median, q.q95], expected, atol=4 * 2.1 * width / np.sqrt(q.ess_tail))
+        np.testing.assert_allclose(q.sd, width, rtol=4 / np.sqrt(q.ess_bulk))
+        assert q.rhat < 1.01
+        assert min(q.ess_bulk, q.ess_tail) > 1000
+
+
+def test_parameters_are_correlated_as_they_should_be(line):
+    found, posterior = line
+    draws = posterior.draws.values[..., :2].reshape(-1, 2)
+    expected = found.covariance / np.sqrt(np.outer(np.diag(found.covariance), np.diag(found.covariance)))
+    np.testing.assert_allclose(np.corrcoef(draws.T), expected, atol=0.05)
+
+
+def test_the_noise_is_found(line):
+    found, posterior = line
+    assert posterior.noise["N"].q05 < np.std(found.residual) / 2.0 < posterior.noise["N"].q95
+
+
+def test_a_search_in_the_logarithm_does_not_change_the_prior():
+    """G is searched in the logarithm, its prior is uniform: force is linear in G, so its posterior is a cut normal."""
+    effects = (IdealCylinder(), BladderNeoHookean(G=2e5))
+    found = fit([loops(*effects, noise=40.0, count=30, repeats=1, seed=3)], effects, starts=2)
+    posterior = sample(found, seed=2, limit_s=50)
+    freedom, (scale,) = student(found, posterior)
+    centre = found.values["bladder_neo_hookean.G"]
+    law, low = stats.t(freedom, centre, scale), 1e3
+    expected = law.ppf(law.cdf(low) + np.array([0.05, 0.5, 0.95]) * law.sf(low))
+    q = posterior.parameters["bladder_neo_hookean.G"]
+    assert scale > 0.15 * centre  # wide enough for a wrong prior to show
+    np.testing.assert_allclose([q.q05, q.median, q.q95], expected, atol=4 * 2.1 * scale / np.sqrt(q.ess_tail))
+
+
+def test_the_prior_speaks_where_the_data_are_silent():
+    effects = (IdealCylinder(), ForceOffset(F_off=1.0))
+    priors = {"muscle.radius": (7e-3, 1e-4)}
+    found = fit([loops(*effects, pressure=30.0, noise=5.0, priors=priors)], effects, starts=2)
+    q = sample(found, seed=0, max_steps=400).parameters["muscle.radius"]
+    np.testing.assert_allclose([q.median, q.sd], [7e-3, 1e-4], atol=5e-6)
+    np.testing.assert_allclose([q.q05, q.q95], 7e-3 + 1e-4 * stats.norm.ppf([0.05, 0.95]), atol=1e-5)
+
+
+def test_a_parameter_at_its_bound_is_cut_off_there():
+    found = fit([loops(IdealCylinder(), noise=2.0, seed=4)], (IdealCylinder(), CoulombFriction()), starts=2)
+    posterior = sample(found, seed=0, max_steps=400)
+    q = posterior.parameters["coulomb_friction.f_s"]
+    assert 0 <= q.q05 < q.median < q.q95 < 1e-3
+    assert found.at_bound == () or any("end of the range" in note for note in posterior.notes)
+
+
+def test_the_same_seed_gives_the_same_posterior():
+    found, _ = straight_line()
+    first, again, other = (sample(found, seed=s, max_steps=100) for s in (5, 5, 6))
+    np.testing.assert_array_equal(first.draws.values, again.draws.values)
+    assert not np.array_equal(first.draws.values, other.draws.values)
+
+
+def test_a_chain_that_is_too_short_says_so():
+    found, _ = straight_line()
+    posterior = sample(found, seed=0, max_steps=100)
+    assert not posterior.trusted
+    assert any("correlation times long, not 50" in warning for warning in posterior.warnings)
+    assert any("after 100 steps" in warning for warning in posterior.warnings)
+
+
+def test_time_runs_out():
+    found, _ = straight_line()
+    told = []
+    posterior = sample(found, limit_s=0.0, progress=lambda steps, effective: told.append((steps, effective)))
+    assert "after 0 s" in posterior.warnings[0]
+    assert told[-1][0] == 50
+    assert told[-1][1] > 0
+
+
+def test_alike_neighbours_count_less():
+    """Errors that last over 20 readings: the posterior is wider by about the root of that."""
+
+    def slow(random, phase):
+        errors = np.zeros(phase.size)
+        for i in range(1, phase.size):
+            errors[i] = 0.9 * errors[i - 1] + random.standard_normal()
+        return errors
+
+    effects = (IdealCylinder(), CoulombFriction(f_s=0.015), ForceOffset(F_off=3.0))
+    found = fit([loops(*effects, noise=2.3, errors=slow, repeats=8)], effects, starts=2)
+    (time,) = correlation_times(found.residual, found.samples)
+    assert 8 < time < 30  # (1 + 0.9)/(1 - 0.9) = 19
+    posterior = sample(found, seed=0, max_steps=400)
+    assert posterior.counted == pytest.approx(len(found.samples) / time)
+    for name in found.free:
+        assert 0.6 < posterior.parameters[name].sd / found.error(name) < 1.6
+        assert posterior.parameters[name].sd > 2 * found.error(name, robust=False)
+
+
+def test_a_wrong_model_is_not_trusted():
+    """Rubber that the model does not have: chains converge, to something that must not be believed."""
+    experiment = loops(IdealCylinder(), BladderNeoHookean(G=5e5), noise=0.5, pressure=4e5)
+    found = fit([experiment], (IdealCylinder(), CoulombFriction()), starts=2)
+    posterior = sample(found, seed=0, max_steps=400)
+    assert not posterior.trusted
+    assert any("something is missing" in warning for warning in posterior.warnings)
+
+
+def test_thinning_keeps_the_noise_and_widens_what_is_independent():
+    found, experiment = straight_line()
+    experiment = dataclasses.replace(
+        experiment, recordings=tuple(dataclasses.replace(rec, noise=None) for rec in experiment.recordings)
+    )
+    whole = sample(found, seed=0, max_steps=400)
+    thin = sample(found, [experiment], rows=200, seed=0, max_steps=400)
+    assert thin.readings < 300
+    assert any("thinned from 720" in note for note in thin.notes)
+    assert thin.noise["N"].median == pytest.approx(whole.noise["N"].median, rel=0.2)
+    ratio = thin.parameters["force_offset.F_off"].sd / whole.parameters["force_offset.F_off"].sd
+    assert ratio == pytest.approx(np.sqrt(whole.counted / thin.counted), rel=0.15)
+
+
+def test_nothing_to_sample():
+    found, _ = straight_line()
+    found = dataclasses.replace(found, free=())
+    with pytest.raises(InputError, match="nothing varies"):
+        sample(found)
+
+
+def test_what_is_handed_on(line, tmp_path):
+    _, posterior = line
+    written = to_json(posterior)
+    assert written["trusted"] is True
+    assert {"median", "q05", "q95", "rhat", "ess_bulk", "ess_tail", "robust_error", "unit"} <= set(
+        written["parameters"]["force_offset.F_off"]
+    )
+    assert "force_offset.F_off" in describe(posterior)
+    save(posterior, tmp_path / "chain.nc")
+    import xarray
+
+    back = xarray.open_dataset(tmp_path / "chain.nc", group="posterior")
+    np.testing.assert_array_equal(back["force_offset.F_off"][0], posterior.draws.values[0, :, 0, 1])
+
+
+def test_the_snooker_move_leaves_a_normal_distribution_as_it_is():
+    sampler = emcee.EnsembleSampler(
+        48, 3, lambda z: -0.5 * np.sum((z / 0.2) ** 2, axis=1), moves=Snooker(), vectorize=True
+    )
+    sampler.random_state = np.random.RandomState(0).get_state()
+    sampler.run_mcmc(0.2 * np.random.RandomState(1).randn(48, 3), 3000)
+    found = sampler.get_chain(discard=300).reshape(-1, 3) / 0.2
+    np.testing.assert_allclose(found.std(axis=0), 1, atol=0.04)  # emcee's own: 0.7
