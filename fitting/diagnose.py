@@ -6,17 +6,19 @@ tested the same way; those that stand are a confidence set for the explanation. 
 
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from itertools import combinations
 
 import numpy as np
 
 from fitting.diagnosis import Diagnosis, Evidence, Explanation
+from fitting.errors import InputError
 from fitting.examine import Examiner, Standing
 from fitting.held_out import difference
 from fitting.least_squares import clusters, covariances, fit
 from fitting.likes import foretelling, leading_of, simplest
 from fitting.precision import require_x64
-from fitting.records import Experiment
+from fitting.records import FORCE_TESTS, Experiment
 from fitting.residuals import thinned
 from fitting.universe import Trial, Universe, universe
 from mckibben_jax.effect import Effect
@@ -50,7 +52,8 @@ def diagnose(
     """
     require_x64()
     told = progress or (lambda *_: None)
-    light = [thinned(experiment, ENOUGH_SAMPLES // len(experiments)) for experiment in experiments]
+    tested, set_aside = of_force(experiments)
+    light = [thinned(experiment, ENOUGH_SAMPLES // len(tested)) for experiment in tested]
     known = [kind() for kind in LIBRARY if not kind.rival] if candidates is None else list(candidates)
     told("baseline", 0.0)
     world = universe(light, effects, known, fix=fix, free=free, own=own)
@@ -64,7 +67,24 @@ def diagnose(
     base = min(base, world.fit(frozenset(world.base), start), key=lambda trial: trial.cost)
     search = _Search(world, base, Examiner(world, base, seed), told)
     search.run()
-    return _verdict(search, baseline, experiments)
+    return _verdict(search, baseline, light, set_aside)
+
+
+def of_force(experiments: Sequence[Experiment]) -> tuple[list[Experiment], tuple[str, ...]]:
+    """The recordings that the test can use, and what it sets aside.
+
+    Releases and steps go through the equation of motion; with a whole library of effects that takes minutes to
+    compile, so they join fits and comparisons but not yet the test.
+    """
+    kept, aside = [], []
+    for experiment in experiments:
+        forces = tuple(recording for recording in experiment.recordings if recording.test in FORCE_TESTS)
+        aside += [r for r in experiment.recordings if r not in forces]
+        kept += [replace(experiment, recordings=forces)] if forces else []
+    if not kept:
+        cure = "record a loop, an isometric or a static test; compare and fit work with what is here"
+        raise InputError("the test for missing effects needs a recording of force", experiments[0].folder, cure=cure)
+    return kept, tuple(f"{r.file}: a {r.test} joins the fit and the comparison, but not this test" for r in aside)
 
 
 class _Search:
@@ -186,7 +206,7 @@ def _verdict(search: _Search, baseline, experiments: Sequence[Experiment]) -> Di
         tried=tuple(tried),
         baseline=baseline,
         residual=search.base.rows * world.samples.sigma,
-        notes=(*notes, *(note for e in experiments for r in e.recordings for note in r.notes)),
+        notes=(*notes, *set_aside, *(note for e in experiments for r in e.recordings for note in r.notes)),
     )
 
 
