@@ -1,0 +1,125 @@
+"""The gate: its size under correlated noise, its power, and what its pieces must do by construction."""
+
+import numpy as np
+import pytest
+
+from fitting import flips, held_out, omnibus
+from fitting.residuals import Samples
+
+LOOPS, PER_HALF = 20, 40
+
+
+def samples() -> Samples:
+    """Twenty closed loops, five runs of four."""
+    n = LOOPS * 2 * PER_HALF
+    half = np.repeat(np.arange(LOOPS * 2), PER_HALF)
+    up = half % 2 == 0
+    ramp = np.tile(np.linspace(0.01, 0.2, PER_HALF), LOOPS * 2)
+    run = half // 8
+    branch = np.where(up, 1.0, -1.0)
+    zero = np.zeros(n)
+    return Samples(
+        dataset=np.zeros(n, int),
+        recording=np.zeros(n, int),
+        run=run,
+        loop=(half % 8) // 2,
+        half=half % 8,
+        row=np.arange(n),
+        time=np.arange(n) * 0.1,
+        contraction=np.where(up, ramp, 0.21 - ramp),
+        pressure=1e5 * (1.0 + run),
+        rate=branch * np.where(half // 2 % 2, 0.01, 0.03),
+        pressure_rate=zero,
+        branch=branch,
+        measured=zero,
+        sigma=zero + 1,
+        position=np.concatenate([np.arange(c) for c in np.bincount(run)]),
+    )
+
+
+def autoregression(memory: float, count: int, rng: np.random.Generator) -> np.ndarray:
+    e = rng.normal(size=count)
+    for i in range(1, count):
+        e[i] = memory * e[i - 1] + np.sqrt(1 - memory**2) * e[i]
+    return e
+
+
+def examined(rows: np.ndarray, s: Samples, seed: int) -> flips.Verdict:
+    x, p = s.contraction, s.pressure / 3e5
+    slopes = np.stack([p * (1 - x) ** 2, p, s.branch * p], axis=1)
+    rows = rows - slopes @ np.linalg.lstsq(slopes, rows, rcond=None)[0]
+    columns = np.stack([s.branch * p**0.7, s.branch * s.rate, np.maximum(x - 0.12, 0), x, p * x**3], axis=1)
+    basis = omnibus.basis(s)
+    clean = flips.removed(rows[:, None], np.hstack([basis, slopes]))[:, 0]
+    noise = flips.noise_from(clean, s)
+    unit = flips.units(s, noise.memory)
+    none = np.zeros((0, 3))
+    return flips.test(rows, slopes, np.zeros(0), none, columns, basis, s, unit, noise, seed)
+
+
+@pytest.mark.parametrize("memory", [0.0, 0.9, 0.97])
+def test_false_alarms_are_rare_under_correlated_noise(memory):
+    """Nominal 1 %: of 40 clean sets at most 3 may be rejected (a test of that size does so with probability 0.999)."""
+    s = samples()
+    rng = np.random.default_rng(int(100 * memory))
+    rejected = sum(examined(autoregression(memory, len(s), rng), s, seed).rejected for seed in range(40))
+    assert rejected <= 3
+
+
+@pytest.mark.parametrize("column", [0, 1, 2, 3])
+def test_a_clear_effect_is_seen(column):
+    """An effect of one noise sigma after the model's own parameters have given way, in noise of memory 0.7."""
+    s = samples()
+    x, p = s.contraction, s.pressure / 3e5
+    shape = [s.branch * p**0.7, s.branch * s.rate, np.maximum(x - 0.12, 0), x][column]
+    slopes = np.stack([p * (1 - x) ** 2, p, s.branch * p], axis=1)
+    left = shape - slopes @ np.linalg.lstsq(slopes, shape, rcond=None)[0]
+    rng = np.random.default_rng(column)
+    rows = autoregression(0.7, len(s), rng) + 1.5 * left / np.sqrt(np.mean(left**2))
+    verdict = examined(rows, s, 0)
+    assert verdict.rejected
+    assert verdict.p_effects[column] < 0.01
+
+
+def test_the_noise_model_finds_its_memory():
+    """A long first-order autoregression is recognised."""
+    s = samples()
+    noise = flips.noise_from(autoregression(0.9, len(s), np.random.default_rng(3)), s)
+    assert noise.memory == pytest.approx(0.9, abs=0.08)
+
+
+def test_whitening_leaves_nothing_correlated():
+    """Whitened by the true covariance, neighbours are independent and of unit variance."""
+    s = samples()
+    share = np.zeros(len(flips.MEMORIES))
+    share[list(flips.MEMORIES).index(0.9)] = 1.0
+    rows = autoregression(0.9, len(s), np.random.default_rng(4))[:, None]
+    white = flips.whitened(rows, s, flips.numbered(s.run, s.loop), flips.Noise(1e-6, share))[:, 0]
+    assert np.std(white) == pytest.approx(1.0, abs=0.05)
+    assert abs(np.corrcoef(white[1:], white[:-1])[0, 1]) < 0.06
+
+
+def test_few_loops_flip_smaller_units_and_say_so():
+    """Below twelve loops half loops, below twelve half loops blocks of samples at the stricter level."""
+    s = samples()
+    some = s.where(s.run < 2)
+    few = s.where(s.run < 1)
+    assert "half loops" in flips.units(some, 0.5).words
+    blocks = flips.units(few.where(few.half < 4), 0.5)
+    assert "noise model" in blocks.words
+    assert blocks.level == flips.FEW_LEVEL
+
+
+def test_left_out_rows_are_those_of_a_refit():
+    """Of a linear model, exactly."""
+    rng = np.random.default_rng(5)
+    design = rng.normal(size=(60, 3))
+    y = design @ [1.0, -2.0, 0.5] + rng.normal(size=60)
+    group = np.repeat(np.arange(6), 10)
+    rows = design @ np.linalg.lstsq(design, y, rcond=None)[0] - y
+    none = np.zeros((0, 3))
+    left = held_out.left_out_rows(rows, design, np.zeros(0), none, group)
+    for g in range(6):
+        inside, out = group != g, group == g
+        refit = np.linalg.lstsq(design[inside], y[inside], rcond=None)[0]
+        np.testing.assert_allclose(left[out], design[out] @ refit - y[out], rtol=1e-8)

@@ -1,0 +1,121 @@
+"""Fits against closed forms, scipy and the independent simulator."""
+
+from dataclasses import replace
+
+import jax.numpy as jnp
+import numpy as np
+import optimistix as optx
+import pytest
+from hidden.simulator import Muscle as TrueMuscle
+from hidden.simulator import Noise, Truth, dataset, loops, with_baseline, write
+from scipy.optimize import least_squares
+
+from fitting.box import BoxLevenbergMarquardt
+from fitting.least_squares import covariances, fit, ties
+from fitting.recordings import read_experiment
+from mckibben_jax.effects import CoulombFriction, EndStop, ForceOffset, IdealCylinder, Presliding, Tip
+
+
+@pytest.fixture(scope="module")
+def offset_set(tmp_path_factory):
+    """Loops of an ideal muscle with Coulomb friction and a load cell that reads 7 N too high."""
+    truth = Truth(TrueMuscle(), with_baseline(f_s=0.012, force_offset={"F_off": 7.0}))
+    recording = loops(truth, pressures=(1e5, 3e5), speeds=(0.02,), samples=200, noise=Noise(sd=0.5), seed=5)
+    folder = tmp_path_factory.mktemp("offset")
+    write(dataset(truth, [recording], name="offset", seed=5), folder)
+    return read_experiment(folder)
+
+
+def rosenbrock(x, args):
+    return jnp.array([10 * (x[1] - x[0] ** 2), 1 - x[0]])
+
+
+@pytest.mark.parametrize("upper", [(2.0, 2.0), (0.8, 2.0), (2.0, 0.5), (0.3, 0.05)])
+def test_box_step_finds_what_scipy_finds(upper):
+    """Inside the box and at its faces."""
+    start = np.array([-0.5, -0.9])
+    lower = np.array([-1.0, -1.0])
+    solver = BoxLevenbergMarquardt(jnp.asarray(lower), jnp.asarray(upper), rtol=1e-10, atol=1e-10)
+    found = optx.least_squares(rosenbrock, solver, jnp.asarray(start), max_steps=400, throw=False)
+    rival = least_squares(lambda x: np.asarray(rosenbrock(x, None)), start, bounds=(lower, upper), xtol=1e-14)
+    np.testing.assert_allclose(found.value, rival.x, atol=2e-6)
+
+
+def test_covariance_of_a_straight_line():
+    """The textbook formula, and cluster-robust errors that equal White's where every sample is its own cluster."""
+    rng = np.random.default_rng(0)
+    x = np.linspace(0, 1, 50)
+    design = np.stack([np.ones_like(x), x], axis=1)
+    y = design @ [1.0, 2.0] + rng.normal(0, 0.3, x.size)
+    rows = design @ np.linalg.lstsq(design, y, rcond=None)[0] - y
+    plain, robust = covariances(design, rows, np.zeros((0, 2)), np.arange(x.size))
+    expected = np.linalg.inv(design.T @ design) * np.sum(rows**2) / (x.size - 2)
+    np.testing.assert_allclose(plain, expected, rtol=1e-9)
+    bread = np.linalg.inv(design.T @ design)
+    white = bread @ (design.T * rows**2) @ design @ bread * x.size / (x.size - 1)
+    np.testing.assert_allclose(robust, white, rtol=1e-9)
+
+
+def test_a_prior_enters_the_covariance():
+    """A parameter that the data cannot see keeps the width of its prior."""
+    design = np.array([[1.0, 0.0]] * 10)
+    plain, robust = covariances(design, np.full(10, 0.1), np.array([[0.0, 1 / 0.2]]), np.arange(10))
+    assert np.sqrt(plain[1, 1]) == pytest.approx(0.2)
+    assert np.sqrt(robust[1, 1]) == pytest.approx(0.2)
+
+
+def test_fit_finds_the_truth_from_afar(offset_set):
+    """Values within four robust errors of what the simulator put in, and the error at the noise."""
+    found = fit([offset_set], [IdealCylinder(), CoulombFriction(f_s=0.2), ForceOffset(F_off=-100.0)], starts=4)
+    assert found.converged
+    for name, truth in {"coulomb_friction.f_s": 0.012, "force_offset.F_off": 7.0}.items():
+        assert abs(found.values[name] - truth) < 4 * found.error(name)
+    assert found.rmse == pytest.approx(0.5, rel=0.1)
+
+
+def test_every_start_reaches_the_same_best_point(offset_set):
+    """One well-behaved problem, several starts."""
+    found = fit([offset_set], [IdealCylinder(), CoulombFriction(), ForceOffset()], starts=6)
+    assert found.starts == "6 starts: 6 reached the same best point"
+
+
+def test_absent_friction_ends_at_its_bound_and_is_said(offset_set):
+    """The stop that is not there: its stiffness at 0, named, and converged all the same."""
+    found = fit(
+        [offset_set], [IdealCylinder(), CoulombFriction(), ForceOffset(), EndStop(eps_s=0.1)], fix=["end_stop.eps_s"]
+    )
+    assert found.values["end_stop.K"] < 1.0
+    assert found.converged
+
+
+def test_what_the_data_cannot_see_is_held(offset_set):
+    """Points without history say nothing of friction: it is held and named, and stops nothing."""
+    still = tuple(
+        replace(r, test="static", runs=tuple(replace(run, rate=0 * run.rate, branch=0 * run.branch) for run in r.runs))
+        for r in offset_set.recordings
+    )
+    found = fit([replace(offset_set, recordings=still)], [IdealCylinder(), CoulombFriction(), ForceOffset()], starts=2)
+    assert found.held == ("coulomb_friction.f_s",)
+    assert "force_offset.F_off" in found.free
+
+
+def test_ties_are_named():
+    """Two columns that nearly coincide are tied, a third is free."""
+    rng = np.random.default_rng(1)
+    a, c = rng.normal(size=(2, 400))
+    tied = ties(("a", "b", "c"), np.stack([a, a + 0.01 * rng.normal(size=400), c], axis=1))
+    assert tied == {"a": ("b",), "b": ("a",)}
+
+
+def test_the_order_of_effects_changes_nothing(offset_set):
+    """A model is a set."""
+    one = fit([offset_set], [IdealCylinder(), CoulombFriction(), Presliding(), Tip()], starts=1)
+    two = fit([offset_set], [Tip(), Presliding(), CoulombFriction(), IdealCylinder()], starts=1)
+    assert one.values == two.values
+
+
+def test_fit_without_anything_to_vary(offset_set):
+    """Everything fixed: the model is evaluated as it stands."""
+    found = fit([offset_set], [IdealCylinder()])
+    assert found.free == ()
+    assert np.isfinite(found.rmse)
