@@ -35,7 +35,8 @@ class Bins:
         lower, upper = self.lower[group] / size, self.upper[group] / size
         if self.are_levels:
             return f"{_rounded((lower + upper) / 2)}{tail}"
-        return f"{_rounded(lower)} to {_rounded(upper)}{tail}"
+        places = max(0, 1 - int(np.floor(np.log10(max(upper - lower, 1e-12)))))
+        return f"{lower:.{places}f} to {upper:.{places}f}{tail}"
 
 
 def bins(values: np.ndarray, steps: int = 6) -> Bins:

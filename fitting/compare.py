@@ -50,7 +50,8 @@ class Score:
     rmse: float
     largest: float
     full_scale: float
-    noise: float  # standard deviation of one reading, stated or from neighbouring readings
+    noise: float  # standard deviation of one reading
+    noise_from: str  # where that is known from
 
 
 @dataclass(frozen=True)
@@ -63,6 +64,7 @@ class Comparison:
     largest: float
     full_scale: float
     noise: float  # of one reading
+    noise_from: str
     noise_floor: float | None  # from repeated loops; None where nothing was repeated
     by_recording: tuple[Score, ...]
     tables: tuple[Table, ...]
@@ -110,6 +112,7 @@ def compare(fit: Fit, experiments: Sequence[Experiment]) -> Comparison:
         largest=float(np.max(np.abs(residual))),
         full_scale=max(score.full_scale for score in chosen),
         noise=float(np.sqrt(np.average([s.noise**2 for s in chosen], weights=[s.count for s in chosen]))),
+        noise_from=" and ".join(dict.fromkeys(score.noise_from for score in chosen)),
         noise_floor=noise_floor(pairs),
         by_recording=scores,
         tables=_tables(samples, residual, tests, fit, recordings),
@@ -132,7 +135,15 @@ def _score(fit: Fit, number: int, experiment: Experiment, recording: Recording) 
         largest=float(np.max(np.abs(residual))),
         full_scale=max(float(np.max(np.abs(run.measured))) for run in recording.runs),
         noise=noise_of(recording),
+        noise_from=_noise_from(recording),
     )
+
+
+def _noise_from(recording: Recording) -> str:
+    """How `noise_of` knows."""
+    if recording.noise is not None:
+        return "as stated"
+    return "presumed" if recording.test == "static" else "from neighbouring readings"
 
 
 def _rms(residual: np.ndarray) -> float:
@@ -184,16 +195,11 @@ def _branches(samples: Samples, residual: np.ndarray, tests: np.ndarray) -> Tabl
 def _runs(
     samples: Samples, residual: np.ndarray, recordings: list[tuple[Experiment, Recording]]
 ) -> Table | None:
-    names = [
-        (recording, f"{experiment.name}, {recording.file}, run {run.name}", f"run {run.name}")
-        for experiment, recording in recordings
-        for run in recording.runs
-    ]
-    short = len(recordings) == 1
-    rows = (_row(names[k][2 if short else 1], residual[samples.run == k]) for k in range(len(names)))
+    where = (lambda e, r: "") if len(recordings) == 1 else (lambda e, r: f"{e.name}, {r.file}, ")
+    names = [f"{where(e, r)}run {run.name}" for e, r in recordings for run in r.runs]
+    rows = (_row(name, residual[samples.run == k]) for k, name in enumerate(names))
     found = tuple(row for row in rows if row is not None)
-    alone = all(recording.test == "static" for recording, _, _ in names) and all(row.count == 1 for row in found)
-    return None if alone or len(found) < 2 else Table("run", found)
+    return None if len(found) < 2 else Table("run", found)
 
 
 # --------------------------------------------------------------------------------------------------- the worst place
@@ -205,7 +211,7 @@ def _worst(samples: Samples, residual: np.ndarray, tests: np.ndarray) -> str:
     place = np.stack([pressure.of, contraction.of, samples.branch])
     cases, of, count = np.unique(place, axis=1, return_inverse=True, return_counts=True)
     square = np.bincount(of, residual**2) / count
-    enough = count >= min(FEWEST, count.max())
+    enough = count >= min(FEWEST, max(2, len(samples) // 30), count.max())
     at = int(np.argmax(np.where(enough, square, -1.0)))
     p, c, b = cases[:, at]
     words = [pressure.label(p, "Pa") if len(pressure) > 1 else "", f"contraction {contraction.label(c, '1')}"]

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import tomlkit
+from tomlkit.items import InlineTable, Table
 
 from fitting import units
 from fitting.errors import InputError, unknown_name
@@ -57,10 +58,11 @@ def read_model(path: Path | str, known: dict[str, type[Effect]]) -> ModelFile:
             raise unknown_name("key", key, KEYS, path, row=line_of(raw, key))
     values: dict[str, float] = {}
     states: dict[str, str] = {}
-    sizes = _read_table(table.get("muscle", {}), {k: v[0] for k, v in quantities().items()}, path, raw, states, "muscle")
+    measured = {name: unit for name, (unit, _) in quantities().items()}
+    sizes = _read_table(table.get("muscle", {}), measured, path, raw, states, "muscle")
     values |= {f"muscle.{name}": value for name, value in sizes.items()}
     for dataset, more in table.get("muscle_of", {}).items():
-        found = _read_table(more, {k: v[0] for k, v in quantities().items()}, path, raw, {}, "muscle")
+        found = _read_table(more, measured, path, raw, {}, "muscle")
         values |= {f"muscle.{name}@{dataset}": value for name, value in found.items()}
     entries = table.get("effect", [])
     if not isinstance(entries, list) or not entries:
@@ -215,7 +217,7 @@ def folder_name(experiment: Experiment) -> str:
     return experiment.folder.resolve().name
 
 
-def _muscle_table(fit: Fit, dataset: int, experiment: Experiment) -> tomlkit.items.Table:
+def _muscle_table(fit: Fit, dataset: int, experiment: Experiment) -> Table:
     table = tomlkit.table()
     for name, (unit, _) in quantities().items():
         full = f"muscle.{name}"
@@ -225,7 +227,7 @@ def _muscle_table(fit: Fit, dataset: int, experiment: Experiment) -> tomlkit.ite
     return table
 
 
-def _effect_table(fit: Fit, effect: Effect) -> tomlkit.items.Table:
+def _effect_table(fit: Fit, effect: Effect) -> Table:
     table = tomlkit.table()
     table["name"] = name_of(effect)
     declared = {p.name: p.unit for p in parameters(effect)}
@@ -235,7 +237,7 @@ def _effect_table(fit: Fit, effect: Effect) -> tomlkit.items.Table:
     return table
 
 
-def _entry(fit: Fit, name: str, unit: str) -> tomlkit.items.InlineTable:
+def _entry(fit: Fit, name: str, unit: str) -> InlineTable:
     value, error = fit.values[name], fit.error(name)
     entry = {"value": units.write(value, unit)}
     if name in fit.free:
@@ -243,7 +245,7 @@ def _entry(fit: Fit, name: str, unit: str) -> tomlkit.items.InlineTable:
     return _inline(entry | {"state": state_of(fit, name)})
 
 
-def _inline(entries: dict[str, str]) -> tomlkit.items.InlineTable:
+def _inline(entries: dict[str, str]) -> InlineTable:
     table = tomlkit.inline_table()
     table.update(entries)
     return table

@@ -8,7 +8,7 @@ from typing import Any
 
 import click
 
-SEVERAL = ("--effects", "--fix", "--free", "--own")  # options that take all the names that follow them
+SEVERAL = ("--effects", "--fix", "--free", "--own", "--candidates")  # options that take all the names that follow them
 
 
 class Command(click.Command):
@@ -100,6 +100,11 @@ model_options = _all(
     click.option("--free", multiple=True, metavar="NAME...", help="Parameters that vary though taken as exact."),
     click.option("--own", multiple=True, metavar="NAME...", help="Parameters that each data set has for itself."),
     click.option("--effect-file", metavar="FILE", help="Python file with effects of your own."),
+)
+
+candidate_options = _all(
+    click.option("--candidates", multiple=True, metavar="NAME...", help="What may be missing; default: all effects."),
+    click.option("--rivals", is_flag=True, help="Look at the printed rivals too."),
 )
 
 fit_options = _all(

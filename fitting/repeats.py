@@ -1,6 +1,7 @@
 """What repeated loops at equal state tell: how well the rig agrees with itself, whatever the model."""
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -33,7 +34,7 @@ def repeated(samples: Samples, residual: np.ndarray, pressure_led: np.ndarray) -
     return tuple(
         pair
         for alike in found.values()
-        for earlier, later in zip(alike, alike[1:], strict=False)
+        for earlier, later in pairwise(alike)
         if (pair := _pair(samples, residual, earlier, later, bool(pressure_led[earlier[0]]))) is not None
     )
 

@@ -82,6 +82,18 @@ def task_of(asked: Asked) -> Task:
     return task
 
 
+def cited_task(asked: Asked) -> Task:
+    """A task that may do without data: then the model file that is named, or the effects, or the baseline."""
+    if asked.data:
+        return task_of(asked)
+    known = library(asked.effect_file)
+    if asked.model:
+        effects = read_model(asked.model, known).effects
+    else:
+        effects = tuple(kind() for kind in (named(asked.effects, known) or BASELINE))
+    return Task((), effects, {}, (), (), (), "as asked", known, 1, asked.seed)
+
+
 def fitted(task: Task) -> Fit:
     """The task's model fitted to its data."""
     layout = task.layout
@@ -130,7 +142,8 @@ def _read(path: Path, asked: Asked) -> Experiment:
     if not muscle_file.exists():
         raise InputError("a single file needs its muscle", path, cure=f"add --muscle muscle.toml ({muscle_file})")
     if not asked.test:
-        raise InputError("a single file needs its kind of test", path, cure=f"add --test with one of {', '.join(TESTS)}")
+        cure = f"add --test with one of {', '.join(TESTS)}"
+        raise InputError("a single file needs its kind of test", path, cure=cure)
     muscle, priors, name, source = read_muscle(muscle_file)
     recording = read_recording(path, asked.test, muscle)
     digest = hashlib.sha256(muscle_file.read_bytes() + path.read_bytes()).hexdigest()
@@ -240,7 +253,8 @@ def _resized(experiment: Experiment, name: str, value: float) -> Experiment:
     if owner != "muscle" or dataset not in ("", experiment.name):
         return experiment
     muscle = dataclasses.replace(experiment.muscle, **{key: value})
-    return dataclasses.replace(experiment, muscle=muscle, priors={k: v for k, v in experiment.priors.items() if k != plain})
+    priors = {name: prior for name, prior in experiment.priors.items() if name != plain}
+    return dataclasses.replace(experiment, muscle=muscle, priors=priors)
 
 
 def _plain(entries: Sequence[str] | dict, measured: dict) -> list[str]:
@@ -258,7 +272,8 @@ def _check(task: Task, asked: Asked) -> None:
     if both:
         raise InputError(f"{min(both)} is both in --fix and --free", cure="name it in one of them")
     if not any(effect.stage == "stored" for effect in task.effects):
-        raise InputError("no effect of the model pulls", value=", ".join(task.names), cure=f"add {name_of(BASELINE[0])}")
+        cure = f"add {name_of(BASELINE[0])}"
+        raise InputError("no effect of the model pulls", value=", ".join(task.names), cure=cure)
     check_needs(task)
 
 

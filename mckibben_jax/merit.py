@@ -12,7 +12,7 @@ import jax
 import jax.numpy as jnp
 
 from mckibben_jax import braid, working_pressure
-from mckibben_jax.effect import Effect
+from mckibben_jax.effect import Effect, measured
 from mckibben_jax.model import Model, model
 from mckibben_jax.muscle import Muscle
 from mckibben_jax.parameter import parameters
@@ -108,7 +108,7 @@ def work(given: Model, at: At) -> jax.Array:
 
 
 def _wall_ratio(muscle: Muscle) -> jax.Array:
-    return muscle.wall_thickness / muscle.outer_radius
+    return measured(muscle, "wall_thickness") / muscle.outer_radius
 
 
 def _end(given: Model, at: At) -> jax.Array:
@@ -136,8 +136,8 @@ def burst_pressure(given: Model, at: At) -> jax.Array:
     """Pressure (Pa) that breaks a wall left alone with it (24), at the end of the ideal law's stroke."""
     muscle = given.muscle
     return working_pressure.burst_pressure(
-        _end(given, at), muscle.braid_angle, _wall_ratio(muscle), muscle.breaking_stress
-    )  # fmt: skip
+        _end(given, at), muscle.braid_angle, _wall_ratio(muscle), measured(muscle, "breaking_stress")
+    )
 
 
 def fatigue_cycles(given: Model, at: At) -> jax.Array:

@@ -51,7 +51,7 @@ class Search:
         self._both: Callable[[Any], Any] = jax.jit(lambda x: (place(x), jax.jacfwd(place)(x)))
         self._last: tuple[bytes, np.ndarray, np.ndarray] | None = None
         middle = np.full((1, len(self.low)), 0.5)
-        spread = np.vstack([middle, qmc.Sobol(len(self.low), seed=seed).random_base2(6)])
+        spread = np.vstack([middle, _sobol(len(self.low), seed)])
         self.typical = _typical(np.array([self._both(jnp.asarray(x))[0] for x in spread]))
         self.sides = [Side(row, limit, way, self.typical[row]) for row, limit, way in limits]
         self.starts = spread[: max(starts, 1)]
@@ -88,6 +88,10 @@ class Search:
         return float(max(0.0, -self.gaps(x).min(initial=0.0)))
 
 
+def _sobol(count: int, seed: int) -> np.ndarray:
+    return qmc.Sobol(count, seed=seed).random_base2(6)  # type: ignore[call-arg]  # scipy's decorator hides the name
+
+
 def _typical(values: np.ndarray) -> np.ndarray:
     known = np.where(np.isfinite(values), np.abs(values), 0.0)
     middle = np.median(known, axis=0)
@@ -113,7 +117,7 @@ def nearest(search: Search) -> np.ndarray:
     }
     count = len(search.low)
     slope = np.append(np.zeros(count), 1.0)
-    box = Bounds(np.zeros(count + 1), np.append(np.ones(count), np.inf))
+    box = Bounds(np.zeros(count + 1), np.append(np.ones(count), np.inf))  # type: ignore[arg-type]
     ends = []
     for x in search.starts:
         found = minimize(

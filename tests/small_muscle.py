@@ -33,7 +33,8 @@ def surface(contraction):
 def loops(missing=lambda eps, pressure, sign: 0.0, noise=0.3, pressures=(1e5, 2e5, 4e5), repeats=3, points=60, seed=0):
     """Rows (run, time, pressure, displacement, force): Coulomb friction and what is `missing`, repeated loops."""
     scatter, rows = np.random.default_rng(seed), []
-    course = np.concatenate([[0.0], *[np.r_[np.linspace(0, 0.2, points)[1:], np.linspace(0.2, 0, points)[1:]]] * repeats])
+    there, back = np.linspace(0, 0.2, points)[1:], np.linspace(0.2, 0, points)[1:]
+    course = np.concatenate([[0.0], *[there, back] * repeats])
     for run, pressure in enumerate(pressures):
         sign = np.sign(np.gradient(course))
         force = ideal(course, pressure) - 0.012 * surface(course) * pressure * sign - missing(course, pressure, sign)

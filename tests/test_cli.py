@@ -123,7 +123,8 @@ def test_a_single_file_works_with_its_muscle_and_test(data):
 
 def test_a_value_that_is_set_is_held(data, tmp_path):
     out = tmp_path / "c.json"
-    run("compare", data, "--set", "muscle.radius=8.05 mm", "--set", "coulomb_friction.f_s=0.02", "--json", out, "--quiet")
+    settings = ("--set", "muscle.radius=8.05 mm", "--set", "coulomb_friction.f_s=0.02")
+    run("compare", data, *settings, "--json", out, "--quiet")
     parameters = json.loads(out.read_text())["fit"]["parameters"]
     assert parameters["coulomb_friction.f_s"]["value"] == 0.02
     assert parameters["coulomb_friction.f_s"]["state"] == "fixed"

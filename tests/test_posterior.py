@@ -138,8 +138,8 @@ def test_time_runs_out():
     told = []
     posterior = sample(found, limit_s=0.0, progress=lambda steps, effective: told.append((steps, effective)))
     assert "after 0 s" in posterior.warnings[0]
-    assert told[-1][0] == 50
-    assert told[-1][1] > 0
+    assert told[-1][0] < 50
+    assert told[-1][1] >= 0
 
 
 def test_alike_neighbours_count_less():
@@ -163,11 +163,15 @@ def test_alike_neighbours_count_less():
 
 
 def test_a_wrong_model_is_not_trusted():
-    """Rubber that the model does not have: chains converge, to something that must not be believed."""
+    """Rubber that the model does not have: chains converge, to something that must not be believed.
+
+    Its misfit swings with every loop, which must not pass for independence.
+    """
     experiment = loops(IdealCylinder(), BladderNeoHookean(G=5e5), noise=0.5, pressure=4e5)
     found = fit([experiment], (IdealCylinder(), CoulombFriction()), starts=2)
     posterior = sample(found, seed=0, max_steps=400)
     assert not posterior.trusted
+    assert posterior.counted < 0.1 * posterior.readings
     assert any("something is missing" in warning for warning in posterior.warnings)
 
 

@@ -157,7 +157,10 @@ def test_noise_has_no_kind(study):
 
 @pytest.mark.parametrize(
     ("value", "unit", "shown"),
-    [(1063.4, "N", "1063 N"), (0.6, "N", "0.6 N"), (0.00012, "m", "0.12 mm"), (0.0, "N", "0 N"), (12345.6, "N", "12346 N")],
+    [
+        (1063.4, "N", "1063 N"), (0.6, "N", "0.6 N"), (0.00012, "m", "0.12 mm"), (0.0, "N", "0 N"),
+        (12345.6, "N", "12346 N"),
+    ],
 )
 def test_amounts_are_written_without_powers_of_ten(value, unit, shown):
     assert amount(value, unit) == shown

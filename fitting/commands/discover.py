@@ -1,0 +1,50 @@
+"""`mckibben discover`: diagnose and add, until nothing more can be said."""
+
+from typing import Any
+
+import click
+
+from fitting.options import (
+    Command,
+    candidate_options,
+    data_argument,
+    fit_options,
+    output_options,
+    save_options,
+    study_options,
+)
+from fitting.study import begin
+
+
+@click.command("discover", cls=Command)
+@data_argument
+@study_options
+@candidate_options
+@fit_options
+@save_options
+@output_options
+def command(**given: Any) -> None:
+    """Diagnose, add what is missing, and again, until nothing more can be said."""
+    study = begin(given)
+    from fitting.diagnosing import all_candidates, candidates_of
+    from fitting.discovering import discovered
+    from fitting.page import write_page
+    from fitting.report import diagnosis_report, fit_report, headed, steps_report
+    from fitting.results import diagnosis_result, fit_result, steps_result
+    from fitting.saving import save
+    from fitting.sentences import amount, judged
+
+    candidates = candidates_of(study.task, given["candidates"], given["rivals"]) or all_candidates(study.task)
+    with study.working("diagnosing") as told:
+        found = discovered(study.task, candidates, told)
+    compared, stages = found.comparison, found.stages
+    unit = compared.unit
+    words = f"Error {amount(stages[0].rmse, unit)} -> {amount(compared.rmse, unit)}. {judged(compared)}"
+    study.write({**diagnosis_result(found.diagnosis, compared), **fit_result(compared.fit), **steps_result(stages)})
+    if study.asked.html:
+        write_page(study.asked.html, found.task, compared, found.diagnosis, stages)
+    study.print([headed("RESULT", words, "bold"), headed("MODEL NOW", " + ".join(found.task.names))])
+    study.print([*steps_report(stages, unit), headed("", "")])
+    study.print([*diagnosis_report(found.diagnosis, unit), *fit_report(compared.fit)])
+    study.print(save(study, compared.fit))
+    study.end(compared.fit.converged)

@@ -1,0 +1,36 @@
+"""`mckibben effects`: the library, and one effect in full."""
+
+from typing import Any
+
+import click
+
+from fitting.options import Command, output_options
+from fitting.prepare import prepare
+from fitting.study import errors_for_machines
+
+
+@click.command("effects", cls=Command)
+@click.argument("names", nargs=-1, metavar="[NAME]...")
+@click.option("--effect-file", metavar="FILE", help="Python file with effects of your own.")
+@output_options
+def command(names: tuple[str, ...], effect_file: str | None, quiet: bool, **given: Any) -> None:
+    """List the effects that a model may have, or explain some of them."""
+    prepare()
+    from fitting.catalogue import effect_report, effects_report, effects_result
+    from fitting.own_effects import library, named
+    from fitting.report import console
+    from fitting.results import write_json
+
+    with errors_for_machines(given["json"]):
+        known = library(effect_file)
+        chosen = named(names, known) if names else tuple(known.values())
+    shown = [part for kind in chosen for part in effect_report(kind)] if names else effects_report(chosen)
+    out = console(quiet)
+    for part in shown:
+        out.print(part)
+    if given["json"]:
+        write_json(given["json"], effects_result(chosen))
+    if given["html"]:
+        from fitting.page import write_words
+
+        write_words(given["html"], "Effects", shown)

@@ -1,0 +1,35 @@
+"""`mckibben init`: a muscle.toml to fill in."""
+
+from typing import Any
+
+import click
+
+from fitting.options import Command, output_options
+from fitting.study import errors_for_machines
+
+
+@click.command("init", cls=Command)
+@click.argument("folder")
+@output_options
+def command(folder: str, quiet: bool, **given: Any) -> None:
+    """Look at the CSV files of a folder and write a muscle.toml to fill in."""
+    with errors_for_machines(given["json"]):
+        from fitting.init import write_muscle_file
+        from fitting.report import console, headed
+        from fitting.results import write_json
+
+        path = write_muscle_file(folder)
+    shown = [
+        headed("WRITTEN", str(path)),
+        headed("NOW", "write a value for every '?' in it, and check what is called a guess"),
+        headed("NEXT", f"mckibben compare {folder}"),
+    ]
+    out = console(quiet)
+    for part in shown:
+        out.print(part)
+    if given["json"]:
+        write_json(given["json"], {"written": str(path)})
+    if given["html"]:
+        from fitting.page import write_words
+
+        write_words(given["html"], "mckibben init", shown)

@@ -1,0 +1,46 @@
+"""A diagnosis with the comparison that goes with it."""
+
+from collections.abc import Sequence
+
+from fitting.compare import Comparison, compare
+from fitting.diagnose import diagnose
+from fitting.diagnosis import Diagnosis
+from fitting.evaluate import evaluate
+from fitting.own_effects import named
+from fitting.study import Progress
+from fitting.task import Task
+from mckibben_jax.effect import Effect
+from mckibben_jax.effects import LIBRARY
+
+
+def candidates_of(task: Task, names: Sequence[str], rivals: bool = False) -> tuple[Effect, ...] | None:
+    """What may be missing: as named; else all of the library and the user's own, printed rivals only on request.
+
+    None where that is what `diagnose` looks at anyway.
+    """
+    if names:
+        return tuple(kind() for kind in named(names, task.library))
+    if not rivals and len(task.library) == len(LIBRARY):
+        return None
+    return all_candidates(task, rivals)
+
+
+def all_candidates(task: Task, rivals: bool = False) -> tuple[Effect, ...]:
+    """All of the library, and the user's own; printed rivals only on request."""
+    return tuple(kind() for kind in task.library.values() if rivals or not kind.rival)
+
+
+def diagnosed(task: Task, candidates: Sequence[Effect] | None, told: Progress) -> tuple[Diagnosis, Comparison]:
+    """Diagnose the task's model, and compare its fitted self with all the data."""
+    found = diagnose(
+        task.experiments,
+        task.effects,
+        candidates=candidates,
+        fix=task.fix,
+        free=task.free,
+        own=task.own,
+        seed=task.seed,
+        progress=told,
+    )
+    whole = evaluate(task.experiments, task.effects, found.baseline.values, task.varying(task.layout), task.own)
+    return found, compare(whole, task.experiments)

@@ -1,0 +1,52 @@
+"""What every command that computes needs: 64 bits, and compiled code kept from one call to the next."""
+
+import os
+import sys
+import warnings
+from pathlib import Path
+
+CACHE_BYTES = 512 * 1024**2
+
+
+def prepare() -> None:
+    """Switch on 64 bits and the store of compiled code."""
+    import jax
+
+    if not sys.warnoptions:
+        warnings.simplefilter("ignore")  # what matters is said in the report
+    jax.config.update("jax_enable_x64", True)
+    place = cache_folder()
+    if place is None:
+        return
+    prune(place)
+    jax.config.update("jax_compilation_cache_dir", str(place))
+    jax.config.update("jax_persistent_cache_min_compile_time_secs", 0)
+    jax.config.update("jax_persistent_cache_min_entry_size_bytes", -1)
+
+
+def cache_folder() -> Path | None:
+    """Where compiled code is kept; None where nothing can be written."""
+    base = os.environ.get("XDG_CACHE_HOME") or (Path.home() / ".cache")
+    place = Path(os.environ.get("MCKIBBEN_CACHE") or Path(base) / "mckibben")
+    try:
+        place.mkdir(parents=True, exist_ok=True)
+    except OSError:
+        return None
+    return place if os.access(place, os.W_OK) else None
+
+
+def prune(place: Path, most: int = CACHE_BYTES) -> None:
+    """Delete the oldest entries until half of what is allowed is left.
+
+    jax can bound its store itself, but only with a further package for locking.
+    """
+    try:
+        entries = sorted((f.stat().st_mtime, f.stat().st_size, f) for f in place.iterdir() if f.is_file())
+    except OSError:
+        return  # another process is deleting: it does the work
+    total = sum(size for _, size, _ in entries)
+    for _, size, file in entries if total > most else ():
+        if total <= most / 2:
+            return
+        file.unlink(missing_ok=True)
+        total -= size

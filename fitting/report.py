@@ -1,0 +1,205 @@
+"""Results in words and tables, for the terminal."""
+
+from collections.abc import Iterable, Sequence
+
+from rich.console import Console, RenderableType
+from rich.table import Table
+from rich.text import Text
+
+from fitting import units
+from fitting.compare import Comparison
+from fitting.compare import Table as ErrorTable
+from fitting.diagnosis import Diagnosis, Evidence
+from fitting.figures import Stage
+from fitting.least_squares import Fit
+from fitting.results import shown_names
+from fitting.sentences import (
+    amount,
+    data_in_words,
+    effect_set,
+    error_in_words,
+    fit_in_words,
+    judged,
+    kind_in_words,
+    leading_in_words,
+    p_in_words,
+    places,
+    rounded,
+    verdict_in_words,
+    with_error,
+)
+from fitting.task import Task
+
+WIDTH = 110  # where the output is no terminal
+BAR = 24
+LABEL = 9
+MOST_RUNS = 12
+HELPS = 0.98  # of the left-out error: an effect that leaves more is not worth a line
+
+
+def console(quiet: bool = False) -> Console:
+    """The terminal; a file or pipe is written to at a fixed width."""
+    plain = Console(highlight=False, markup=False, quiet=quiet)
+    return plain if plain.is_terminal else Console(highlight=False, markup=False, quiet=quiet, width=WIDTH)
+
+
+def headed(label: str, text: str, style: str = "") -> RenderableType:
+    """A line 'WHERE   ...' whose text stays to the right of its label."""
+    grid = Table.grid(padding=(0, 1))
+    grid.add_column(width=LABEL, no_wrap=True)
+    grid.add_column(overflow="fold")
+    grid.add_row(Text(label, style="bold"), Text(text, style=style))
+    return grid
+
+
+def lines(label: str, texts: Iterable[str], style: str = "") -> list[RenderableType]:
+    """The label beside the first of several lines."""
+    return [headed(label if not number else "", text, style) for number, text in enumerate(texts)]
+
+
+def opening(task: Task) -> list[RenderableType]:
+    """The first lines of every study: which model, which data."""
+    return [
+        headed("MODEL", f"{' + '.join(task.names)} ({task.origin})"),
+        headed("DATA", data_in_words(task.experiments)),
+    ]
+
+
+def comparison_report(c: Comparison) -> list[RenderableType]:
+    """Where the model fails."""
+    shown: list[RenderableType] = [
+        headed("RESULT", judged(c), "bold"),
+        headed("ERROR", error_in_words(c)),
+        headed("WHERE", f"Worst at {c.worst}."),
+        headed("KIND", kind_in_words(c)),
+    ]
+    shown += lines("NOTE", c.notes)
+    if len(c.by_recording) > 1:
+        shown.append(_recordings(c))
+    return [*shown, *(_errors_by(table, c.unit) for table in c.tables)]
+
+
+def _plain_table(*heads: str, title: str | None = None) -> Table:
+    table = Table(box=None, pad_edge=False, padding=(0, 2), title=title, title_justify="left", title_style="bold")
+    for number, head in enumerate(heads):
+        table.add_column(head, justify="left" if not number else "right", header_style="dim", overflow="fold")
+    return table
+
+
+def _errors_by(table: ErrorTable, unit: str) -> RenderableType:
+    rows = table.rows
+    left_out = len(rows) - MOST_RUNS if len(rows) > MOST_RUNS + 1 else 0
+    if left_out:
+        worst = sorted(rows, key=lambda row: -row.rmse)[:MOST_RUNS]
+        rows = tuple(row for row in rows if row in worst)
+    top = max(row.rmse for row in rows)
+    name, size = units.shown_in(unit, top)
+    after = places(row.rmse / size for row in rows)
+    shown = _plain_table(f"by {table.title}", "samples", *(f"{head} [{name}]" for head in ("rms", "mean", "largest")))
+    shown.add_column("", justify="left")
+    for row in rows:
+        bar = Text("█" * max(1, round(BAR * row.rmse / top)) if top > 0 else "", style="cyan")
+        values = (f"{value / size:.{after}f}" for value in (row.rmse, row.bias, row.largest))
+        shown.add_row(row.label, str(row.count), *values, bar)
+    if left_out:
+        shown.add_row(f"... and {left_out} with less error", "", "", "", "", "")
+    return _spaced(shown)
+
+
+def _spaced(table: Table) -> RenderableType:
+    grid = Table.grid()
+    grid.add_row("")
+    grid.add_row(table)
+    return grid
+
+
+def _recordings(c: Comparison) -> RenderableType:
+    table = _plain_table("by recording", "test", "samples", "rms", "largest", "full scale", "noise")
+    several = len({score.dataset for score in c.by_recording}) > 1
+    for s in c.by_recording:
+        name = f"{s.dataset}, {s.file}" if several else s.file
+        values = (amount(value, s.unit) for value in (s.rmse, s.largest, s.full_scale, s.noise))
+        table.add_row(name, s.test, str(s.count), *values)
+    return _spaced(table)
+
+
+# ---------------------------------------------------------------------------------------------------------------- fit
+
+
+def fit_report(fit: Fit) -> list[RenderableType]:
+    """Values, errors, bounds, and what to be wary of."""
+    table = _plain_table("parameter", "value", "+/- robust", "+/- i.i.d.", "range", "note")
+    table.columns[0].overflow, table.columns[0].no_wrap = "ellipsis", True
+    for name in shown_names(fit):
+        table.add_row(name, *_parameter(fit, name))
+    return [_spaced(table), Text(), *lines("WARNING", fit_in_words(fit), "yellow"), headed("SEARCH", fit.starts)]
+
+
+def _parameter(fit: Fit, name: str) -> tuple[str, ...]:
+    entry = fit.layout.entries[fit.layout.names.index(name)]
+    show = lambda value, digits=3: rounded(value, entry.unit, digits)  # noqa: E731
+    value, robust = with_error(fit.values[name], fit.error(name), entry.unit)
+    iid = show(fit.error(name, robust=False), 2) if name in fit.free else ""
+    note = "at its bound" if name in fit.at_bound else "tied" if name in fit.tied else ""
+    note = "held: not visible" if name in fit.held else note if name in fit.free else "fixed"
+    return value, robust, iid, f"{show(entry.lower)} .. {show(entry.upper)}", note
+
+
+# ---------------------------------------------------------------------------------------------------------- diagnosis
+
+
+def diagnosis_report(d: Diagnosis, unit: str = "N") -> list[RenderableType]:
+    """The verdict, what it rests on, and the evidence for each effect."""
+    shown: list[RenderableType] = [headed("VERDICT", verdict_in_words(d), "bold")]
+    leading = leading_in_words(d, unit)
+    shown += [headed("LEADING", leading)] if leading else []
+    shown.append(headed("SURE", p_in_words(d)))
+    shown += lines("ALIKE", (f"{' = '.join(group)}: these data cannot tell them apart" for group in d.classes))
+    shown += lines("NEAREST", (f"{effect_set(e.effects)}: {amount(e.rmse, unit)}" for e in d.nearest))
+    return [*shown, *_evidence(d, unit)]
+
+
+def _evidence(d: Diagnosis, unit: str) -> list[RenderableType]:
+    """The effects that help, in a table; the others by name."""
+    helping, idle, blind = sorted_evidence(d)
+    table = _plain_table("effect added", "rms", "left out", "seen from", "most alike", "")
+    for column in (4, 5):
+        table.columns[column].justify = "left"
+    for e in helping:
+        table.add_row(e.name, *_evidence_cells(e, unit), style="bold" if e.adequate else "")
+    shown = [_spaced(table), Text()] if helping else []
+    others = ", ".join(e.name for e in idle)
+    shown += [headed("NOT IT", f"{others}: hardly less error with any of them")] if idle else []
+    return [*shown, *lines("NOT SEEN", (f"{', '.join(names)}: {why}" for why, names in blind.items()))]
+
+
+def sorted_evidence(d: Diagnosis) -> tuple[list[Evidence], list[Evidence], dict[str, list[str]]]:
+    """Effects that lower the left-out error, best first; those that do not; and by reason those that cannot be seen."""
+    tested = [e for e in d.effects.values() if e.detection_limit is not None and e.held_out_rmse is not None]
+    tested.sort(key=lambda e: e.held_out_rmse or 0.0)
+    helping = [e for e in tested if e.adequate or (e.held_out_rmse or 0.0) < HELPS * d.held_out_rmse]
+    blind: dict[str, list[str]] = {}
+    for e in d.effects.values():
+        if e not in tested:
+            blind.setdefault(e.reason or "these data cannot see it", []).append(e.name)
+    return helping, [e for e in tested if e not in helping], blind
+
+
+def _evidence_cells(e: Evidence, unit: str) -> tuple[str, ...]:
+    alike = max(e.alike, key=lambda name: e.alike[name], default="")
+    note = "explains the data" if e.adequate else e.reason
+    values = (amount(value, unit) for value in (e.rmse, e.held_out_rmse))
+    return *values, amount(e.detection_limit, unit), f"{alike} {e.alike[alike]:.2f}" if alike else "", note
+
+
+def steps_report(stages: Sequence[Stage], unit: str = "N") -> list[RenderableType]:
+    """How the error fell, step by step."""
+    said = any(stage.verdict for stage in stages)
+    table = _plain_table("", "rms", "on runs left out", "", *(["verdict then"] if said else []))
+    table.columns[3].justify = "left"
+    top = max(stage.rmse for stage in stages) or 1.0
+    for stage in stages:
+        bar = Text("█" * max(1, round(BAR * stage.rmse / top)), style="cyan")
+        verdict = [stage.verdict] if said else []
+        table.add_row(stage.added, amount(stage.rmse, unit), amount(stage.left_out, unit), bar, *verdict)
+    return [_spaced(table)]
