@@ -16,7 +16,7 @@ from fitting.residuals import Problem, Samples, problem
 from fitting.unknowns import Unknowns, unknowns
 
 BLIND = 1e-7  # of the strongest column: a parameter whose whole range moves the rows by less cannot be seen
-MAX_STEPS = 60
+MAX_STEPS = 150
 
 
 class Subset(eqx.Module):
@@ -289,7 +289,6 @@ def _conclude(
     per_unit = slopes / np.asarray(subset.slope(place))
     data, priors = per_unit[: len(samples)], per_unit[len(samples) :]
     covariance, robust = covariances(data, rows[: len(samples)], priors, clusters(samples))
-    best = int(np.argmin(found.ends.cost))
     return Fit(
         layout=layout,
         problem=given,
@@ -304,7 +303,7 @@ def _conclude(
         robust=robust,
         at_bound=at_bound(names, np.asarray(place)),
         tied=ties(names, slopes),
-        converged=bool(found.ends.converged[best] or _flat(rows, slopes, np.asarray(place))),
+        converged=bool(np.any(found.ends.converged & _best(found.ends)) or _flat(rows, slopes, np.asarray(place))),
         starts=_told(found.ends),
         failures=_failures(given, subset, samples, found.ends, begin),
     )
@@ -367,8 +366,12 @@ def _told(found: Ended) -> str:
     best = np.min(found.cost)
     if not np.isfinite(best):
         return f"none of {len(found.cost)} starts gave finite numbers"
-    same = int(np.sum(found.cost <= best * (1 + 1e-4) + 1e-6))
-    return f"{len(found.cost)} starts: {same} reached the same best point"
+    return f"{len(found.cost)} starts: {int(np.sum(_best(found)))} reached the same best point"
+
+
+def _best(found: Ended) -> np.ndarray:
+    """Which searches ended as low as the best."""
+    return np.asarray(found.cost <= np.min(found.cost) * (1 + 1e-4) + 1e-6)
 
 
 def _failures(given: Problem, subset: Subset, samples: Samples, found: Ended, begin: np.ndarray) -> tuple[str, ...]:

@@ -17,7 +17,14 @@ def noise_of(recording: Recording) -> float:
         return STATIC_SHARE * scale
     scatter = [value for run in recording.runs for value in _third_differences(run)]
     estimate = 1.4826 * np.median(np.abs(scatter)) / np.sqrt(np.sum(THIRD**2)) if scatter else 0.0
-    return float(max(estimate, 1e-4 * scale, 1e-12))
+    return float(max(estimate, resolution(recording) / np.sqrt(12), 1e-4 * scale, 1e-12))
+
+
+def resolution(recording: Recording) -> float:
+    """The step in which a channel was digitised: the smallest difference between two different readings."""
+    levels = np.unique(np.concatenate([run.measured for run in recording.runs]))
+    steps = np.diff(levels)
+    return float(steps[steps > 1e-9 * full_scale(recording)].min(initial=full_scale(recording))) if len(levels) > 1 else 0.0
 
 
 def full_scale(recording: Recording) -> float:

@@ -284,8 +284,7 @@ def _kept(chain: np.ndarray) -> np.ndarray:
 def _sampler(target: Target, walkers: int, seed: tuple[int, int]) -> tuple[emcee.EnsembleSampler, list]:
     random = np.random.RandomState(np.random.MT19937(np.random.SeedSequence(seed)))
     log_prob = log_probs(target, -(-walkers // 2))
-    moves = [(emcee.moves.DEMove(), 0.8), (Snooker(), 0.2)]
-    size = len(target.centre)
+    size, moves = len(target.centre), [(emcee.moves.DEMove(), 0.8), (Snooker(), 0.2)]
     sampler = emcee.EnsembleSampler(walkers, size, log_prob, moves=moves, vectorize=True)
     sampler.random_state = random.get_state()
     return sampler, [_start(target, random.randn(walkers, size))]
