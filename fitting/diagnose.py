@@ -15,7 +15,7 @@ from fitting.diagnosis import Diagnosis, Evidence, Explanation
 from fitting.errors import InputError
 from fitting.examine import Examiner, Standing
 from fitting.held_out import difference
-from fitting.least_squares import clusters, covariances, fit
+from fitting.least_squares import Fit, clusters, covariances, fit
 from fitting.likes import foretelling, leading_of, simplest
 from fitting.precision import require_x64
 from fitting.records import FORCE_TESTS, Experiment
@@ -177,7 +177,9 @@ class _Search:
                 self.adequate.append(added)
 
 
-def _verdict(search: _Search, baseline, experiments: Sequence[Experiment]) -> Diagnosis:
+def _verdict(
+    search: _Search, baseline: Fit, experiments: Sequence[Experiment], set_aside: Sequence[str]
+) -> Diagnosis:
     world, examiner = search.world, search.examiner
     foretell = foretelling(search.adequate, search.trials, examiner)
     kept, classes = simplest(world, foretell, search.trials, search.gate.noise_rms)

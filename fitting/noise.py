@@ -23,8 +23,8 @@ def noise_of(recording: Recording) -> float:
 def resolution(recording: Recording) -> float:
     """The step in which a channel was digitised: the smallest difference between two different readings."""
     levels = np.unique(np.concatenate([run.measured for run in recording.runs]))
-    steps = np.diff(levels)
-    return float(steps[steps > 1e-9 * full_scale(recording)].min(initial=full_scale(recording))) if len(levels) > 1 else 0.0
+    steps = np.diff(levels)[np.diff(levels) > 1e-9 * full_scale(recording)]
+    return float(steps.min()) if len(steps) else 0.0
 
 
 def full_scale(recording: Recording) -> float:
