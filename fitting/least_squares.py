@@ -210,7 +210,7 @@ def starting_places(layout: Unknowns, subset: Subset, names: Sequence[str], coun
             declared.append(first.copy())
             declared[-1][i] = other
     places = [np.asarray(subset.place(jnp.asarray(vector))) for vector in [np.asarray(subset.full), *declared]]
-    spread = qmc.Sobol(max(len(at), 1), seed=seed).random_base2(6) if len(at) else np.zeros((0, 0))
+    spread = qmc.Sobol(max(len(at), 1), rng=seed).random_base2(6) if len(at) else np.zeros((0, 0))
     own = np.array([layout.entries[i].name.startswith("muscle.") for i in at], bool)
     more = [np.where(own, places[0], 0.02 + 0.6 * row) for row in spread]
     return np.array([*places, *more][: max(count, 1)])
@@ -285,7 +285,7 @@ def _conclude(
     begin: np.ndarray,
 ) -> Fit:
     place = jnp.asarray(found.place)
-    rows, slopes = found.rows, found.slopes
+    rows, slopes = np.asarray(found.rows), np.asarray(found.slopes)
     per_unit = slopes / np.asarray(subset.slope(place))
     data, priors = per_unit[: len(samples)], per_unit[len(samples) :]
     covariance, robust = covariances(data, rows[: len(samples)], priors, clusters(samples))

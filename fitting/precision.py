@@ -11,5 +11,5 @@ class PrecisionError(RuntimeError):
 
 def require_x64() -> None:
     """Refuse to work in 32 bits, naming the line to paste."""
-    if not jax.config.jax_enable_x64:
+    if not jax.config.read("jax_enable_x64"):
         raise PrecisionError(f"fitting needs 64-bit numbers; before any other use of jax paste: import jax; {LINE}")

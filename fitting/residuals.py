@@ -146,7 +146,8 @@ def _block(recording: Recording, dataset: int, length: float) -> Block:
         stretch_rate=zero,
         time=stacked["time"],
     )
-    load = zero if runs[0].load is None else jnp.asarray(np.stack([_pad(run.load, size) for run in runs]))
+    loads = [_pad(run.load, size) for run in runs if run.load is not None]
+    load = jnp.asarray(np.stack(loads)) if loads else zero
     of_force = recording.test in FORCE_TESTS
     return Block(
         states,

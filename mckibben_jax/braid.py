@@ -11,6 +11,7 @@ from collections.abc import Callable
 import jax
 import jax.numpy as jnp
 import numpy as np
+import optimistix as optx
 from jaxtyping import Array, ArrayLike
 
 # Square of the radius ratio where the strands are as good as straight; no cylinder lies beyond it.
@@ -25,21 +26,12 @@ def slope(law: Callable[[Array], Array], at: ArrayLike) -> Array:
 
 
 def zero_between(law: Callable[[Array], Array], low: ArrayLike, high: ArrayLike) -> Array:
-    """Where a scalar law changes sign between `low` and `high`, by bisection.
-
-    A last Newton step makes the root differentiable in whatever the law closes over (implicit function theorem).
-    """
+    """Where a scalar law changes sign between `low` and `high`, differentiable in whatever the law closes over."""
     low, high = jnp.asarray(low, dtype=float), jnp.asarray(high, dtype=float)
-    sign = jnp.sign(law(low))
-
-    def halve(_: int, bracket: tuple[Array, Array]) -> tuple[Array, Array]:
-        middle = (bracket[0] + bracket[1]) / 2
-        before = jnp.sign(law(middle)) == sign
-        return jnp.where(before, middle, bracket[0]), jnp.where(before, bracket[1], middle)
-
-    low, high = jax.lax.fori_loop(0, 60, halve, (low, high))
-    root = jax.lax.stop_gradient((low + high) / 2)
-    return root - law(root) / jax.lax.stop_gradient(slope(law, root))
+    solver = optx.Bisection(rtol=1e-15, atol=1e-15, flip="detect")
+    bracket = {"lower": low, "upper": high}
+    middle = (low + high) / 2
+    return optx.root_find(lambda x, _: law(x), solver, middle, options=bracket, max_steps=100, throw=False).value
 
 
 # Kinematics ----------------------------------------------------------------------------------------------------------

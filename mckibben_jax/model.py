@@ -26,7 +26,7 @@ class Model(eqx.Module):
     """
 
     muscle: Muscle
-    effects: tuple[Effect, ...]
+    effects: tuple[Any, ...]  # of `Effect`, each with the one method of its stage
     switches: jax.Array
     live: jax.Array | None = None
 
@@ -35,7 +35,7 @@ class Model(eqx.Module):
     def feel(self, index: int, state: State) -> State:
         """The state after one felt effect; rates are pushed through it."""
         effect = self.effects[index]
-        if effect.states_rates or isinstance(effect, Memory):
+        if effect.states_rates:
             felt = effect.felt(self.muscle, state, self._pull_behind(index))
         else:
             felt = _with_rates(lambda s: effect.felt(self.muscle, s, self._pull_behind(index)), state)
@@ -181,7 +181,7 @@ class Model(eqx.Module):
         """The names of the effects."""
         return tuple(name_of(effect) for effect in self.effects)
 
-    def __getitem__(self, name: str) -> Effect:
+    def __getitem__(self, name: str) -> Any:
         return self.effects[self.names.index(name)]
 
     def add(self, *effects: Effect) -> "Model":

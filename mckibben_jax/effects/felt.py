@@ -52,6 +52,7 @@ class ContractionOffset(Felt):
 class SupplyLag(Felt, Memory):
     """The pressure in the muscle follows the pressure at the port, first order: tau dP_m/dt = P - P_m."""
 
+    states_rates = True
     source = "first-order filling of a volume through a line; the time constant of Richer & Hurmuzlu 2000, linearised"
     suspect = "inflating and deflating differ although the muscle stands still, the more the faster the pressure moves"
     tau: jax.Array = parameter(0.05, "s", "time constant of filling", range=(1e-4, 5.0), starts=(0.02, 0.3))
