@@ -31,7 +31,7 @@ def demonstrate(study: Study) -> None:
         stages.append(Stage(words, done.stages[-1].rmse, done.stages[-1].left_out))
         last = done.comparison
         study.print([headed("ADD", told_in_words(done, last.unit), "bold"), *steps_report(stages, last.unit)])
-    write_page(str(study.asked.html), final, last, stages=stages)
+    write_page(str(study.asked.html), final, last, found, stages)
     study.print([headed("WRITTEN", f"{study.asked.html}: {verdict_in_words(found)}")])
     study.print([headed("NEXT", f"mckibben demo {task.experiments[0].folder.name} --reveal")])
     study.write(

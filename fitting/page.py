@@ -147,10 +147,9 @@ def _cards(c: Comparison, d: Diagnosis | None) -> list[tuple[str, str]]:
 def _fall(c: Comparison, d: Diagnosis | None, stages: Sequence[Stage]) -> Section:
     stages = stages or _stages(c, d)
     picture = figures.as_svg(figures.waterfall(stages, c.floor, c.unit), "fall")
-    rows = tuple(
-        Line((s.added, amount(s.rmse, c.unit), amount(s.left_out, c.unit), s.verdict)) for s in stages if s.verdict
-    )
-    steps = (Grid(("added", "rms", "on runs left out", "verdict then"), rows, words=(3,)),) if rows else ()
+    rows = tuple(Line((s.added, amount(s.rmse, c.unit), amount(s.left_out, c.unit), s.verdict)) for s in stages)
+    judged_ones = any(s.verdict for s in stages)
+    steps = (Grid(("added", "rms", "on runs left out", "verdict then"), rows, words=(3,)),) if judged_ones else ()
     return Section("The error, down to the noise", picture=picture, tables=steps)
 
 

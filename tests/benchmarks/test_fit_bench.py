@@ -19,8 +19,8 @@ from scipy.stats import qmc
 from fitting import flips
 from fitting.examine import Examiner
 from fitting.least_squares import Subset, fit, free_names, solve, starting_places, subset_of
-from fitting.records import Experiment
 from fitting.recordings import read_experiment
+from fitting.records import Experiment
 from fitting.residuals import Problem, Samples, problem
 from fitting.universe import universe
 from fitting.unknowns import Unknowns, unknowns
@@ -28,6 +28,7 @@ from mckibben_jax import effects as library
 from mckibben_jax.effect import name_of
 
 SAME = 1e-6  # relative difference of costs between sides that reached the same optimum
+NEAR = 1e-4  # as near as a sine comes to an optimum where it has no slope
 STARTS = 64
 OFF_EDGE = 1e-3  # a sine has no slope at the ends of the range
 HIDDEN = {
@@ -70,7 +71,7 @@ class Case(NamedTuple):
 
 @pytest.fixture(scope="module", autouse=True)
 def summary(request):
-    """The ratios, below pytest-benchmark's own tables' raw material."""
+    """The ratios, told once all is measured."""
     yield
     reporter = request.config.pluginmanager.get_plugin("terminalreporter")
     reporter.ensure_newline()
@@ -212,6 +213,11 @@ def sides(which: str) -> list[str]:
     return [side for side in SIDES if not (which == "at its bound" and side == "scipy lm")]
 
 
+def close(which: str, side: str) -> float:
+    """How close a side must come to the best cost."""
+    return NEAR if which == "at its bound" and side == "optimistix with a sine" else SAME
+
+
 # (a) and (b) ---------------------------------------------------------------------------------------------------------
 
 
@@ -233,7 +239,7 @@ def test_one_fit(fitted, benchmark, side):
     cost = measure(benchmark, f"one fit, optimum {which}", side, lambda: SIDES[side](c, begin), 9)[0]
     best = by_library(c, begin)[0]
     benchmark.extra_info.update(cost=cost, samples=len(c.rival.data.force))
-    assert cost == pytest.approx(best, rel=SAME)
+    assert cost == pytest.approx(best, rel=close(which, side))
 
 
 def test_one_fit_with_all_that_is_told_of_it(fitted, benchmark):
@@ -259,7 +265,7 @@ def test_many_starts(fitted, benchmark, side):
     reached = int(np.sum(costs <= best * (1 + SAME)))
     benchmark.extra_info["reached"] = reached
     TOLD.append(f"{STARTS} starts, optimum {which}: {side} reached it from {reached}")
-    assert costs.min() == pytest.approx(best, rel=SAME)
+    assert costs.min() == pytest.approx(best, rel=close(which, side))
 
 
 # (c) -----------------------------------------------------------------------------------------------------------------
@@ -304,7 +310,7 @@ def test_screening(screening, benchmark, side):
     np.testing.assert_allclose(screening.trial.rows, base.rows(base.start), rtol=1e-9, atol=1e-8)
     if side == "library":
         assert found.rejected
-        assert DOZEN[int(np.argmin(found.p_effects))] in DOZEN
+        assert found.p_effects[DOZEN.index("tip")] == found.p_effects.min()
     else:
         expected = screening.by_refits()
         np.testing.assert_allclose(found, expected, rtol=SAME)
