@@ -15,11 +15,12 @@ from fitting.diagnosis import Diagnosis, Evidence, Explanation
 from fitting.errors import InputError
 from fitting.examine import Examiner, Standing
 from fitting.held_out import difference
-from fitting.least_squares import Fit, clusters, covariances, fit
+from fitting.least_squares import Fit, fit
 from fitting.likes import foretelling, leading_of, simplest
 from fitting.precision import require_x64
 from fitting.records import FORCE_TESTS, Experiment
 from fitting.residuals import thinned
+from fitting.uncertainty import clusters, covariances
 from fitting.universe import Trial, Universe, universe
 from mckibben_jax.effect import Effect
 from mckibben_jax.effects import LIBRARY

@@ -6,10 +6,11 @@ import jax.numpy as jnp
 import numpy as np
 
 from fitting.held_out import folds, left_out_rows
-from fitting.least_squares import Fit, at_bound, clusters, covariances, rows_and_slopes, seen, subset_of, ties
+from fitting.least_squares import Fit, rows_and_slopes, seen, subset_of
 from fitting.precision import require_x64
 from fitting.records import Experiment
 from fitting.residuals import problem
+from fitting.uncertainty import at_bound, clusters, covariances, ties
 from fitting.unknowns import unknowns
 from mckibben_jax.effect import Effect
 

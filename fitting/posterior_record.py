@@ -10,8 +10,9 @@ import emcee
 import numpy as np
 
 from fitting import units
-from fitting.least_squares import Fit, clusters
+from fitting.least_squares import Fit
 from fitting.residuals import Samples
+from fitting.uncertainty import clusters
 
 CORRELATION_TIMES, RHAT = 50, 1.01  # a chain is long enough from here on, and ensembles agree below this
 ROBUST_EXCESS = 1.5  # times the posterior's standard deviation: the model leaves errors that loops share

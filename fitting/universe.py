@@ -9,9 +9,10 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from fitting.least_squares import Subset, at_bound, solve
+from fitting.least_squares import Subset, solve
 from fitting.records import FORCE_TESTS, Experiment
 from fitting.residuals import Problem, Samples, problem
+from fitting.uncertainty import at_bound
 from fitting.unknowns import Unknowns, unknowns
 from mckibben_jax.effect import Effect, name_of
 from mckibben_jax.model import Model
