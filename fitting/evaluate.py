@@ -5,11 +5,11 @@ from collections.abc import Sequence
 import jax.numpy as jnp
 import numpy as np
 
-from fitting.held_out import folds, left_out_rows
-from fitting.least_squares import Fit, rows_and_slopes, seen, subset_of
+from fitting.held_out import REFIT_BELOW, folds, left_out_rows
+from fitting.least_squares import Fit, rows_and_slopes, seen, solve, subset_of
 from fitting.precision import require_x64
 from fitting.records import Experiment
-from fitting.residuals import problem
+from fitting.residuals import LIGHT, problem
 from fitting.uncertainty import at_bound, clusters, covariances, ties
 from fitting.unknowns import unknowns
 from mckibben_jax.effect import Effect
@@ -60,12 +60,23 @@ def evaluate(
 
 def left_out(fit: Fit) -> np.ndarray:
     """The residual of each run under the parameters fitted without it, as the fit's samples."""
-    count = len(fit.samples)
+    count, group = len(fit.samples), folds(fit.samples)
+    if count < REFIT_BELOW and fit.free:
+        return _refitted(fit, group) * fit.samples.sigma
     priors = np.asarray(fit.problem.prior_rows(jnp.asarray(fit.vector)))
-    rows = left_out_rows(
-        fit.residual / fit.samples.sigma, fit.slopes[:count], priors, fit.slopes[count:], folds(fit.samples)
-    )
+    rows = left_out_rows(fit.residual / fit.samples.sigma, fit.slopes[:count], priors, fit.slopes[count:], group)
     return rows * fit.samples.sigma
+
+
+def _refitted(fit: Fit, group: np.ndarray) -> np.ndarray:
+    """The rows of each group in a fit of all others."""
+    subset = subset_of(fit.layout, fit.vector, fit.free)
+    start = subset.place(subset.full)[None]
+    rows = fit.residual / fit.samples.sigma
+    for g in np.unique(group):
+        mine = group == g
+        rows[mine] = np.asarray(solve(fit.problem.without(mine), subset, start).rows)[: len(rows)][mine] * LIGHT
+    return rows
 
 
 def of_force(fit: Fit) -> np.ndarray:

@@ -149,9 +149,7 @@ class Examiner:
     def left_out(self, trial: Trial) -> np.ndarray:
         """A trial's rows on runs left out."""
         if id(trial) not in self._left_out:
-            self._left_out[id(trial)] = held_out.left_out_rows(
-                trial.rows, trial.slopes, trial.prior_rows, trial.prior_slopes, self.groups
-            )
+            self._left_out[id(trial)] = self.world.left_out(trial, self.groups)
         return self._left_out[id(trial)]
 
     def floor_rmse(self, standing: Standing) -> float:

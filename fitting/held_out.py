@@ -7,6 +7,7 @@ import numpy as np
 from fitting.residuals import Samples
 
 FOLDS = 10
+REFIT_BELOW = 500  # samples: of few points each group weighs much, and one step from the whole fit misjudges
 
 
 def folds(samples: Samples) -> np.ndarray:

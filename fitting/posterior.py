@@ -200,7 +200,7 @@ def slimmed(fit: Fit, experiments: Sequence[Experiment], rows: int) -> tuple[Pro
     """
     if len(fit.samples) <= rows or not experiments:
         return fit.problem, fit.samples
-    noise = iter(float(block.sigma) for block in fit.problem.blocks)
+    noise = iter(float(block.sigma[0, 0]) for block in fit.problem.blocks)
     share = rows / len(fit.samples)
     slim = []
     for experiment in experiments:

@@ -1,7 +1,7 @@
 """One residual function for everything: least squares, sampling and diagnosis all see the same whitened rows."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, replace
 
 import equinox as eqx
 import jax
@@ -17,6 +17,9 @@ from mckibben_jax.state import State
 LENGTHS = np.unique(np.round(8 * 1.25 ** np.arange(60)).astype(int))  # runs are padded to these, to compile less often
 
 
+LIGHT = 1e6  # standard deviations of a reading that is left out
+
+
 class Block(eqx.Module):
     """The runs of one recording, padded to one length by repeating their last sample.
 
@@ -28,7 +31,7 @@ class Block(eqx.Module):
     states: State  # (runs, time)
     measured: jax.Array  # (runs, time), N or m
     load: jax.Array  # (runs, time), N; zero in force tests
-    sigma: jax.Array
+    sigma: jax.Array  # (runs, time)
     keep: jax.Array
     stated_length: jax.Array
     position: str = eqx.field(static=True)
@@ -78,6 +81,18 @@ class Problem(eqx.Module):
         models = [self.model(d, vector, switches, live) for d in range(len(self.templates))]
         return jnp.concatenate([block.residual(models[block.dataset]) for block in self.blocks])
 
+    def split(self, rows: np.ndarray) -> list[np.ndarray]:
+        """Rows of the measurements, block by block."""
+        return np.split(rows, np.cumsum([block.keep.size for block in self.blocks])[:-1])
+
+    def without(self, left_out: np.ndarray) -> "Problem":
+        """The same problem in which these rows (a mask) count next to nothing, without another compilation."""
+        blocks = []
+        for block, mask in zip(self.blocks, self.split(left_out), strict=True):
+            sigma = block.sigma.reshape(-1).at[block.keep].multiply(jnp.where(jnp.asarray(mask), LIGHT, 1.0))
+            blocks.append(replace(block, sigma=sigma.reshape(block.sigma.shape)))
+        return replace(self, blocks=tuple(blocks))
+
     def prior_rows(self, vector: jax.Array) -> jax.Array:
         """The rows of the normal priors, behind those of the measurements."""
         return (vector[self.prior_at] - self.prior_mean) / self.prior_sd
@@ -121,7 +136,7 @@ def problem(experiments: Sequence[Experiment], layout: Unknowns) -> tuple[Proble
     for d, experiment in enumerate(experiments):
         for recording in experiment.recordings:
             block = _block(recording, d, float(experiment.muscle.length))
-            samples.append(_samples(recording, d, len(blocks), runs_before, float(block.sigma)))
+            samples.append(_samples(recording, d, len(blocks), runs_before, noise_of(recording)))
             blocks.append(block)
             runs_before += len(recording.runs)
     priors = [(i, *entry.prior) for i, entry in enumerate(layout.entries) if entry.prior is not None]
@@ -153,7 +168,7 @@ def _block(recording: Recording, dataset: int, length: float) -> Block:
         states,
         stacked["measured"],
         load,
-        jnp.asarray(noise_of(recording)),
+        jnp.full_like(zero, noise_of(recording)),
         jnp.asarray(np.flatnonzero(weight > 0)),
         jnp.asarray(length),
         recording.position,
@@ -214,8 +229,6 @@ def _joined(parts: list[Samples]) -> Samples:
 
 def thinned(experiment: Experiment, about: int) -> Experiment:
     """The experiment with about this many weighted samples: every k-th, and every turning point and end."""
-    from dataclasses import replace
-
     weighted = sum(float(run.weight.sum()) for rec in experiment.recordings for run in rec.runs)
     stride = int(np.ceil(weighted / about))
     if stride < 2:
@@ -228,8 +241,6 @@ def thinned(experiment: Experiment, about: int) -> Experiment:
 
 
 def _every(run: Run, stride: int) -> Run:
-    from dataclasses import fields, replace
-
     kept = np.zeros(len(run), bool)
     kept[::stride] = True
     turns = np.flatnonzero(np.diff(run.half)) + 1

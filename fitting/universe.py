@@ -9,9 +9,10 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from fitting.held_out import REFIT_BELOW, left_out_rows
 from fitting.least_squares import Subset, solve
 from fitting.records import FORCE_TESTS, Experiment
-from fitting.residuals import Problem, Samples, problem
+from fitting.residuals import LIGHT, Problem, Samples, problem
 from fitting.uncertainty import at_bound
 from fitting.unknowns import Unknowns, unknowns
 from mckibben_jax.effect import Effect, name_of
@@ -129,18 +130,21 @@ class Universe:
 
     def mimicking(self, trial: Trial) -> "Universe":
         """The same data sets, had they measured exactly what this trial predicts."""
-        edges = np.cumsum([block.keep.size for block in self.problem.blocks])[:-1]
-        blocks = tuple(
-            replace(
-                block,
-                measured=block.measured.reshape(-1)
-                .at[block.keep]
-                .add(rows * block.sigma)
-                .reshape(block.measured.shape),
-            )
-            for block, rows in zip(self.problem.blocks, np.split(trial.rows, edges), strict=True)
-        )
-        return replace(self, problem=replace(self.problem, blocks=blocks))
+        blocks = []
+        for block, rows in zip(self.problem.blocks, self.problem.split(trial.rows), strict=True):
+            flat, sigma = block.measured.reshape(-1), block.sigma.reshape(-1)[block.keep]
+            blocks.append(replace(block, measured=flat.at[block.keep].add(rows * sigma).reshape(block.measured.shape)))
+        return replace(self, problem=replace(self.problem, blocks=tuple(blocks)))
+
+    def left_out(self, trial: Trial, group: np.ndarray) -> np.ndarray:
+        """A trial's rows on groups of rows left out: refitted where there are few, else in one step from the fit."""
+        if len(self.samples) > REFIT_BELOW:
+            return left_out_rows(trial.rows, trial.slopes, trial.prior_rows, trial.prior_slopes, group)
+        rows = trial.rows.copy()
+        for g in np.unique(group):
+            rest = replace(self, problem=self.problem.without(group == g))
+            rows[group == g] = rest.fit(trial.effects, trial.vector).rows[group == g] * LIGHT
+        return rows
 
     def signature(self, trial: Trial, added: str, shape: dict[str, float] | None = None) -> np.ndarray:
         """How the rows would change if a missing effect were switched on: d(rows)/d(switch) at 0.

@@ -38,12 +38,13 @@ class Rival:
     upper: np.ndarray
     start: np.ndarray
     data: Data
-    held: dict[str, float]
+    priors: dict[str, tuple[float, float]]  # name to mean and standard deviation
 
     def rows(self, x: np.ndarray) -> np.ndarray:
-        """Model minus measurement in standard deviations."""
-        given = {**self.held, **dict(zip(self.names, x, strict=True))}
-        return (force(self.data, given) - self.data.force) / self.data.sigma
+        """Model minus measurement in standard deviations, and below it what the ruler said."""
+        given = dict(zip(self.names, x, strict=True))
+        known = [(given[name] - mean) / spread for name, (mean, spread) in self.priors.items()]
+        return np.concatenate([(force(self.data, given) - self.data.force) / self.data.sigma, known])
 
     def solved(self, method: str = "trf", start: np.ndarray | None = None) -> OptimizeResult:
         """By scipy: `trf` within the ranges, or MINPACK's `lm` without them."""
