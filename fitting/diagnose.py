@@ -16,7 +16,7 @@ from fitting.errors import InputError
 from fitting.examine import Examiner, Standing
 from fitting.held_out import difference
 from fitting.least_squares import Fit, fit
-from fitting.likes import foretelling, leading_of, simplest
+from fitting.likes import foretelling, leading_of, plausible, simplest
 from fitting.precision import require_x64
 from fitting.records import FORCE_TESTS, Experiment
 from fitting.residuals import thinned
@@ -188,7 +188,8 @@ def _verdict(
     evidence |= {name: Evidence(name, reason=why) for name, why in world.untestable.items()}
     verdict, notes = _said(search, kept, evidence)
     tried = sorted((_explanation(search, added) for added in search.trials), key=lambda e: e.held_out_rmse)
-    nearest = tuple(e for e in tried if np.isfinite(e.rmse))[:3] if verdict == "not in the library" else ()
+    near = sorted(tried, key=lambda e: not e.plausible)  # stable: plausible ones first
+    nearest = tuple(near[:3]) if verdict == "not in the library" else ()
     rmse, full_scale = world.rmse(search.base.rows), float(np.max(np.abs(world.samples.measured[world.in_newtons])))
     left = world.rmse(search.trials[kept[0]].rows) if kept else examiner.floor_rmse(search.gate)
     return Diagnosis(
@@ -283,4 +284,5 @@ def _explanation(search: _Search, added: frozenset[str]) -> Explanation:
         standing.test.p if standing and standing.test else float("nan"),
         added in search.adequate,
         standing.reason if standing else "not tested: others leave far less",
+        plausible(world, added, trial),
     )

@@ -36,6 +36,7 @@ class Explanation:
     p_value: float  # of the test that anything is still missing from it
     adequate: bool
     reason: str = ""
+    plausible: bool = True  # nothing added ends at its bound, no stated measurement is denied
 
 
 @dataclass(frozen=True)

@@ -65,9 +65,8 @@ def next_to_add(found: Diagnosis) -> tuple[str, ...]:
         return ()
     if found.verdict == "missing":
         return found.explanations[0]
-    pool = [e for e in found.tried if e.effects in found.explanations] or [
-        e for e in found.tried if len(e.effects) == 1
-    ]
+    singles = [e for e in found.tried if len(e.effects) == 1]
+    pool = [e for e in found.tried if e.effects in found.explanations] or [e for e in singles if e.plausible] or singles
     useful = [e for e in pool if e.fall > 1]
     return min(useful, key=lambda e: e.held_out_rmse).effects if useful else ()
 

@@ -118,6 +118,9 @@ class Examiner:
         ends = [name for name in trial.at_bound if name.split("@")[0].split(".")[0] in added]
         if ends:
             return f"{', '.join(ends)} ends at its bound"
+        denied = self.world.contradicted(trial)
+        if added and denied:
+            return f"contradicts what was measured: {', '.join(denied)}"
         if added:
             fall, error = held_out.difference(self.left_out(self.base), self.left_out(trial), self.groups)
             if not fall > error:

@@ -56,14 +56,15 @@ def waterfall(stages: Sequence[Stage], floor: float, unit: str = "N") -> "Figure
                 left = stage.left_out / size
                 axes.plot([left, left], [row - 0.31, row + 0.31], color=VERMILION, linewidth=2)
             end = max(stage.rmse, stage.left_out or 0.0) / size
-            _beside(axes, end, row, f"{stage.rmse / size:.3g} {name}")
+            marked = "" if stage.left_out is None else f" (left out {stage.left_out / size:.3g})"
+            _beside(axes, end, row, f"{stage.rmse / size:.3g} {name}{marked}")
         axes.axvline(floor / size, color=INK, linestyle=(0, (3, 2)), linewidth=1)
         _beside(axes, floor / size, -0.75, f"noise {floor / size:.2g} {name}")
         axes.set_yticks(range(len(stages)), [stage.added for stage in stages])
         axes.set_ylim(len(stages) - 0.5, -0.95)
-        axes.set_xlim(0, 1.16 * max(max(s.rmse, s.left_out or 0.0, floor) for s in stages) / size)
+        axes.set_xlim(0, 1.4 * max(max(s.rmse, s.left_out or 0.0, floor) for s in stages) / size)
         marked = any(stage.left_out is not None for stage in stages)
-        axes.set_xlabel(f"rms error [{name}]" + ("; the mark: on runs left out of the fit" if marked else ""))
+        axes.set_xlabel(f"rms error [{name}]" + ("; mark: on runs left out" if marked else ""))
         axes.tick_params(axis="y", length=0)
     return figure
 

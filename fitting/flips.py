@@ -46,6 +46,8 @@ def numbered(*keys: np.ndarray) -> np.ndarray:
 def units(samples: Samples, memory: float) -> Units:
     """Whole loops; where they are few, half loops; where those are few, blocks of samples within a branch."""
     loops, halves = numbered(samples.run, samples.loop), numbered(samples.run, samples.half)
+    if ENOUGH <= loops.max() + 1 == len(samples):
+        return Units(loops, LEVEL, f"signs of {len(samples)} single points flipped", True)
     if loops.max() + 1 >= ENOUGH:
         return Units(loops, LEVEL, f"signs of {loops.max() + 1} loops flipped", True)
     if halves.max() + 1 >= ENOUGH:

@@ -44,6 +44,8 @@ def write_muscle_file(folder: Path | str) -> Path:
     folder = Path(folder)
     if not folder.is_dir():
         raise InputError("no such folder", folder, cure="make it and put the CSV files into it")
+    if not any(folder.glob("*.csv")):
+        raise InputError("no CSV file is in this folder", folder, cure="put the recordings into it first")
     path = folder / "muscle.toml"
     text = muscle_file(folder)
     try:

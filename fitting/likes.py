@@ -39,6 +39,12 @@ def simplest(
     return named, tuple(tuple("+".join(sorted(member)) for member in members) for members in alike)
 
 
+def plausible(world: Universe, added: frozenset[str], trial: Trial) -> bool:
+    """Whether a fitted set denies no stated measurement and none of what was added ends at its bound."""
+    ends = {name.split("@")[0].split(".")[0] for name in trial.at_bound}
+    return not (ends & added or world.contradicted(trial))
+
+
 def foretelling(
     adequate: Sequence[frozenset[str]], trials: Mapping[frozenset[str], Trial], examiner: Examiner
 ) -> list[frozenset[str]]:
@@ -52,7 +58,8 @@ def leading_of(
     world: Universe, base: Trial, trials: Mapping[frozenset[str], Trial], examiner: Examiner
 ) -> Leading | None:
     """The single effect, or rivals of one family, that lowers the left-out error by clearly more than any other."""
-    singles = [added for added in trials if len(added) == 1]
+    all_singles = [added for added in trials if len(added) == 1]
+    singles = [added for added in all_singles if plausible(world, added, trials[added])] or all_singles
     rows = {added: examiner.left_out(trials[added]) for added in singles}
     order = sorted(singles, key=lambda added: held_out.rms(rows[added]))
     if not order or not _clearly(examiner.left_out(base), rows[order[0]], examiner.groups):

@@ -7,6 +7,8 @@ from dataclasses import dataclass
 from importlib import resources
 from typing import Any
 
+import numpy as np
+
 from fitting import figures, units
 from fitting.compare import Comparison
 from fitting.compare import Table as ErrorTable
@@ -190,8 +192,8 @@ def _errors_by(table: ErrorTable, unit: str) -> Grid:
 def _effects(d: Diagnosis, c: Comparison, task: Task) -> Section:
     unit, known = c.unit, task.library
     helping, idle, blind = sorted_evidence(d)
-    heads = ("effect added", "rms", "on runs left out", "p", "seen from", "absorbed", "estimate", "most alike", "note")
-    grid, others = (Grid(heads, tuple(Line(_evidence(e, unit, known), e.adequate) for e in some), words=(6, 7, 8))
+    heads = ("effect added", "note", "rms", "on runs left out", "seen from", "absorbed", "estimate", "most alike")
+    grid, others = (Grid(heads, tuple(Line(_evidence(e, unit, known), e.adequate) for e in some), words=(1, 6, 7))
                     for some in (helping, idle))  # fmt: skip
     unseen = Grid(("cannot be seen", "why"), tuple(Line((", ".join(v), k)) for k, v in blind.items()), words=(1,))
     return Section(
@@ -212,15 +214,18 @@ def _evidence(e: Evidence, unit: str, known: dict[str, type[Effect]]) -> tuple[s
     )
     return (
         e.name,
+        "explains the data" if e.adequate else e.reason,
         amount(e.rmse, unit),
         amount(e.held_out_rmse, unit),
-        "-" if e.p_value is None else f"{e.p_value:.2g}",
         amount(e.detection_limit, unit),
         "-" if e.absorbed_share is None else f"{100 * e.absorbed_share:.0f} %",
         estimate,
         f"{alike} {e.alike[alike]:.2f}" if alike else "",
-        "explains the data" if e.adequate else e.reason,
     )
+
+
+def _p(value: float) -> str:
+    return "" if np.isnan(value) else f"{value:.2g}"
 
 
 def _parameters(fit: Fit) -> Section:
@@ -258,7 +263,7 @@ def _provenance(task: Task, c: Comparison, d: Diagnosis | None) -> Section:
 
 def _tried(d: Diagnosis, unit: str) -> Grid:
     rows = tuple(
-        Line((effect_set(e.effects), amount(e.rmse, unit), amount(e.held_out_rmse, unit), f"{e.p_value:.2g}", e.reason))
+        Line((effect_set(e.effects), amount(e.rmse, unit), amount(e.held_out_rmse, unit), _p(e.p_value), e.reason))
         for e in d.tried
     )
     return Grid(("effects", "rms", "on runs left out", "p", "note"), rows, words=(4,))

@@ -168,7 +168,7 @@ def _verdict(d: Diagnosis) -> str:
     if d.verdict == "one of":
         return f"One of these is missing, and these data cannot tell which: {'; '.join(sets)}."
     if d.verdict == "not in the library":
-        return "Something is missing, and it is none of the library's effects."
+        return "Something is missing, and no effect of the library explains all of it."
     return f"These data cannot say whether something is missing: {'; '.join(d.notes[:1]) or 'too little shows'}."
 
 

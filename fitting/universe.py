@@ -19,6 +19,7 @@ from mckibben_jax.effect import Effect, name_of
 from mckibben_jax.model import Model
 
 FREE = (12, 20, 32, 48)  # free parameters are padded to these counts, to compile once for each
+DENIED = 4.0  # standard errors of a stated measurement
 STARTS = 4  # of a new effect's hidden shape
 WORKERS = 2  # compiled code leaves the interpreter's lock alone
 
@@ -135,6 +136,11 @@ class Universe:
             flat, sigma = block.measured.reshape(-1), block.sigma.reshape(-1)[block.keep]
             blocks.append(replace(block, measured=flat.at[block.keep].add(rows * sigma).reshape(block.measured.shape)))
         return replace(self, problem=replace(self.problem, blocks=tuple(blocks)))
+
+    def contradicted(self, trial: Trial) -> tuple[str, ...]:
+        """Stated measurements of the muscle that a trial denies: more than four standard errors away."""
+        stated = [entry.name for entry in self.layout.entries if entry.prior is not None]
+        return tuple(name for name, row in zip(stated, trial.prior_rows, strict=True) if abs(row) > DENIED)
 
     def left_out(self, trial: Trial, group: np.ndarray) -> np.ndarray:
         """A trial's rows on groups of rows left out: refitted where there are few, else in one step from the fit."""

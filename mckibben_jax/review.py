@@ -32,8 +32,8 @@ def lookup(number: str) -> Equation:
     if wanted in known:
         return known[wanted]
     near = get_close_matches(wanted, known, n=3, cutoff=0.4)
-    names = ", ".join(known[name].number for name in near) or "1 to 48, 25E, 32T and a few more"
-    raise ValueError(f"the review has no equation {str(number)!r}; there are {names}")
+    hint = f" (did you mean {' or '.join(known[name].number for name in near)}?)" if near else ""
+    raise ValueError(f"the review has no equation {str(number)!r}{hint}; there are 1 to 48, 25E, 32T and a few more")
 
 
 _GEOMETRY = "r0 radius, alpha0 braid angle at rest, eps contraction"
