@@ -71,7 +71,7 @@ def test_the_evidence_says_why(diagnoses):
 def test_estimates_hold_the_truth(diagnoses):
     """The modulus within four robust errors of what was put in."""
     sealed = json.loads((DATA / "sealed" / "muscle_a.json").read_text())["sealed"]
-    truth = json.loads(base64.b64decode(sealed))["effects"]["bladder_neo_hookean"]["G"]
+    truth = json.loads(base64.b64decode(sealed))["parameters"]["bladder_neo_hookean.G"]
     value, error = diagnoses["muscle_a"].effects["bladder_neo_hookean"].estimate["G"]
     assert abs(value - truth) < 4 * error
 
