@@ -275,11 +275,13 @@ def _estimate(world: Universe, trial: Trial, name: str) -> dict[str, tuple[float
 def _explanation(search: _Search, added: frozenset[str]) -> Explanation:
     world, trial, standing = search.world, search.trials[added], search.standings.get(added)
     groups = search.examiner.groups
-    fall, error = difference(search.examiner.left_out(search.base), search.examiner.left_out(trial), groups)
+    glance = len(added) > 1 and standing is None
+    before, after = (search.examiner.left_out(t, glance) for t in (search.base, trial))
+    fall, error = difference(before, after, groups)
     return Explanation(
         tuple(sorted(added)),
         world.rmse(trial.rows),
-        world.rmse(search.examiner.left_out(trial)),
+        world.rmse(after),
         fall / max(error, 1e-300),
         standing.test.p if standing and standing.test else float("nan"),
         added in search.adequate,

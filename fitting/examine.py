@@ -78,7 +78,7 @@ class Examiner:
         self.world, self.base, self.seed = world, base, seed
         self.basis = omnibus.basis(world.samples)
         self.units: Units = flips.units(world.samples, self.noise(base).memory)
-        self._left_out: dict[int, np.ndarray] = {}
+        self._left_out: dict[tuple[int, bool], np.ndarray] = {}
 
     @cached_property
     def groups(self) -> np.ndarray:
@@ -149,11 +149,12 @@ class Examiner:
         found = dict(zip(names, alone.vector[self.world.layout.at(names)], strict=True))
         return [*shapes[:2], found]
 
-    def left_out(self, trial: Trial) -> np.ndarray:
-        """A trial's rows on runs left out."""
-        if id(trial) not in self._left_out:
-            self._left_out[id(trial)] = self.world.left_out(trial, self.groups)
-        return self._left_out[id(trial)]
+    def left_out(self, trial: Trial, glance: bool = False) -> np.ndarray:
+        """A trial's rows on runs left out; at a glance, without refitting."""
+        key = (id(trial), glance)
+        if key not in self._left_out:
+            self._left_out[key] = self.world.left_out(trial, self.groups, glance)
+        return self._left_out[key]
 
     def floor_rmse(self, standing: Standing) -> float:
         """What noise alone leaves, N."""

@@ -19,6 +19,7 @@ from mckibben_jax.effect import Effect, name_of
 from mckibben_jax.model import Model
 
 FREE = (12, 20, 32, 48)  # free parameters are padded to these counts, to compile once for each
+STEPS = 60  # of one search: what converges more slowly is of no use among many
 DENIED = 4.0  # standard errors of a stated measurement
 STARTS = 4  # of a new effect's hidden shape
 WORKERS = 2  # compiled code leaves the interpreter's lock alone
@@ -113,7 +114,7 @@ class Universe:
         begin = self._starts(subset, names, start, new)
         best = None
         for place in begin:  # one at a time: any number of starts is the same compiled function
-            found = solve(self.problem, subset, jnp.asarray(place)[None])
+            found = solve(self.problem, subset, jnp.asarray(place)[None], STEPS)
             if best is None or float(found.cost) < float(best.cost):
                 best = found
         assert best is not None
@@ -142,9 +143,9 @@ class Universe:
         stated = [entry.name for entry in self.layout.entries if entry.prior is not None]
         return tuple(name for name, row in zip(stated, trial.prior_rows, strict=True) if abs(row) > DENIED)
 
-    def left_out(self, trial: Trial, group: np.ndarray) -> np.ndarray:
+    def left_out(self, trial: Trial, group: np.ndarray, glance: bool = False) -> np.ndarray:
         """A trial's rows on groups of rows left out: refitted where there are few, else in one step from the fit."""
-        if len(self.samples) > REFIT_BELOW:
+        if glance or len(self.samples) > REFIT_BELOW:
             return left_out_rows(trial.rows, trial.slopes, trial.prior_rows, trial.prior_slopes, group)
         rows = trial.rows.copy()
         for g in np.unique(group):
