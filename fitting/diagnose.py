@@ -10,6 +10,7 @@ from dataclasses import replace
 from itertools import combinations
 
 import numpy as np
+from threadpoolctl import threadpool_limits
 
 from fitting.diagnosis import Diagnosis, Evidence, Explanation
 from fitting.errors import InputError
@@ -67,8 +68,9 @@ def diagnose(
     start[world.layout.at(baseline.layout.names)] = baseline.vector
     base = min(base, world.fit(frozenset(world.base), start), key=lambda trial: trial.cost)
     search = _Search(world, base, Examiner(world, base, seed), told)
-    search.run()
-    return _verdict(search, baseline, light, set_aside)
+    with threadpool_limits(1, "blas"):  # small matrices: a second thread was measured to make them 100 times slower
+        search.run()
+        return _verdict(search, baseline, light, set_aside)
 
 
 def of_force(experiments: Sequence[Experiment]) -> tuple[list[Experiment], tuple[str, ...]]:

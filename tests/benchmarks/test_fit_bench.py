@@ -165,7 +165,7 @@ def fitted(request, tmp_path_factory) -> tuple[str, Case]:
 def places(c: Case, count: int) -> np.ndarray:
     """Starts in the unit box: the declared ones, then spread over all of it but the muscle's own measurements."""
     declared = starting_places(c.layout, c.subset, c.names, 1, 0)
-    spread = 0.02 + 0.96 * qmc.Sobol(len(c.names), seed=1).random(STARTS)
+    spread = 0.02 + 0.96 * qmc.Sobol(len(c.names), rng=1).random(STARTS)
     own = np.array([name.startswith("muscle.") for name in c.names])
     return np.concatenate([declared, np.where(own, declared, spread)])[:count]
 
