@@ -9,6 +9,7 @@ from fitting.records import Experiment
 from mckibben_jax.effect import Effect, name_of
 
 MOST_ROUNDS = 6
+WORTH_IT = 0.99  # of the left-out error: an effect that the data cannot see changes it by a rounding error
 
 
 @dataclass(frozen=True)
@@ -67,7 +68,7 @@ def next_to_add(found: Diagnosis) -> tuple[str, ...]:
         return found.explanations[0]
     singles = [e for e in found.tried if len(e.effects) == 1]
     pool = [e for e in found.tried if e.effects in found.explanations] or [e for e in singles if e.plausible] or singles
-    useful = [e for e in pool if e.fall > 1]
+    useful = [e for e in pool if e.fall > 1 and e.held_out_rmse < WORTH_IT * found.held_out_rmse]
     return min(useful, key=lambda e: e.held_out_rmse).effects if useful else ()
 
 

@@ -2,6 +2,7 @@
 
 import base64
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -80,6 +81,14 @@ def test_what_to_add_next(diagnoses):
     """The explanation where it is unique, nothing where nothing is missing."""
     assert next_to_add(diagnoses["muscle_b"]) == ("textile_friction",)
     assert next_to_add(diagnoses["muscle_d"]) == ()
+
+
+def test_what_changes_nothing_is_not_added(diagnoses):
+    """Where nothing is unique, only what lowers the left-out error visibly."""
+    found = replace(diagnoses["muscle_a"], verdict="not in the library", explanations=())
+    assert next_to_add(found) == ("bladder_neo_hookean",)
+    idle = tuple(replace(e, held_out_rmse=found.held_out_rmse * (1 - 1e-6)) for e in found.tried)
+    assert next_to_add(replace(found, tried=idle)) == ()
 
 
 def test_adding_a_rival_replaces_it():
