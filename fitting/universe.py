@@ -17,6 +17,7 @@ from fitting.uncertainty import at_bound
 from fitting.unknowns import Unknowns, unknowns
 from mckibben_jax.effect import Effect, name_of
 from mckibben_jax.model import Model
+from mckibben_jax.muscle import quantities
 
 FREE = (12, 20, 32, 48)  # free parameters are padded to these counts, to compile once for each
 STEPS = 60  # of one search: what converges more slowly is of no use among many
@@ -260,8 +261,6 @@ def universe(
 
 def _why_not(effect: Effect, experiments: Sequence[Experiment]) -> str:
     """Which measurement of the muscle an effect needs that a data set does not give."""
-    from mckibben_jax.muscle import quantities
-
     missing = [need for need in effect.needs if need in quantities() and any(e.muscle.lacks(need) for e in experiments)]
     if missing:
         return f"cannot be tested: needs {' and '.join(missing)}"

@@ -10,7 +10,7 @@ import numpy as np
 
 from fitting.records import Experiment
 from mckibben_jax.effect import Effect, name_of
-from mckibben_jax.model import Model
+from mckibben_jax.model import Model, model
 from mckibben_jax.muscle import Muscle
 from mckibben_jax.muscle import quantities as muscle_quantities
 from mckibben_jax.parameter import parameters
@@ -99,8 +99,6 @@ def unknowns(
     experiments: Sequence[Experiment], effects: Sequence[Effect], own: Sequence[str] = (), several: bool | None = None
 ) -> Unknowns:
     """Lay out the unknowns of a set of effects on one or more data sets."""
-    from mckibben_jax.model import model
-
     several = len(experiments) > 1 if several is None else several
     entries: dict[str, Unknown] = {}
     templates, places = [], []

@@ -7,7 +7,6 @@ import dataclasses
 from typing import Any, NamedTuple
 
 import equinox as eqx
-import jax
 import jax.numpy as jnp
 import numpy as np
 
@@ -53,8 +52,3 @@ def parameters(thing: Any) -> tuple[Declaration, ...]:
         for field in dataclasses.fields(thing)
         if "declaration" in field.metadata
     )
-
-
-def values(thing: Any) -> dict[str, jax.Array]:
-    """Present values of the declared parameters, by name."""
-    return {p.name: getattr(thing, p.name) for p in parameters(thing)}

@@ -80,8 +80,8 @@ def test_every_start_reaches_the_same_best_point(offset_set):
     assert found.starts == "6 starts: 6 reached the same best point"
 
 
-def test_absent_friction_ends_at_its_bound_and_is_said(offset_set):
-    """The stop that is not there: its stiffness at 0, named, and converged all the same."""
+def test_a_stop_that_is_not_there_is_fitted_as_absent(offset_set):
+    """Its stiffness at or near the end of its range, and the search converged all the same."""
     found = fit(
         [offset_set], [IdealCylinder(), CoulombFriction(), ForceOffset(), EndStop(eps_s=0.1)], fix=["end_stop.eps_s"]
     )
