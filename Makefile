@@ -5,7 +5,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 READY := $(VENV)/.ready
 
-.PHONY: demo test bench slow clean
+.PHONY: demo test bench slow hidden clean
 
 demo: $(READY)
 	$(BIN)/mckibben demo
@@ -17,6 +17,12 @@ test: $(READY)
 
 slow: $(READY)
 	$(BIN)/python -m pytest -m slow
+
+# The hidden-effect benchmark: a share of its plan (1 is all of its 3401 cases); a stopped study goes on.
+SHARE ?= 0.1
+WORKERS ?= 2
+hidden: $(READY)
+	$(BIN)/python -m tests.hidden.study --share $(SHARE) --workers $(WORKERS) --out build/hidden.jsonl
 
 bench: $(READY)
 	$(BIN)/python -m pytest tests/benchmarks --benchmark-only

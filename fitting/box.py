@@ -14,6 +14,7 @@ import optimistix as optx
 
 PASSES = 4  # times that violators are pinned to the box and the rest solved again
 FLOOR = 1e-12  # of the largest curvature: damping of what the data cannot see
+STUCK = 1e-12  # step size below which no step lowers the sum of squares
 
 
 class _Bowl(eqx.Module):
@@ -62,18 +63,65 @@ def _solve(damped: jax.Array, slope: jax.Array, scale: jax.Array, pinned: jax.Ar
     return jnp.where(pinned, at, jax.scipy.linalg.cho_solve(factor, right) * scale)
 
 
+class _Trust(eqx.Module):
+    step_size: jax.Array
+    cut: jax.Array
+
+
+class NielsenSearch(optx.ClassicalTrustRegion):
+    """How far to trust a step: the gain ratio moves the damping smoothly, rejections shrink it ever faster.
+
+    Begins almost undamped, at a step size of 1000 rather than 1: on muscle data 6 evaluations instead of 17
+    (Nielsen, "Damping parameter in Marquardt's method", IMM-REP-1999-05, eq 2.4).
+    """
+
+    def init(self, y: Any, f_info_struct: Any) -> _Trust:
+        """Nearly a Gauss-Newton step to begin with."""
+        return _Trust(jnp.asarray(1e3), jnp.asarray(2.0))
+
+    def step(self, first_step: Any, y: Any, y_eval: Any, f_info: Any, f_eval_info: Any, state: _Trust) -> Any:
+        """The next step size, and whether the evaluated point is accepted."""
+        promised = self.predict_reduction(y_eval - y, f_info)
+        change = f_eval_info.as_min() - f_info.as_min()
+        gain = jnp.where(promised < 0, change / jnp.where(promised < 0, promised, 1.0), -1.0)
+        accept = first_step | (gain > self.low_cutoff)
+        trusted = state.step_size / jnp.maximum(0.1, 1 - (2 * jnp.minimum(gain, 1.0) - 1) ** 3)
+        grown = jnp.where(first_step, state.step_size, trusted)
+        size = jnp.where(accept, grown, state.step_size / state.cut)
+        after = _Trust(jnp.minimum(size, 1e12), jnp.where(accept, 2.0, 2 * state.cut))
+        return after.step_size, accept, optx.RESULTS.successful, after
+
+
 class BoxLevenbergMarquardt(optx.AbstractGaussNewton):
-    """Levenberg-Marquardt within a box. Tolerances are on the unit box and on residuals in standard deviations."""
+    """Levenberg-Marquardt within a box, for residuals in standard deviations.
+
+    It has converged where a lightly damped step promises to lower half the sum of squares by less than `rtol` of it and
+    by less than `atol`: what is left to gain is then a tiny share of one standard error of every parameter. `look`, a
+    flag that may vary from call to call, ends the search at its first point.
+    """
 
     rtol: float
     atol: float
     norm: Callable[[Any], jax.Array]
     descent: BoxDescent
-    search: optx.ClassicalTrustRegion
+    search: NielsenSearch
     verbose: Callable[..., None]
+    look: jax.Array
 
-    def __init__(self, lower: jax.Array, upper: jax.Array, rtol: float = 1e-6, atol: float = 1e-5):
+    def __init__(self, lower: jax.Array, upper: jax.Array, rtol: float = 1e-8, atol: float = 1e-4, look: Any = False):
         self.rtol, self.atol, self.norm = rtol, atol, optx.max_norm
         self.descent = BoxDescent(lower, upper)
-        self.search = optx.ClassicalTrustRegion()
+        self.search = NielsenSearch()
         self.verbose = lambda **_: None
+        self.look = jnp.asarray(look)
+
+    def step(self, fn: Any, y: Any, args: Any, options: Any, state: Any, tags: Any) -> Any:
+        """One evaluation, and the end of the search where nothing is left to gain."""
+        y, after, aux = super().step(fn, y, args, options, state, tags)
+        bowl, move = after.descent_state, after.y_eval - y
+        promised = -(bowl.slope @ move + 0.5 * move @ (bowl.curvature @ move))
+        cost = after.f_info.as_min()
+        size = after.search_state.step_size
+        arrived = (promised >= 0) & (promised < self.rtol * cost + self.atol) & (size >= 1) & jnp.isfinite(cost)
+        stuck = size < STUCK
+        return y, eqx.tree_at(lambda s: s.terminate, after, arrived | stuck | self.look), aux

@@ -48,6 +48,7 @@ def effect_report(kind: type[Effect]) -> list[RenderableType]:
     shown += lines("RIVALS", [f"replaces any other effect of the family '{kind.family}'"] if kind.family else [])
     shown += lines("NEEDS", [", ".join(kind.needs).replace("_", " ")] if kind.needs else [])
     shown += lines("RIVAL", ["a printed law that is unsound: a candidate only on request"] if kind.rival else [])
+    shown += lines("TESTED", [kind.on_request] if kind.on_request else [])
     shown += lines("CONSTANT", [", ".join(kind.fixed)] if kind.fixed else [])
     shown += lines("VALUES", (_parameter(p) for p in parameters(kind)))
     return [*shown, *lines("SOURCE", [kind.source] if kind.source else []), Text()]

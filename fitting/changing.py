@@ -76,8 +76,8 @@ def change(task: Task, changed: Task, words: str, told: Callable[[str, float], N
     after = fitted(dataclasses.replace(changed, known=known))
     told("comparing", 0.9)
     stages = (
-        Stage("model before", rmse(before), left_out_rmse(before)),
-        Stage(words, rmse(after), left_out_rmse(after)),
+        Stage("model before", rmse(before), left_out_rmse(before), residual=before.residual),
+        Stage(words, rmse(after), left_out_rmse(after), residual=after.residual),
     )
     return Change(before, after, compare(after, changed.experiments), stages)
 

@@ -12,7 +12,7 @@ from fitting.errors import InputError
 
 # in the order of a study; a command whose file is not there is not offered
 COMMANDS = ("demo", "init", "compare", "fit", "diagnose", "add", "drop", "discover", "plan", "posterior", "report",
-            "simulate", "export", "design", "sweep", "effects", "equations", "cite", "workbench")  # fmt: skip
+            "hill", "simulate", "export", "design", "sweep", "effects", "equations", "cite", "workbench")  # fmt: skip
 
 class Stop(click.ClickException):
     """An error of the user's: one message, exit status 2."""

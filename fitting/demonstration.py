@@ -23,12 +23,13 @@ def demonstrate(study: Study) -> None:
         found, compared = diagnosed(task, None, told)
     study.print(diagnosis_report(found, compared.unit))
     added = found.explanations[0] if found.explanations else found.leading.effects[:1] if found.leading else ()
-    stages, last, final = [Stage("baseline", first.rmse, found.held_out_rmse, found.verdict)], first, task
+    begun = Stage("baseline", first.rmse, found.held_out_rmse, found.verdict, first.fit.residual)
+    stages, last, final = [begun], first, task
     if added:
         final, words = with_added(task, added)
         with study.working("3 of 3: adding it and fitting again") as told:
             done = change(task, final, words, told)
-        stages.append(Stage(words, done.stages[-1].rmse, done.stages[-1].left_out))
+        stages.append(done.stages[-1])
         last = done.comparison
         study.print([headed("ADD", told_in_words(done, last.unit), "bold"), *steps_report(stages, last.unit)])
     write_page(str(study.asked.html), final, last, found, stages)

@@ -1,5 +1,7 @@
-"""design.toml: what is wanted of a muscle, in any unit, as a task for `mckibben_jax.design`; its answer in words."""
+"""design.toml: what is wanted of a muscle, in any unit, as a task for `mckibben_jax.design`."""
 
+from collections.abc import Iterable
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -10,50 +12,92 @@ from fitting.errors import InputError, unknown_name
 from fitting.model_file import read_model
 from fitting.muscle_file import line_of, read_muscle_table, read_toml
 from fitting.own_effects import library, named
-from mckibben_jax.design import DESIGN_BASELINE, Design, Limit, Met, Task, design, to_json
+from mckibben_jax.design import DESIGN_BASELINE, Limit, Task
 from mckibben_jax.effect import Effect, name_of
 from mckibben_jax.merit import CONDITIONS, QUANTITIES, built, missing
 from mckibben_jax.muscle import Muscle
 from mckibben_jax.muscle import quantities as muscle_quantities
 
-__all__ = ["describe", "design", "read_design", "to_json"]
-
-TOP_KEYS = ("name", "muscle", "model", "variables", "objective", "constraint")
-OF_A_SWEEP = ("grid", "sample", "outputs", "keep")  # the same file may also say what a sweep does
-LATER = ("hysteresis_loss", "efficiency", "response_time")
+TOP_KEYS = ("name", "muscle", "model", "variables", "objective", "constraint", "starts", "seed")
+OF_A_DESIGN = ("tolerance", "uncertainty", "pareto")
+OF_A_SWEEP = ("grid", "sample", "outputs", "keep", "at", "histogram")  # the same file may also say what a sweep does
+EXAMPLES = {"contraction": "contraction = 0.1", "pressure": 'pressure = "5 bar"'}
 SAME_AS = {"hardness": "shear_modulus", "turns": "braid_angle", "cord_length": "braid_angle"}
 
 
-def read_design(path: Path | str, known: dict[str, type[Effect]] | None = None) -> Task:
-    """Read a design file. `known` are the effects that there are, by name; the program's own unless given."""
+Known = dict[str, type[Effect]]
+
+
+@dataclass(frozen=True)
+class File:
+    """A TOML file as read, with what messages need; `known` are the effects that there are, by name."""
+
+    path: Path
+    table: dict[str, Any]
+    raw: bytes
+    known: Known
+
+    def section(self, key: str, example: str) -> dict[str, Any]:
+        """A table that must be there and not be empty."""
+        found = self.table.get(key)
+        if not isinstance(found, dict) or not found:
+            raise InputError(f"there is no [{key}]", self.path, cure=f"add [{key}] and below it {example}")
+        return found
+
+    def line(self, key: str) -> int | None:
+        """The line on which a key stands."""
+        return line_of(self.raw, key)
+
+
+def open_file(path: Path | str, known: Known | None = None) -> File:
+    """Read a design file without understanding it."""
     path = Path(path)
     if not path.is_file():
         raise InputError("no such file", path, cure="write one with [muscle], [variables] and [objective]")
     table, raw = read_toml(path)
     for key in table:
-        if key not in TOP_KEYS + OF_A_SWEEP:
-            raise unknown_name("key", key, TOP_KEYS, path, row=line_of(raw, key))
-    variables = _variables(_table(table, "variables", path), path, raw)
-    effects, fitted = _model(table.get("model", {}), path, raw, known or library())
-    muscle = _muscle(table.get("muscle", {}), variables, fitted, path, raw)
-    quantity, maximise, at = _objective(_table(table, "objective", path), path, raw)
-    task = Task(muscle, variables, quantity, at, _constraints(table, path, raw), effects, maximise)
-    _check_needs(task, path, raw)
+        if key not in TOP_KEYS + OF_A_DESIGN + OF_A_SWEEP:
+            raise unknown_name("key", key, TOP_KEYS + OF_A_DESIGN + OF_A_SWEEP, path, row=line_of(raw, key))
+    return File(path, table, raw, known or library())
+
+
+def read_design(path: Path | str, known: Known | None = None) -> Task:
+    """Read what a design file wants; `known` are the effects that there are, the program's own unless given."""
+    return task_of(open_file(path, known))
+
+
+def task_of(file: File) -> Task:
+    """The task that a design file sets."""
+    path, raw, table = file.path, file.raw, file.table
+    ranges = variables(file.section("variables", 'braid_angle = ["12 deg", "40 deg"]'), path, raw)
+    muscle, effects = muscle_and_effects(file, ranges)
+    wanted = objective(file.section("objective", 'maximise = "force"'), path, raw)
+    starts, seed = whole_number(file, "starts", 16), whole_number(file, "seed", 0, least=0)
+    task = Task(muscle, ranges, wanted[0], wanted[2], constraints(table, path, raw), effects, wanted[1], starts, seed)
+    check_needs(file, muscle, effects, [task.objective, *(limit.quantity for limit in task.constraints)])
     return task
 
 
-def _table(table: dict[str, Any], key: str, path: Path) -> dict[str, Any]:
-    found = table.get(key)
-    if not isinstance(found, dict) or not found:
-        examples = {"variables": 'braid_angle = ["12 deg", "40 deg"]', "objective": 'maximise = "force"'}
-        raise InputError(f"there is no [{key}]", path, cure=f"add [{key}] and below it {examples[key]}")
+def muscle_and_effects(file: File, ranges: dict[str, tuple[float, float]]) -> tuple[Muscle, tuple[Effect, ...]]:
+    """The muscle, its variables at the middle of their ranges, and the effects of its model."""
+    effects, fitted = _model(file.table.get("model", {}), file.path, file.raw, file.known)
+    return _muscle(file.table.get("muscle", {}), ranges, fitted, file.path, file.raw), effects
+
+
+def whole_number(file: File, key: str, default: int, table: dict[str, Any] | None = None, least: int = 1) -> int:
+    """A count, or its default."""
+    found = (file.table if table is None else table).get(key, default)
+    if isinstance(found, bool) or not isinstance(found, int) or found < least:
+        raise InputError(f"{key} is not a whole number from {least} on", file.path, file.line(key), value=found,
+                         cure=f"write {key} = {max(default, least)}")  # fmt: skip
     return found
 
 
 # Muscle and model -----------------------------------------------------------------------------------------------------
 
 
-def _variables(table: dict[str, Any], path: Path, raw: bytes) -> dict[str, tuple[float, float]]:
+def variables(table: dict[str, Any], path: Path, raw: bytes) -> dict[str, tuple[float, float]]:
+    """The range of each variable, SI."""
     known = muscle_quantities()
     ranges = {}
     for name, ends in table.items():
@@ -63,7 +107,7 @@ def _variables(table: dict[str, Any], path: Path, raw: bytes) -> dict[str, tuple
         if not isinstance(ends, list) or len(ends) != 2:
             cure = f'write {name} = ["{units.example(known[name][0])}", "..."]'
             raise InputError(f"the range of {name} is not a pair of values", path, row, value=ends, cure=cure)
-        low, high = (_si(end, known[name][0], f"{name} in [variables]", path, row) for end in ends)
+        low, high = (si(end, known[name][0], f"{name} in [variables]", path, row) for end in ends)
         if not 0 <= low < high:
             raise InputError(f"the range of {name} does not rise from a positive value", path, row, value=ends,
                              cure="the smaller value comes first")  # fmt: skip
@@ -120,27 +164,26 @@ def _model(
 # What is wanted -------------------------------------------------------------------------------------------------------
 
 
-def _objective(table: dict[str, Any], path: Path, raw: bytes) -> tuple[str, bool, dict[str, float]]:
+def objective(table: dict[str, Any], path: Path, raw: bytes) -> tuple[str, bool, dict[str, float]]:
+    """The quantity, whether the most of it is wanted, and its conditions."""
     for key in table:
         if key not in ("maximise", "minimise", "at"):
             raise unknown_name("key in [objective]:", key, ("maximise", "minimise", "at"), path, row=line_of(raw, key))
     goals = [key for key in ("maximise", "minimise") if key in table]
     if len(goals) != 1:
         raise InputError("[objective] has not one goal", path, cure='write maximise = "force" or minimise = "..."')
-    quantity = _quantity(table[goals[0]], path, line_of(raw, goals[0]))
-    return quantity, goals[0] == "maximise", _at(table.get("at", {}), quantity, path, line_of(raw, goals[0]))
+    quantity = quantity_named(table[goals[0]], path, line_of(raw, goals[0]))
+    return quantity, goals[0] == "maximise", conditions(table.get("at", {}), quantity, path, line_of(raw, goals[0]))
 
 
-def _quantity(name: Any, path: Path, row: int | None) -> str:
-    if name in LATER:
-        cure = f"there are: {', '.join(QUANTITIES)}"
-        raise InputError(f"{name} cannot be designed for yet", path, row, cure=cure)
+def quantity_named(name: Any, path: Path, row: int | None) -> str:
+    """A quantity by its name, or the nearest."""
     if name not in QUANTITIES:
         raise unknown_name("quantity", str(name), QUANTITIES, path, row=row)
     return str(name)
 
 
-def _at(given: Any, quantity: str, path: Path, row: int | None) -> dict[str, float]:
+def conditions(given: Any, quantity: str, path: Path, row: int | None) -> dict[str, float]:
     """The conditions at which a quantity is taken, SI."""
     merit = QUANTITIES[quantity]
     allowed = {*merit.may_have, *(name for group in merit.at for name in group)}
@@ -152,17 +195,18 @@ def _at(given: Any, quantity: str, path: Path, row: int | None) -> dict[str, flo
             raise InputError(f"{quantity} {what}, not at {key}", path, row, cure=f"leave {key} out")
     for group in merit.at:
         if not set(group) & set(given):
-            example = {"contraction": "contraction = 0.1", "pressure": 'pressure = "5 bar"'}[group[0]]
+            example = EXAMPLES[group[0]]
             problem = f"{quantity} needs to know at which {' or '.join(group)}"
             raise InputError(problem, path, row, cure=f"write at = {{ {example} }}")
-    at = {key: _si(value, CONDITIONS[key], f"{key} of {quantity}", path, row) for key, value in given.items()}
+    at = {key: si(value, CONDITIONS[key], f"{key} of {quantity}", path, row) for key, value in given.items()}
     if not at.get("contraction", 0.0) < 1:
         raise InputError(f"contraction of {quantity} is not below 1", path, row, value=given["contraction"],
                          cure='write 0.1 or "10 %"')  # fmt: skip
     return at
 
 
-def _constraints(table: dict[str, Any], path: Path, raw: bytes) -> tuple[Limit, ...]:
+def constraints(table: dict[str, Any], path: Path, raw: bytes) -> tuple[Limit, ...]:
+    """The limits, SI."""
     entries = table.get("constraint", [])
     if not isinstance(entries, list):
         raise InputError("constraint is not a list", path, line_of(raw, "[constraint]"), cure="write [[constraint]]")
@@ -176,72 +220,34 @@ def _constraint(entry: dict[str, Any], path: Path, row: int | None) -> Limit:
     for key in entry:
         if key not in keys:
             raise unknown_name("key in [[constraint]]:", key, keys, path, row=row)
-    quantity = _quantity(entry.get("quantity"), path, row)
+    quantity = quantity_named(entry.get("quantity"), path, row)
     unit = QUANTITIES[quantity].unit
-    ends = {key: _si(entry[key], unit, f"{key} of {quantity}", path, row) for key in ("min", "max") if key in entry}
+    ends = {key: si(entry[key], unit, f"{key} of {quantity}", path, row) for key in ("min", "max") if key in entry}
     if not ends:
         cure = f'add min = "{units.example(unit)}" or max = "..."'
         raise InputError(f"the constraint on {quantity} has no limit", path, row, cure=cure)
     if "min" in ends and "max" in ends and ends["min"] >= ends["max"]:
         raise InputError(f"min of {quantity} is not below its max", path, row, value=entry["min"], cure="swap them")
-    return Limit(quantity, _at(entry.get("at", {}), quantity, path, row), ends.get("min"), ends.get("max"))
+    return Limit(quantity, conditions(entry.get("at", {}), quantity, path, row), ends.get("min"), ends.get("max"))
 
 
-def _si(text: Any, unit: str, what: str, path: Path, row: int | None) -> float:
+def si(text: Any, unit: str, what: str, path: Path, row: int | None) -> float:
+    """A value with a unit in SI; a message that names the file."""
     try:
         return units.to_si(text, unit, what)
     except InputError as error:
         raise InputError(error.problem, path, row, value=error.value, cure=error.cure) from None
 
 
-def _check_needs(task: Task, path: Path, raw: bytes) -> None:
-    """Refuse a task whose quantities or effects need what the muscle does not have."""
-    given = built(task.muscle, task.effects)
+def check_needs(file: File, muscle: Muscle, effects: tuple[Effect, ...], quantities: Iterable[str]) -> None:
+    """Refuse quantities and effects that need what the muscle does not have."""
+    given = built(muscle, effects)
     for effect in given.effects:
         if lacking := given.missing_needs(effect):
-            raise InputError(f"{name_of(effect)} needs {', '.join(lacking)}", path, line_of(raw, "effects"),
+            raise InputError(f"{name_of(effect)} needs {', '.join(lacking)}", file.path, file.line("effects"),
                              cure=f"add {lacking[0]} to [muscle], or leave the effect out")  # fmt: skip
-    for quantity in (task.objective, *(limit.quantity for limit in task.constraints)):
+    for quantity in quantities:
         if lacking := missing(given, quantity):
             unit = muscle_quantities()[lacking[0]][0]
             cure = f'add {lacking[0]} = "{units.example(unit)}" to [muscle]'
-            raise InputError(f"{quantity} needs {', '.join(lacking)}", path, cure=cure)
-
-
-# In words -------------------------------------------------------------------------------------------------------------
-
-
-def describe(found: Design) -> str:
-    """For people: the design, what it is worth, which limits hold it and what they cost."""
-    lines = [_verdict(found), f"{_named(found.objective, found.at)}: {units.show(found.value, found.unit)}"]
-    lines += [f"  {m.quantity:22} {units.show(m.value, m.unit):>14}   {_limits(m)}{_price(m, found)}"
-              for m in (*found.variables, *found.constraints)]  # fmt: skip
-    return "\n".join([*lines, found.starts])
-
-
-def _verdict(found: Design) -> str:
-    if found.outcome == "infeasible":
-        fighting = ", ".join(found.fighting)
-        return f"no design meets {fighting} together; the nearest one misses a limit by {100 * found.miss:.2g} % of it"
-    if found.outcome == "optimal":
-        return "optimal: no small change within the constraints is better"
-    return f"not converged: {100 * found.stationarity:.2g} % of the objective's slope is left, within the constraints"
-
-
-def _named(quantity: str, at: dict[str, float]) -> str:
-    told = ", ".join(f"{name} {units.show(value, CONDITIONS[name])}" for name, value in at.items())
-    return f"{quantity} at {told}" if told else quantity
-
-
-def _limits(m: Met) -> str:
-    ends = [f"{word} {units.show(end, m.unit)}" for word, end in (("min", m.min), ("max", m.max)) if end is not None]
-    return ", ".join(ends)
-
-
-def _price(m: Met, found: Design) -> str:
-    if not m.active:
-        return ""
-    if (m.min is not None and m.value < m.min * (1 - 1e-5)) or (m.max is not None and m.value > m.max * (1 + 1e-5)):
-        return "   missed"
-    worth = f"; 1 % of it is worth {m.relative:.2g} % of the {found.objective}" if m.multiplier else ""
-    return f"   at its limit{worth}"
+            raise InputError(f"{quantity} needs {', '.join(lacking)}", file.path, cure=cure)

@@ -59,10 +59,9 @@ def diagnose(
     known = [kind() for kind in LIBRARY if not kind.rival] if candidates is None else list(candidates)
     told("baseline", 0.0)
     world = universe(light, effects, known, fix=fix, free=free, own=own)
-    with ThreadPoolExecutor(3) as workers:  # three programs to compile, which needs no interpreter
+    with ThreadPoolExecutor(2) as workers:  # two programs to compile, which needs no interpreter
         fitting = workers.submit(fit, light, effects, fix=fix, free=free, own=own, starts=6, seed=seed)
         first = workers.submit(world.fit, frozenset(world.base), world.start)
-        workers.submit(world.warm_up)
         baseline, base = fitting.result(), first.result()
     start = world.start.copy()
     start[world.layout.at(baseline.layout.names)] = baseline.vector
@@ -159,6 +158,11 @@ class _Search:
         taken = np.linalg.lstsq(gram, right, rcond=1e-12)[0]
         return float(self.base.rows @ self.base.rows - right @ taken)
 
+    @property
+    def noise(self) -> float:
+        """What noise alone leaves, N: the least that any tested set and the omnibus basis left of it together."""
+        return min(standing.noise for standing in (self.gate, *self.standings.values()))
+
     def bettered(self, added: frozenset[str]) -> bool:
         """Whether one more effect brings the error far down."""
         mine = self.base if not added else self.trials[added]
@@ -180,9 +184,7 @@ class _Search:
                 self.adequate.append(added)
 
 
-def _verdict(
-    search: _Search, baseline: Fit, experiments: Sequence[Experiment], set_aside: Sequence[str]
-) -> Diagnosis:
+def _verdict(search: _Search, baseline: Fit, experiments: Sequence[Experiment], set_aside: Sequence[str]) -> Diagnosis:
     world, examiner = search.world, search.examiner
     foretell = foretelling(search.adequate, search.trials, examiner)
     kept, classes = simplest(world, foretell, search.trials, search.gate.noise_rms)
@@ -193,7 +195,7 @@ def _verdict(
     near = sorted(tried, key=lambda e: not e.plausible)  # stable: plausible ones first
     nearest = tuple(near[:3]) if verdict == "not in the library" else ()
     rmse, full_scale = world.rmse(search.base.rows), float(np.max(np.abs(world.samples.measured[world.in_newtons])))
-    left = world.rmse(search.trials[kept[0]].rows) if kept else examiner.floor_rmse(search.gate)
+    left = world.rmse(search.trials[kept[0]].rows) if kept else search.noise
     return Diagnosis(
         verdict=verdict,
         negligible=verdict != "nothing detectable" and np.sqrt(max(rmse**2 - left**2, 0)) < NEGLIGIBLE * full_scale,
@@ -206,7 +208,7 @@ def _verdict(
         rests_on=examiner.units.words,
         rmse=rmse,
         held_out_rmse=world.rmse(examiner.left_out(search.base)),
-        noise_floor=examiner.floor_rmse(search.gate),
+        noise_floor=search.noise,
         full_scale=full_scale,
         effects=evidence,
         tried=tuple(tried),
@@ -223,6 +225,9 @@ def _said(
         if not search.gate.rejected and not kept:
             return "inconclusive", ("an added effect lowers the error, but the test does not see that one is missing",)
         return ("not in the library", "missing", "one of")[min(len(kept), 2)], ()
+    if search.gate.test.runs_differ:
+        told = "loops say that something is missing, but parameters that differ from run to run would look the same"
+        return "inconclusive", (f"{told}: record each state in more runs",)
     if not search.examiner.units.trusted and search.gate.test.ratio_p < 1e-4:
         return "inconclusive", ("too few loops to flip, and the noise model alone says that something is missing",)
     noise = float(np.median(search.world.samples.sigma[search.world.in_newtons]))

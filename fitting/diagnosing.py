@@ -6,11 +6,12 @@ from fitting.compare import Comparison, compare
 from fitting.diagnose import diagnose
 from fitting.diagnosis import Diagnosis
 from fitting.evaluate import evaluate
+from fitting.next_measurement import NextMeasurement, next_measurement
 from fitting.own_effects import named
 from fitting.study import Progress
 from fitting.task import Task
 from mckibben_jax.effect import Effect
-from mckibben_jax.effects import LIBRARY
+from mckibben_jax.effects import LIBRARY, SUPPLIES
 
 
 def candidates_of(task: Task, names: Sequence[str], rivals: bool = False) -> tuple[Effect, ...] | None:
@@ -20,14 +21,24 @@ def candidates_of(task: Task, names: Sequence[str], rivals: bool = False) -> tup
     """
     if names:
         return tuple(kind() for kind in named(names, task.library))
-    if not rivals and len(task.library) == len(LIBRARY):
+    if not rivals and len(task.library) == len(LIBRARY) + len(SUPPLIES):
         return None
     return all_candidates(task, rivals)
 
 
 def all_candidates(task: Task, rivals: bool = False) -> tuple[Effect, ...]:
     """All of the library, and the user's own; printed rivals only on request."""
-    return tuple(kind() for kind in task.library.values() if rivals or not kind.rival)
+    return tuple(kind() for kind in task.library.values() if rivals or not (kind.rival or kind.on_request))
+
+
+def following(task: Task, found: Diagnosis, told: Progress) -> NextMeasurement | None:
+    """The recording that would tell apart what a verdict "one of" leaves; None with any other verdict."""
+    if found.verdict != "one of":
+        return None
+    told("which recording would tell them apart", 0.95)
+    extra = [kind() for kind in task.library.values()]
+    asked = {"fix": task.fix, "free": task.free, "own": task.own}
+    return next_measurement(found, task.experiments, known=extra, seed=task.seed, **asked)
 
 
 def diagnosed(task: Task, candidates: Sequence[Effect] | None, told: Progress) -> tuple[Diagnosis, Comparison]:

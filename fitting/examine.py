@@ -10,8 +10,6 @@ from fitting import flips, held_out, omnibus
 from fitting.flips import Noise, Units
 from fitting.universe import Trial, Universe
 
-POWER = 0.84  # normal quantile of power 0.8
-CALIBRATED = 1.5  # measured by injection: at the linear limit itself the power is only 0.2 to 0.3
 INVISIBLE = 0.02  # of a signature's square that must survive the model's own parameters to be seen at all
 ALIKE = 0.9
 
@@ -34,6 +32,7 @@ class Standing:
     columns: tuple[str, ...]  # the candidate of each tested column
     rms_columns: np.ndarray  # of what is left of each column, N
     noise_rms: float
+    noise: float  # the same, N
     reason: str = ""
 
     @property
@@ -51,8 +50,8 @@ class Standing:
         if not at:
             return Seen(float("nan"), None, float("nan"), {})
         visible = [i for i in at if self.test.left[i] ** 2 > INVISIBLE]
-        size = (self.test.critical + POWER) * CALIBRATED
-        limits = [size / self.test.strength[i] * self.rms_columns[i] for i in visible]
+        seen_anyway = np.sqrt(flips.MANY**2 - 1) * self.noise  # where flips are blind
+        limits = [min(self.test.detectable[i] * self.rms_columns[i], seen_anyway) for i in visible]
         absorbed = 1 - max(self.test.left[i] ** 2 for i in at)
         return Seen(
             float(min(self.test.p_effects[i] for i in at)),
@@ -92,8 +91,7 @@ class Examiner:
 
     def stand(self, added: frozenset[str], trial: Trial, fitted: Mapping[frozenset[str], Trial]) -> Standing:
         """Test a fitted set against every candidate that could still be added, at several of its shapes."""
-        names, columns = self._columns(trial, fitted)
-        signatures = np.stack(columns, axis=1) if columns else np.zeros((len(trial.rows), 0))
+        names, signatures = self._columns(trial, fitted)
         noise = self.noise(trial)
         verdict = flips.test(
             trial.rows,
@@ -109,8 +107,9 @@ class Examiner:
         )
         in_newtons = self.world.in_newtons
         beside = flips.removed(signatures, trial.slopes) * self.world.samples.sigma[:, None]
-        rms = np.sqrt(np.mean(beside[in_newtons] ** 2, axis=0)) if columns else np.zeros(0)
-        return Standing(verdict, tuple(names), rms, verdict.floor, self._why_not(added, trial, verdict))
+        rms = np.sqrt(np.mean(beside[in_newtons] ** 2, axis=0))
+        noise = float(verdict.floor * np.sqrt(np.mean(self.world.samples.sigma[in_newtons] ** 2)))
+        return Standing(verdict, tuple(names), rms, verdict.floor, noise, self._why_not(added, trial, verdict))
 
     def _why_not(self, added: frozenset[str], trial: Trial, verdict: flips.Verdict) -> str:
         if verdict.rejected:
@@ -127,18 +126,16 @@ class Examiner:
                 return "does not lower the error on runs left out"
         return ""
 
-    def _columns(self, trial: Trial, fitted: Mapping[frozenset[str], Trial]) -> tuple[list[str], list[np.ndarray]]:
-        names, columns = [], []
+    def _columns(self, trial: Trial, fitted: Mapping[frozenset[str], Trial]) -> tuple[list[str], np.ndarray]:
+        """Whatever could still be added, at several shapes: names, and signatures (rows, names)."""
+        wanted = []
         for candidate in self.world.candidates:
             after = self.world.with_added([candidate], trial.effects)
-            if candidate in trial.effects or self.world.lacking(after):
-                continue
-            for shape in self._shapes(candidate, fitted):
-                column = self.world.signature(trial, candidate, shape)
-                if np.all(np.isfinite(column)) and np.any(column):
-                    names.append(candidate)
-                    columns.append(column)
-        return names, columns
+            if candidate not in trial.effects and not self.world.lacking(after):
+                wanted += [(candidate, shape) for shape in self._shapes(candidate, fitted)]
+        columns = self.world.signatures(trial, wanted)
+        told = np.all(np.isfinite(columns), axis=0) & np.any(columns != 0, axis=0)
+        return [name for (name, _), good in zip(wanted, told, strict=True) if good], columns[:, told]
 
     def _shapes(self, candidate: str, fitted: Mapping[frozenset[str], Trial]) -> list[dict[str, float]]:
         shapes = self.world.shapes(candidate)
@@ -155,8 +152,3 @@ class Examiner:
         if key not in self._left_out:
             self._left_out[key] = self.world.left_out(trial, self.groups, glance)
         return self._left_out[key]
-
-    def floor_rmse(self, standing: Standing) -> float:
-        """What noise alone leaves, N."""
-        sigma = self.world.samples.sigma[self.world.in_newtons]
-        return float(standing.test.floor * np.sqrt(np.mean(sigma**2)))

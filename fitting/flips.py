@@ -12,12 +12,15 @@ from scipy import stats
 from scipy.linalg import solve_triangular
 from scipy.optimize import nnls
 
+from fitting.detection import detectable
 from fitting.residuals import Samples
 
 FLIPS = 1999
 LEVEL = 0.01
 FEW_LEVEL = 0.005
 ENOUGH = 12  # units below which smaller ones are flipped
+MANY = 2.5  # times the noise: so much misfit is a misfit, though flips may be blind to it
+SPREAD = 0.1  # likeness of the units of one run above which they cannot count as independent; noise alone: below 0
 PIECE = 400  # samples whitened together
 MEMORIES = np.array([0.3, 0.5, 0.7, 0.8, 0.9, 0.95, 0.98, 0.99, 0.995, 0.999])
 LAGS = np.array([0, 1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64, 96, 128, 192])
@@ -36,6 +39,12 @@ class Units:
     def count(self) -> int:
         """How many."""
         return int(self.number.max()) + 1
+
+    def runs(self, samples: Samples) -> np.ndarray:
+        """The run of each unit."""
+        run = np.empty(self.count, int)
+        run[self.number] = samples.run
+        return run
 
 
 def numbered(*keys: np.ndarray) -> np.ndarray:
@@ -118,13 +127,14 @@ class Verdict:
     """The test of one fitted model: is anything missing from it?"""
 
     p: float
+    p_runs: float  # the same, had only whole runs been flipped
+    spread: float  # how alike the units of one run err, beyond what all runs share
     p_effects: np.ndarray  # of each candidate column, corrected for all
     p_omnibus: float
     ratio_p: float  # likelihood ratio of the omnibus basis under the noise model
     floor: float  # rms of the rows without what the basis explains, in standard deviations
-    critical: float  # the largest score that chance reaches at the level
-    strength: np.ndarray  # of each candidate column: norm of what the model's parameters leave of it, whitened
-    left: np.ndarray  # the same as a share of the whole column
+    detectable: np.ndarray  # the amount of each candidate column that the test would find; infinite where none
+    left: np.ndarray  # share of each column, whitened, that the model's parameters leave
     cosines: np.ndarray  # between the columns after that
     rms: float
     level: float
@@ -132,7 +142,13 @@ class Verdict:
     @property
     def rejected(self) -> bool:
         """Whether something is missing, by flips or because the misfit is many times the noise."""
-        return self.p < self.level or (self.rms > 2.5 * self.floor and self.ratio_p < 1e-3)
+        by_flips = self.p < self.level and not self.runs_differ
+        return by_flips or (self.rms > MANY * self.floor and self.ratio_p < 1e-3)
+
+    @property
+    def runs_differ(self) -> bool:
+        """Whether a spread of parameters from run to run explains as well what flips of smaller units reject."""
+        return self.p < self.level <= self.p_runs and self.spread > SPREAD
 
 
 def removed(columns: np.ndarray, basis: np.ndarray) -> np.ndarray:
@@ -170,34 +186,69 @@ def test(
     z_left, z_prior = _beside(z, j, curvature, prior_slopes)
     o_left = orthonormal(_beside(o, j, curvature, prior_slopes)[0])
     kept = np.maximum(np.linalg.norm(z_left, axis=0), 1e-300)
-    scores = _by_unit(z_left * e[:, None], unit)
-    constant = z_prior.T @ (prior_rows - prior_slopes @ step)
-    spread = np.sqrt(np.sum(scores**2, axis=0)) + 1e-300
-    omnibus = _by_unit(o_left * e[:, None], unit)
+    scores = _Scores(
+        np.where(kept > 1e-6 * np.linalg.norm(z, axis=0), _by_unit(z_left * e[:, None], unit) / kept, 0.0),
+        z_prior.T @ (prior_rows - prior_slopes @ step) / kept,
+        _by_unit(o_left * e[:, None], unit),
+    )
+    clean = e - o_left @ (o_left.T @ e)
+    run = unit.runs(samples)
     signs = np.random.default_rng(seed).choice([-1.0, 1.0], size=(FLIPS, unit.count))
-    flipped = np.abs(signs @ scores + constant) / spread
-    seen = np.abs(scores.sum(0) + constant) / spread
-    seen = np.where(kept > 1e-6 * np.linalg.norm(z, axis=0), seen, 0.0)
-    top = flipped.max(axis=1) if m else np.zeros(FLIPS)
-    q = np.sum(omnibus.sum(0) ** 2)
-    p_omnibus = _share(np.sum((signs @ omnibus) ** 2, axis=1) >= q)
-    p_effects = np.array([_share(top >= value) for value in seen])
-    p_max = p_effects.min() if m else 1.0
-    freedom = max(len(e) - k - o_left.shape[1], 1)
+    by_unit, by_run = scores.under(signs), scores.under(signs[:, np.unique(run, return_inverse=True)[1]])
+    noise_scores = _by_unit(z_left * (e if by_unit.p > unit.level else clean)[:, None], unit) / kept
+    q, freedom = np.sum(scores.omnibus.sum(0) ** 2), max(len(e) - k - o_left.shape[1], 1)
     ratio = (q / o_left.shape[1]) / (max(np.sum(e**2) - q, 1e-300) / freedom)
     return Verdict(
-        p=float(min(1.0, 2 * min(p_max, p_omnibus))),
-        p_effects=p_effects,
-        p_omnibus=p_omnibus,
+        p=by_unit.p,
+        p_runs=by_run.p,
+        spread=alike_within(_by_unit(o_left * clean[:, None], unit), run),
+        p_effects=by_unit.p_effects,
+        p_omnibus=by_unit.p_omnibus,
         ratio_p=float(stats.f.sf(ratio, o_left.shape[1], freedom)),
         floor=plain_floor,
-        critical=float(np.quantile(top, 1 - unit.level / 2)) if m else np.inf,
-        strength=kept,
+        detectable=detectable(z_left / kept, noise_scores, unit.number, signs, unit.level / 2) / kept,
         left=kept / np.maximum(np.linalg.norm(z, axis=0), 1e-300),
         cosines=(z_left / kept).T @ (z_left / kept),
         rms=float(np.sqrt(np.mean(rows**2))),
         level=unit.level,
     )
+
+
+@dataclass(frozen=True)
+class _Scores:
+    """Of every candidate (units, candidates) and of the omnibus basis (units, q); `prior` is what never flips."""
+
+    effects: np.ndarray
+    prior: np.ndarray
+    omnibus: np.ndarray
+
+    def under(self, signs: np.ndarray) -> "_Chance":
+        """The largest of all candidates, and the omnibus sum, compared with what flips (flips, units) make of them."""
+        seen = np.abs(self.effects.sum(0) + self.prior)
+        top = np.abs(signs @ self.effects + self.prior).max(axis=1, initial=0.0)
+        q = np.sum(self.omnibus.sum(0) ** 2)
+        p_omnibus = _share(np.sum((signs @ self.omnibus) ** 2, axis=1) >= q)
+        p_effects = np.array([_share(top >= value) for value in seen])
+        return _Chance(float(min(1.0, 2 * min(p_effects.min(initial=1.0), p_omnibus))), p_effects, p_omnibus)
+
+
+@dataclass(frozen=True)
+class _Chance:
+    p: float
+    p_effects: np.ndarray
+    p_omnibus: float
+
+
+def alike_within(scores: np.ndarray, run: np.ndarray) -> float:
+    """How alike the scores (units, q) of one run's units are, beyond what all runs share: 0 for noise, 1 for a spread.
+
+    `scores` are of rows from which the smooth misfit that runs have in common is removed. A parameter that differs from
+    run to run leaves the same trace in all units of a run; then these do not err independently.
+    """
+    pairs = (run[:, None] == run[None, :]) & ~np.eye(len(run), dtype=bool)
+    products, squares = scores @ scores.T, np.sum(scores**2, axis=1)
+    both = 0.5 * (squares[:, None] + squares[None, :])
+    return float(products[pairs].sum() / both[pairs].sum()) if pairs.any() and both[pairs].sum() > 0 else 0.0
 
 
 def _beside(

@@ -1,6 +1,6 @@
 """Fit what may vary to what was measured: optimistix, in a box, from several starts in one compiled call."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import equinox as eqx
@@ -8,6 +8,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import optimistix as optx
+from jaxtyping import ArrayLike
 from scipy.stats import qmc
 
 from fitting.box import BoxLevenbergMarquardt
@@ -21,7 +22,11 @@ MAX_STEPS = 150
 
 
 class Subset(eqx.Module):
-    """One fit among many that share a compiled function: which effects are there, which numbers are free."""
+    """One fit among many that share a compiled function: which effects are there, which numbers are free.
+
+    Where `turned` is not 0, that many switches stand behind the unknowns in `full` and may be free like them: the
+    slopes along them are the signatures of missing effects.
+    """
 
     full: jax.Array  # every unknown
     free: jax.Array  # positions of those that vary
@@ -30,6 +35,7 @@ class Subset(eqx.Module):
     lower: jax.Array  # of every unknown
     upper: jax.Array
     logarithmic: jax.Array
+    turned: int = eqx.field(static=True, default=0)
 
     def vector(self, place: jax.Array) -> jax.Array:
         """All unknowns, from the free ones' places in the unit box."""
@@ -37,6 +43,11 @@ class Subset(eqx.Module):
         low, high = jnp.where(log, lower, 1.0), jnp.where(log, upper, 1.0)
         straight = lower + place * (upper - lower)
         return self.full.at[self.free].set(jnp.where(log, low * (high / low) ** place, straight))
+
+    def point(self, place: jax.Array) -> tuple[jax.Array, jax.Array]:
+        """All unknowns, and all switches."""
+        whole = self.vector(place)
+        return (whole[: -self.turned], whole[-self.turned :]) if self.turned else (whole, self.switches)
 
     def place(self, vector: jax.Array) -> jax.Array:
         """The inverse of `vector`."""
@@ -59,21 +70,25 @@ def rows_and_slopes(given: Problem, subset: Subset, place: jax.Array) -> tuple[j
     """
 
     def rows(at: jax.Array) -> jax.Array:
-        return given.rows(subset.vector(at), subset.switches, subset.live)
+        return given.rows(*subset.point(at), subset.live)
 
     one = lambda tangent: jax.jvp(rows, (place,), (tangent,))  # noqa: E731
     return jax.vmap(one, out_axes=(None, 1))(jnp.eye(place.size))
 
 
-@jax.custom_jvp
-def _rows(given: Problem, subset: Subset, place: jax.Array) -> jax.Array:
-    return rows_and_slopes(given, subset, place)[0]
+def _with_slopes(evaluate: Callable) -> Callable:
+    """The rows as a function of (problem, subset, place) whose derivative is the slopes that came with them."""
 
+    @jax.custom_jvp
+    def rows(given: Problem, subset: Subset, place: jax.Array) -> jax.Array:
+        return evaluate(given, subset, place)[0]
 
-@_rows.defjvp
-def _(primals, tangents):  # type: ignore[no-untyped-def]
-    rows, slopes = rows_and_slopes(*primals)
-    return rows, slopes @ tangents[2]
+    @rows.defjvp
+    def _(primals, tangents):  # type: ignore[no-untyped-def]
+        value, slopes = evaluate(*primals)
+        return value, slopes @ tangents[2]
+
+    return rows
 
 
 class Ended(eqx.Module):
@@ -96,15 +111,18 @@ class Solved(eqx.Module):
 
 
 @eqx.filter_jit
-def solve(given: Problem, subset: Subset, starts: jax.Array, steps: int = MAX_STEPS) -> Solved:
+def solve(
+    given: Problem, subset: Subset, starts: jax.Array, steps: int = MAX_STEPS, look: ArrayLike = False
+) -> Solved:
     """Search from each start (starts, free) in turn; a loop over starts, for on a CPU it beats a batch of solvers.
 
-    Only the best point's rows and slopes are kept, so that memory does not grow with the number of starts.
+    `look`, which may be traced, ends each search at its start: rows and slopes there, without another compilation. Only
+    the best point's rows and slopes are kept, so that memory does not grow with the number of starts.
     """
 
     def one(best: tuple, start: jax.Array) -> tuple[tuple, Ended]:
-        solver = BoxLevenbergMarquardt(jnp.zeros_like(start), jnp.ones_like(start))
-        fn = lambda at, args: _rows(*args, at)  # noqa: E731
+        solver = BoxLevenbergMarquardt(jnp.zeros_like(start), jnp.ones_like(start), look=look)
+        fn = lambda at, args: rows(*args, at)  # noqa: E731
         found = optx.least_squares(fn, solver, start, args=(given, subset), max_steps=steps, throw=False)
         info = found.state.f_info  # type: ignore[attr-defined]
         cost = 0.5 * jnp.sum(info.residual**2)
@@ -113,6 +131,8 @@ def solve(given: Problem, subset: Subset, starts: jax.Array, steps: int = MAX_ST
         mine = (found.value, cost, info.residual, info.jac.as_matrix())
         return jax.tree.map(lambda a, b: jnp.where(cost < best[1], b, a), best, mine), end
 
+    # python runs through the model once, however often the solver looks at its derivatives
+    rows = _with_slopes(eqx.filter_closure_convert(rows_and_slopes, given, subset, starts[0]))
     count = sum(block.keep.size for block in given.blocks) + given.prior_at.size
     free = starts.shape[1]
     nowhere = (starts[0], jnp.asarray(jnp.inf), jnp.full(count, jnp.nan), jnp.full((count, free), jnp.nan))

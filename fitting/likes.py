@@ -83,10 +83,10 @@ def _of_one_kind(
     world: Universe, equals: Sequence[frozenset[str]], first: frozenset[str], trials: Mapping[frozenset[str], Trial]
 ) -> bool:
     """Whether equals are rivals of one family, or hold the first of them as a special case."""
-    family = world.template[min(first)].family
+    family = world.effects[min(first)].family
     others = [added for added in equals if added != first]
     return all(
-        (family is not None and world.template[min(other)].family == family)
+        (family is not None and world.effects[min(other)].family == family)
         or contains(world, trials[other], trials[first], held_out.rms(trials[first].rows))
         for other in others
     )

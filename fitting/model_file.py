@@ -11,9 +11,12 @@ import tomlkit
 from tomlkit.items import InlineTable, Table
 
 from fitting import units
+from fitting.define import Defined, defined_name
 from fitting.errors import InputError, unknown_name
 from fitting.least_squares import Fit
 from fitting.muscle_file import line_of, read_toml
+from fitting.own_effects import with_line
+from fitting.posterior_priors import Prior, stated_priors
 from fitting.program import program_version
 from fitting.records import Experiment
 from mckibben_jax.effect import Effect, name_of
@@ -37,6 +40,7 @@ class ModelFile:
     values: dict[str, float]  # by full name, SI
     states: dict[str, str]
     data: dict[str, str] = field(default_factory=dict)  # data set -> sha256
+    priors: dict[str, Prior] = field(default_factory=dict)  # by full name, for the posterior
 
     def fitted_to(self, experiments: Sequence[Experiment]) -> bool:
         """Whether these are the very data that it was fitted to."""
@@ -77,6 +81,7 @@ def read_model(path: Path | str, known: dict[str, type[Effect]]) -> ModelFile:
         values,
         states,
         {name: str(text).removeprefix("sha256:") for name, text in data.items()},
+        stated_priors(table, effects, path, raw),
     )
 
 
@@ -105,18 +110,31 @@ def _read_effect(
     name = entry.get("name") if isinstance(entry, dict) else None
     if not isinstance(name, str):
         raise InputError("an [[effect]] has no name", path, cure='write name = "ideal_cylinder"')
+    if "define" in entry:
+        known = _with_defined(name, entry["define"], known, path, raw)
     if name not in known:
         error = unknown_name("effect", name, known, path)
-        error.cure += " An effect of your own needs --effect-file"
+        error.cure += " An effect of your own needs --effect-file or --define"
         raise error
     declared = {p.name: p for p in parameters(known[name])}
-    given = {key: value for key, value in entry.items() if key != "name"}
+    given = {key: value for key, value in entry.items() if key not in ("name", "define")}
     found = _read_table(given, {k: p.unit for k, p in declared.items()}, path, raw, states, name)
     for key, value in found.items():
         p = declared[key.split("@")[0]]
         check_range(f"{name}.{key}", value, p.lower, p.upper, p.unit, path, line_of(raw, key))
         values[f"{name}.{key}"] = value
     return known[name](**{key: value for key, value in found.items() if "@" not in key})
+
+
+def _with_defined(
+    name: str, line: Any, known: dict[str, type[Effect]], path: Path, raw: bytes
+) -> dict[str, type[Effect]]:
+    """The known effects and the one that an [[effect]] carries its own definition of: read as data, never run."""
+    row = line_of(raw, "define")
+    if not isinstance(line, str) or defined_name(line) != name:
+        cure = f'write define = "{name} = ..." as in --define'
+        raise InputError(f"define does not define '{name}'", path, row, value=line, cure=cure)
+    return with_line(known, line, path, row)
 
 
 def check_range(
@@ -230,6 +248,8 @@ def _muscle_table(fit: Fit, dataset: int, experiment: Experiment) -> Table:
 def _effect_table(fit: Fit, effect: Effect) -> Table:
     table = tomlkit.table()
     table["name"] = name_of(effect)
+    if isinstance(effect, Defined):
+        table["define"] = effect.line
     declared = {p.name: p.unit for p in parameters(effect)}
     for full in fit.layout.of_effect(name_of(effect)):
         key = full.split(".", 1)[1]

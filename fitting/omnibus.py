@@ -5,6 +5,8 @@ import numpy as np
 from fitting.residuals import Samples
 
 HATS = 6
+ACROSS = 5  # most hats in the other variable: pressure in loops, contraction where it is held
+SAME_LEVEL = 0.03  # of the range: levels closer than this are one
 
 
 def basis(samples: Samples) -> np.ndarray:
@@ -27,11 +29,12 @@ def _columns(s: Samples) -> np.ndarray:
         return _surface(s, pressure)
     along = pressure if held else s.contraction
     across = _unit(s.contraction) if held else pressure
-    hats = _hats(along)
+    hats = _hats(along, np.linspace(along.min(), along.max() + 1e-12, HATS))
+    levels = _hats(across, _levels(across))
+    surface = (hats[:, :, None] * levels[:, None, :]).reshape(len(hats), -1)
     direction = np.sign(s.branch)[:, None]
-    columns = [hats, hats * direction, hats * across[:, None], hats * (across[:, None] * direction)]
-    columns += [moving[:, None], moving[:, None] * direction, _unit(s.loop)[:, None]]
-    return np.hstack(columns)
+    rest = [moving[:, None], moving[:, None] * direction, _unit(s.loop)[:, None]]
+    return np.hstack([surface, surface * direction, *rest])
 
 
 def _surface(s: Samples, pressure: np.ndarray) -> np.ndarray:
@@ -43,10 +46,18 @@ def _surface(s: Samples, pressure: np.ndarray) -> np.ndarray:
     return np.stack(even + odd, axis=1)
 
 
-def _hats(x: np.ndarray) -> np.ndarray:
+def _hats(x: np.ndarray, knots: np.ndarray) -> np.ndarray:
     """Piecewise linear functions that add up to one."""
-    knots = np.linspace(x.min(), x.max() + 1e-12, HATS)
-    return np.stack([np.interp(x, knots, row) for row in np.eye(HATS)], axis=1)
+    return np.stack([np.interp(x, knots, row) for row in np.eye(len(knots))], axis=1)
+
+
+def _levels(x: np.ndarray) -> np.ndarray:
+    """The levels at which something was held, where they are few; else evenly spread."""
+    ordered = np.sort(x)
+    ends = np.flatnonzero(np.diff(ordered) > SAME_LEVEL * max(np.ptp(x), 1e-12)) + 1
+    if len(ends) < ACROSS:
+        return np.array([np.median(part) for part in np.split(ordered, ends)])
+    return np.linspace(ordered[0], ordered[-1], ACROSS)
 
 
 def _unit(x: np.ndarray) -> np.ndarray:

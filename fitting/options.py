@@ -58,6 +58,7 @@ class Asked:
     free: tuple[str, ...] = ()
     own: tuple[str, ...] = ()
     effect_file: str | None = None
+    define: tuple[str, ...] = ()
     starts: int = 8
     save: str | None = None
     keep: bool = False
@@ -100,6 +101,7 @@ model_options = _all(
     click.option("--free", multiple=True, metavar="NAME...", help="Parameters that vary though taken as exact."),
     click.option("--own", multiple=True, metavar="NAME...", help="Parameters that each data set has for itself."),
     click.option("--effect-file", metavar="FILE", help="Python file with effects of your own."),
+    click.option("--define", multiple=True, metavar="LINE", help="An effect: 'drag = -B*v, B = 5 N s/m (0..99)'."),
 )
 
 candidate_options = _all(

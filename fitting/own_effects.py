@@ -1,4 +1,4 @@
-"""Effects of a user's own: classes in a Python file that is named on the command line, and nowhere else."""
+"""Effects of a user's own: single lines, and classes in a Python file, which is named on the command line only."""
 
 import hashlib
 import importlib.util
@@ -8,21 +8,40 @@ import traceback
 from collections.abc import Sequence
 from pathlib import Path
 
+from fitting.define import Defined, defined
 from fitting.errors import InputError, unknown_name
 from mckibben_jax.effect import Effect, Energy, Felt, Lost, Pulling, Read, name_of
-from mckibben_jax.effects import LIBRARY
+from mckibben_jax.effects import LIBRARY, SUPPLIES
 
 KINDS = (Effect, Felt, Energy, Pulling, Lost, Read)
 
 
-def library(effect_file: str | None = None) -> dict[str, type[Effect]]:
-    """Every effect by its name: the program's, and those of a user's file."""
-    known = {name_of(kind): kind for kind in LIBRARY}
+def library(effect_file: str | None = None, define: Sequence[str] = ()) -> dict[str, type[Effect]]:
+    """Every effect by its name: the program's, those of a user's file, and those that a line each defines."""
+    known = {name_of(kind): kind for kind in (*LIBRARY, *SUPPLIES)}
     for kind in read_effects(effect_file) if effect_file else ():
         if name_of(kind) in known:
             raise InputError(f"the library has an effect '{name_of(kind)}' already", effect_file, cure="rename yours")
         known[name_of(kind)] = kind
+    for line in define:
+        known = with_line(known, line, "--define")
     return known
+
+
+def with_line(
+    known: dict[str, type[Effect]], line: str, file: str | Path, row: int | None = None
+) -> dict[str, type[Effect]]:
+    """The known effects and the one that a line defines, which stands in this place."""
+    try:
+        kind = defined(line)
+    except InputError as error:
+        raise InputError(error.problem, file, row, value=error.value, cure=error.cure) from None
+    name = name_of(kind)
+    if known.get(name, kind) is not kind:
+        before = known[name]
+        also = f"as '{before.line}'" if issubclass(before, Defined) else "in a file of effects"
+        raise InputError(f"'{name}' is defined already, {also}", file, row, value=line, cure="give one another name")
+    return {**known, name: kind}
 
 
 def named(names: Sequence[str], known: dict[str, type[Effect]]) -> tuple[type[Effect], ...]:

@@ -5,17 +5,20 @@ import io
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from importlib import resources
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fitting import figures, units
+from fitting import figures, maps, units
 from fitting.compare import Comparison
 from fitting.compare import Table as ErrorTable
 from fitting.diagnosis import Diagnosis, Evidence
+from fitting.fall import fall_html
 from fitting.figures import Stage
 from fitting.least_squares import Fit
+from fitting.loops_picture import frame, key, loops_html, thinned_in_words
 from fitting.model_file import state_of
+from fitting.panels import panels
 from fitting.report import sorted_evidence
 from fitting.results import provenance, shown_names, write_text
 from fitting.sentences import (
@@ -38,6 +41,15 @@ from fitting.sentences import (
 from fitting.task import Task
 from mckibben_jax.effect import Effect
 from mckibben_jax.parameter import parameters
+
+if TYPE_CHECKING:
+    from fitting.next_measurement import NextMeasurement
+
+
+TERMS = (
+    "Seen from: the smallest error that this effect would be noticed at, as rms left after the model is fitted again.",
+    "Absorbed: how much of its trace the model's own parameters can imitate; near 100 % it hides in them.",
+)
 
 
 @dataclass(frozen=True)
@@ -73,31 +85,49 @@ class Section:
 
 
 def write_page(
-    path: str, task: Task, c: Comparison, d: Diagnosis | None = None, stages: Sequence[Stage] = ()
+    path: str,
+    task: Task,
+    c: Comparison,
+    d: Diagnosis | None = None,
+    stages: Sequence[Stage] = (),
+    *,
+    planned: "NextMeasurement | None" = None,
+    posterior: str = "",
 ) -> None:
-    """Write the page of a comparison, with the diagnosis and the steps of the study if there are any."""
-    write_text(path, page(task, c, d, stages))
+    """Write the page of a comparison, with what else there is: diagnosis, steps, next measurement, posterior."""
+    write_text(path, page(task, c, d, stages, planned=planned, posterior=posterior))
 
 
-def write_words(path: str, title: str, shown: Iterable[Any]) -> None:
-    """Write a page that says what the terminal says."""
-    words = Section("", plain=_text(shown))
-    write_text(path, _rendered(title=title, about="mckibben", verdict=title, sections=[words]))
+def write_words(path: str, title: str, shown: Iterable[Any], pictures: Sequence[Section] = ()) -> None:
+    """Write a page that says what the terminal says, under pictures if there are any."""
+    words = Section("", plain=as_text(shown))
+    write_text(path, _rendered(title=title, about="mckibben", verdict=title, sections=[*pictures, words]))
 
 
-def page(task: Task, c: Comparison, d: Diagnosis | None = None, stages: Sequence[Stage] = ()) -> str:
-    """The page as text."""
+def page(
+    task: Task,
+    c: Comparison,
+    d: Diagnosis | None = None,
+    stages: Sequence[Stage] = (),
+    *,
+    planned: "NextMeasurement | None" = None,
+    posterior: str = "",
+) -> str:
+    """The page as text; `posterior` as the terminal shows it."""
     verdict = judged(c) if d is None else verdict_in_words(d)
     lead = [] if d is None else [text for text in (leading_in_words(d, c.unit), judged(c)) if text]
     if len(stages) > 1:
         first, last = stages[0].rmse, stages[-1].rmse
         lead.append(f"The error fell from {amount(first, c.unit)} to {amount(last, c.unit)}.")
+    steps = steps_with_models(c, stages)
     sections = [
-        _fall(c, d, stages),
-        Section("Measured and model", picture=figures.as_svg(figures.traces(c, task.experiments), "runs")),
+        _fall(c, d, stages, chosen=len(steps) > 1),
+        _loops(c, task, steps),
         _where(c),
-        *([] if d is None else [_effects(d, c, task)]),
+        *([] if d is None else [_effects(d, c, task), _alike(d)]),
         _parameters(c.fit),
+        *([] if planned is None else [_planned(planned)]),
+        *([Section("What the data leave open: posterior", plain=posterior)] if posterior else []),
         _provenance(task, c, d),
     ]
     return _rendered(
@@ -107,12 +137,19 @@ def page(task: Task, c: Comparison, d: Diagnosis | None = None, stages: Sequence
         lead=lead,
         cards=_cards(c, d),
         warnings=fit_in_words(c.fit),
-        sections=sections,
+        sections=[section for section in sections if section is not None],
+        style=pictures_style(),
+        steps=len(steps),
     )
 
 
+def pictures_style() -> str:
+    """Style of the pictures that are HTML."""
+    return resources.files("fitting").joinpath("pictures.css").read_text(encoding="utf-8")
+
+
 def _rendered(**content: Any) -> str:
-    return _template().render({"lead": (), "cards": (), "warnings": (), **content})
+    return _template().render({"lead": (), "cards": (), "warnings": (), "style": "", "steps": 0, **content})
 
 
 @functools.cache
@@ -123,7 +160,8 @@ def _template() -> Any:
     return Environment(autoescape=True, trim_blocks=True, lstrip_blocks=True).from_string(source)
 
 
-def _text(shown: Iterable[Any]) -> str:
+def as_text(shown: Iterable[Any]) -> str:
+    """What the terminal would show, as plain text."""
     from rich.console import Console
 
     console = Console(record=True, width=100, file=io.StringIO(), highlight=False, markup=False)
@@ -146,13 +184,30 @@ def _cards(c: Comparison, d: Diagnosis | None) -> list[tuple[str, str]]:
     return cards if d is None else [*cards, (f"{d.p_value:.2g}", "p in the test that nothing is missing")]
 
 
-def _fall(c: Comparison, d: Diagnosis | None, stages: Sequence[Stage]) -> Section:
-    stages = stages or _stages(c, d)
-    picture = figures.as_svg(figures.waterfall(stages, c.floor, c.unit), "fall")
-    rows = tuple(Line((s.added, amount(s.rmse, c.unit), amount(s.left_out, c.unit), s.verdict)) for s in stages)
-    judged_ones = any(s.verdict for s in stages)
-    steps = (Grid(("added", "rms", "on runs left out", "verdict then"), rows, words=(3,)),) if judged_ones else ()
-    return Section("The error, down to the noise", picture=picture, tables=steps)
+def _fall(c: Comparison, d: Diagnosis | None, stages: Sequence[Stage], chosen: bool) -> Section:
+    shown = stages or _stages(c, d)
+    bars = fall_html(shown, c.floor, c.unit, choose="step" if chosen else "")
+    rows = tuple(Line((s.added, amount(s.rmse, c.unit), amount(s.left_out, c.unit), s.verdict)) for s in shown)
+    judged_ones = len(shown) > 1 and any(s.verdict for s in shown)
+    tables = (Grid(("added", "rms", "on runs left out", "verdict then"), rows, words=(3,)),) if judged_ones else ()
+    words = ("Choose a bar: the loops below show the model with the effects up to there.",) if chosen else ()
+    return Section("The error, down to the noise", sentences=words, picture=bars, tables=tables)
+
+
+def steps_with_models(c: Comparison, stages: Sequence[Stage]) -> list[np.ndarray]:
+    """The residual of every step, if each is known on the same samples; else that of the last model alone."""
+    known = [stage.residual for stage in stages if stage.residual is not None]
+    if stages and len(known) == len(stages) and all(len(r) == len(c.fit.residual) for r in known):
+        return known
+    return [c.fit.residual]
+
+
+def _loops(c: Comparison, task: Task, steps: Sequence[np.ndarray]) -> Section:
+    shown = panels(task.experiments, c.fit.samples, steps[0])
+    frames = [frame(panel, k, steps) for k, panel in enumerate(shown)]
+    runs = sum(len(recording.runs) for e in task.experiments for recording in e.recordings)
+    picture = key(frames) + loops_html(frames, steps)
+    return Section("Measured and model", picture=picture, caption=thinned_in_words(frames, runs))
 
 
 def _stages(c: Comparison, d: Diagnosis | None) -> list[Stage]:
@@ -165,14 +220,31 @@ def _stages(c: Comparison, d: Diagnosis | None) -> list[Stage]:
 
 
 def _where(c: Comparison) -> Section:
-    picture = "" if c.cells is None else figures.as_svg(figures.residual_map(c), "map")
     return Section(
         "Where it fails",
         sentences=(f"Worst at {c.worst}.", _sentence(kind_in_words(c))),
-        picture=picture,
+        picture="" if c.cells is None else _switched_maps(c),
         folded=tuple(_errors_by(table, c.unit) for table in c.tables),
         folded_title="Tables by pressure, contraction, branch, speed and run",
     )
+
+
+def _switched_maps(c: Comparison) -> str:
+    """The misfit over contraction and pressure, by branch or by parity, as the reader switches."""
+    pairs = [("branch", maps.branch_maps(c)), ("parity", maps.parity_maps(c))]
+    pairs = [(name, drawn) for name, drawn in pairs if drawn]
+    words = {"branch": "by branch", "parity": "even and odd in the direction"}
+    buttons = "".join(
+        f'<label><input type="radio" name="map" id="map-{name}"{" checked" if not k else ""}> {words[name]}</label>'
+        for k, (name, _) in enumerate(pairs)
+    )
+    shown = "".join(
+        f'<div class="maps {name}">'
+        + "".join(f"<figure>{figures.as_svg(f, f'{name}{k}')}</figure>" for k, f in enumerate(drawn))
+        + "</div>"
+        for name, drawn in pairs
+    )
+    return (f'<fieldset class="switch">{buttons}</fieldset>' if len(pairs) > 1 else "") + shown
 
 
 def _sentence(text: str) -> str:
@@ -198,7 +270,7 @@ def _effects(d: Diagnosis, c: Comparison, task: Task) -> Section:
     unseen = Grid(("cannot be seen", "why"), tuple(Line((", ".join(v), k)) for k, v in blind.items()), words=(1,))
     return Section(
         "Which effects could explain it",
-        sentences=(p_in_words(d),),
+        sentences=(p_in_words(d), *TERMS),
         picture=figures.as_svg(figures.effects_picture(d, c.floor, unit), "effects") if helping or idle else "",
         tables=(grid,) if helping else (),
         folded=tuple(table for table in (others, unseen) if table.rows),
@@ -222,6 +294,24 @@ def _evidence(e: Evidence, unit: str, known: dict[str, type[Effect]]) -> tuple[s
         estimate,
         f"{alike} {e.alike[alike]:.2f}" if alike else "",
     )
+
+
+def _alike(d: Diagnosis) -> Section | None:
+    """Which effects leave nearly the same trace in these data."""
+    if not maps.alike_names(d):
+        return None
+    words = (
+        "1: two effects change these data in the same way, once the model has given way; 0: in ways that have nothing "
+        "in common.",
+        *(f"{' = '.join(group)}: these data cannot tell them apart." for group in d.classes),
+    )
+    picture = figures.as_svg(maps.alike_map(d), "alike")
+    return Section("Which effects look alike here", sentences=words, picture=picture)
+
+
+def _planned(planned: "NextMeasurement") -> Section:
+    told = [f"{planned.what}: {planned.why}", f"It tells them apart in {percent(planned.power)} of the cases."]
+    return Section("What to measure next", sentences=tuple(_sentence(text.rstrip(".")) for text in told))
 
 
 def _p(value: float) -> str:

@@ -2,7 +2,7 @@
 
 import math
 import warnings
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +11,8 @@ import numpy as np
 
 from fitting import units
 from fitting.least_squares import Fit
-from fitting.residuals import Samples
+from fitting.posterior_predict import Band
+from fitting.posterior_target import Posed
 from fitting.uncertainty import clusters
 
 CORRELATION_TIMES, RHAT = 50, 1.01  # a chain is long enough from here on, and ensembles agree below this
@@ -22,7 +23,11 @@ FEW_LOOPS = 8  # fewer say little about what loops share
 
 @dataclass(frozen=True)
 class Quantity:
-    """One parameter's posterior, SI. `robust_error` is the fit's standard error, robust to errors shared in a loop."""
+    """One parameter's posterior, SI. `robust_error` is its standard deviation, robust to errors shared in a loop.
+
+    `contraction` is the share of the prior's variance that the data took away, `prior_sensitivity` how far a sharper or
+    wider prior would move it (above 0.05 the prior has a say). R-hat is NaN where draws are independent.
+    """
 
     median: float
     q05: float
@@ -33,6 +38,19 @@ class Quantity:
     ess_tail: float
     robust_error: float
     unit: str
+    prior: str = ""
+    contraction: float = float("nan")
+    prior_sensitivity: float = float("nan")
+
+
+@dataclass(frozen=True)
+class Missing:
+    """The test that nothing is missing from the model, with which a diagnosis begins."""
+
+    p_value: float
+    level: float
+    rejected: bool
+    rests_on: str
 
 
 @dataclass(frozen=True)
@@ -47,7 +65,7 @@ class Draws:
         e, steps, walkers, _ = self.values.shape
         chains = np.moveaxis(self.values, 1, 2).reshape(e * walkers, steps, len(self.names))
         data = {name.replace("/", "_"): chains[..., i] for i, name in enumerate(self.names)}
-        return _arviz().from_dict(posterior=data, attrs={"ensembles": e, "walkers": walkers})
+        return arviz().from_dict(posterior=data, attrs={"ensembles": e, "walkers": walkers})
 
 
 @dataclass(frozen=True)
@@ -55,11 +73,15 @@ class Posterior:
     """What the data leave open. Any warning means that the quantiles must not be taken at their word."""
 
     parameters: dict[str, Quantity]
-    noise: dict[str, Quantity]  # by unit of measurement: misfit in units of the noise of one reading
+    noise: dict[str, Quantity]  # sizes in units of the noise of one reading, memories in readings
     held: tuple[str, ...]  # asked to vary, but these data cannot see them
     draws: Draws
+    bands: list[Band]
     readings: int
-    counted: float  # independent readings that they amount to
+    method: str
+    settled: bool  # whether the chains are long enough and agree
+    calibrated: bool  # whether nothing says that the model or its noise is wrong
+    missing: Missing | None
     warnings: tuple[str, ...]
     notes: tuple[str, ...]
 
@@ -68,10 +90,21 @@ class Posterior:
         """Whether nothing speaks against the quantiles."""
         return not self.warnings
 
+    def of_independent(self, effective: float, khat: float) -> "Posterior":
+        """The same for weighted draws that are no chain: R-hat says nothing, the weights say what they are worth."""
+        nan = float("nan")
+        parameters, noise = (
+            {name: replace(q, rhat=nan, ess_bulk=effective, ess_tail=effective) for name, q in some.items()}
+            for some in (self.parameters, self.noise)
+        )
+        note = f"{self.method}: the draws are worth {effective:.0f} independent ones, k-hat {khat:.2f}"
+        return replace(self, parameters=parameters, noise=noise, notes=(*self.notes, note))
 
-def _arviz() -> Any:
+
+def arviz() -> Any:
+    """The library, which announces its next version at every start."""
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # arviz announces its next version at every start
+        warnings.simplefilter("ignore")
         import arviz
     return arviz
 
@@ -87,12 +120,6 @@ def correlation_steps(chains: np.ndarray) -> float:
     with np.errstate(invalid="ignore", divide="ignore"):
         times = np.mean([emcee.autocorr.integrated_time(chain, tol=0, quiet=True) for chain in chains], axis=0)
     return float(np.max(np.where(np.isfinite(times), np.maximum(times, 1.0), np.inf)))
-
-
-def slim(chains: np.ndarray) -> np.ndarray:
-    """Every step that tells something new: two for each correlation time."""
-    time = correlation_steps(chains)
-    return chains[:, :: max(1, int(time / 2)) if np.isfinite(time) else 1]
 
 
 def effective_samples(chains: np.ndarray) -> float:
@@ -112,7 +139,7 @@ def halves(chains: np.ndarray) -> np.ndarray:
 
 
 def _rhat(chains: np.ndarray) -> float:
-    return float(_arviz().rhat(halves(chains)))
+    return float(arviz().rhat(halves(chains)))
 
 
 def settled(chains: np.ndarray) -> bool:
@@ -135,23 +162,26 @@ def unsettled(names: tuple[str, ...], chains: np.ndarray, ended: str) -> tuple[s
     return tuple(told)
 
 
-def quantities(fit: Fit, names: tuple[str, ...], chains: np.ndarray) -> dict[str, Quantity]:
-    """Quantiles and their trustworthiness by name."""
+def quantities(fit: Fit, what: Posed, chains: np.ndarray, robust: np.ndarray) -> dict[str, Quantity]:
+    """Quantiles and their trustworthiness by name; `robust` multiplies the standard deviations."""
     unit = {entry.name: entry.unit for entry in fit.layout.entries}
     found = {}
-    for i, name in enumerate(names):
+    for i, name in enumerate(what.names):
         one, apart = chains[..., i].reshape(-1), halves(chains[..., i])
         q05, median, q95 = map(float, np.quantile(one, (0.05, 0.5, 0.95)))
+        sd, prior = float(np.std(one)), what.priors.get(name)
         found[name] = Quantity(
             median=median,
             q05=q05,
             q95=q95,
-            sd=float(np.std(one)),
+            sd=sd,
             rhat=_rhat(chains[..., i]),
-            ess_bulk=float(_arviz().ess(apart, method="bulk")),
-            ess_tail=float(_arviz().ess(apart, method="tail")),
-            robust_error=fit.error(name),
+            ess_bulk=float(arviz().ess(apart, method="bulk")),
+            ess_tail=float(arviz().ess(apart, method="tail")),
+            robust_error=float(robust[i]) * sd,
             unit=unit.get(name, "1"),
+            prior="" if prior is None else prior.told(unit[name]),
+            contraction=float("nan") if prior is None else 1 - (sd / what.spreads[name]) ** 2,
         )
     return found
 
@@ -159,37 +189,43 @@ def quantities(fit: Fit, names: tuple[str, ...], chains: np.ndarray) -> dict[str
 # Whether the model can be trusted -------------------------------------------------------------------------------------
 
 
-def doubts(fit: Fit, found: dict[str, Quantity]) -> tuple[str, ...]:
+def doubts(fit: Fit, found: dict[str, Quantity], what: Posed, missing: Missing | None) -> tuple[str, ...]:
     """What speaks against the quantiles although the chains may be perfect."""
     told = [] if fit.converged else ["the fit that the walkers start from did not converge"]
-    for name in fit.free:
-        mine = found[name]
-        if name not in fit.at_bound and mine.robust_error > ROBUST_EXCESS * mine.sd:
-            times = mine.robust_error / mine.sd
+    if missing is not None and missing.rejected:
+        told.append(
+            f"something is missing from the model (p = {missing.p_value:.2g}, {missing.rests_on}): the sampler does "
+            "not know of it, and these intervals are not calibrated; mckibben diagnose says what it may be"
+        )
+    for label, one in zip(what.labels, what.noise, strict=True):
+        if one.values[0] > MISFIT_EXCESS:
             told.append(
-                f"{name}: the error robust to what loops share is {times:.1f} times the posterior's standard "
-                "deviation: the model leaves errors that are no noise"
+                f"the misfit in {label} is {one.values[0]:.1f} times the noise of a reading: the model misses more "
+                "than noise, and these intervals are not calibrated"
             )
-    for name, scale in found.items():
-        if name.startswith("noise.") and scale.median > MISFIT_EXCESS:
-            told.append(
-                f"the misfit in {name.removeprefix('noise.')} is {scale.median:.1f} times the noise of a reading: "
-                "something is missing from the model, and the quantiles do not know of it; diagnose first"
-            )
+    wide = {name: found[name].robust_error / found[name].sd for name in fit.free if found[name].sd > 0}
+    wide = {name: times for name, times in wide.items() if times > ROBUST_EXCESS}
+    if wide:
+        each = ", ".join(f"{name} {times:.1f}" for name, times in wide.items())
+        told.append(f"errors that loops share would make the intervals wider than they are: {each} times as wide")
     return tuple(told)
 
 
-def notes(fit: Fit, weight: Any, samples: Samples) -> tuple[str, ...]:
+def notes(fit: Fit, what: Posed, cut: tuple[str, ...]) -> tuple[str, ...]:
     """What to know, without doubt in it."""
-    count = float(np.sum(weight))
-    told = [f"{len(samples)} readings count as {count:.0f}: neighbouring errors are alike, over their correlation time"]
-    if len(samples) < len(fit.samples):
-        told.append(f"thinned from {len(fit.samples)} readings; where errors are independent this widens the posterior")
-    loops = len(np.unique(clusters(fit.samples)))
+    told = [one.told(label) for label, one in zip(what.labels, what.noise, strict=True)]
+    if len(what.samples) < len(fit.samples):
+        told.append(
+            f"thinned from {len(fit.samples)} to {len(what.samples)} readings: where errors are independent this "
+            "widens the intervals"
+        )
+    loops = len(np.unique(clusters(what.samples)))
     if loops < FEW_LOOPS:
         told.append(f"{loops} loops only: the robust error says little")
-    if fit.at_bound:
-        told.append(f"the fit ends at an end of the range, which cuts the posterior off: {', '.join(fit.at_bound)}")
+    if cut:
+        told.append(f"an end of the range cuts off: {', '.join(cut)}")
+    if what.idle:
+        told.append(f"a prior is stated of what does not vary (--free lets it): {', '.join(what.idle)}")
     if fit.held:
         told.append(f"these data cannot see, and nothing was sampled of: {', '.join(fit.held)}")
     return tuple(told)
@@ -205,7 +241,11 @@ def to_json(posterior: Posterior) -> dict[str, Any]:
         "noise": {unit: _finite(asdict(q)) for unit, q in posterior.noise.items()},
         "held": list(posterior.held),
         "readings": posterior.readings,
-        "independent_readings": posterior.counted,
+        "method": posterior.method,
+        "settled": posterior.settled,
+        "calibrated": posterior.calibrated,
+        "missing": None if posterior.missing is None else asdict(posterior.missing),
+        "predicted": [{"file": b.file, "run": b.name, "inside_90": b.inside} for b in posterior.bands],
         "trusted": posterior.trusted,
         "warnings": list(posterior.warnings),
         "notes": list(posterior.notes),
@@ -217,17 +257,43 @@ def _finite(entries: dict[str, Any]) -> dict[str, Any]:
 
 
 def describe(posterior: Posterior) -> str:
-    """For people: one line per parameter, then whether to trust it."""
-    width = max(map(len, posterior.parameters), default=0)
-    lines = [f"{'':{width}}  {'median':>14} {'5 %':>14} {'95 %':>14}   {'robust +/-':>12}  R-hat  effective samples"]
-    for name, q in posterior.parameters.items():
-        shown, size = units.shown_in(q.unit, abs(q.median))
-        low, middle, high, error = (f"{x / size:.4g} {shown}".strip() for x in (q.q05, q.median, q.q95, q.robust_error))
-        values = f"{middle:>14} {low:>14} {high:>14}   {error:>12}"
-        lines.append(f"{name:{width}}  {values}  {q.rhat:.3f}  {min(q.ess_bulk, q.ess_tail):.0f}")
-    lines += [f"misfit in {unit}: {q.median:.2f} times the noise of a reading" for unit, q in posterior.noise.items()]
-    lines += [f"warning: {text}" for text in posterior.warnings] or ["trusted: nothing speaks against these quantiles"]
-    return "\n".join([*lines, *(f"note: {text}" for text in posterior.notes)])
+    """For people: what is known of each parameter, then whether to trust it."""
+    rows = table_rows(posterior.parameters)
+    widths = [max(len(row[i]) for row in rows) for i in range(len(rows[0]))]
+    lines = ["  ".join([row[0].ljust(widths[0]), *map(str.rjust, row[1:], widths[1:])]) for row in rows]
+    lines += ["", *(f"WARNING  {text}" for text in posterior.warnings)]
+    lines += [] if posterior.warnings else ["TRUSTED  nothing speaks against these intervals"]
+    return "\n".join([*lines, f"90 % band holds {inside_in_words(posterior)}", *posterior.notes])
+
+
+def table_rows(parameters: dict[str, Quantity]) -> list[tuple[str, ...]]:
+    """Heads, then one row for each parameter: in the units that people read."""
+    heads = ("", "median", "5 %", "95 %", "robust +/-", "contraction", "R-hat", "bulk", "tail")
+    return [heads, *(_line(name, q) for name, q in parameters.items())]
+
+
+def _line(name: str, q: Quantity) -> tuple[str, ...]:
+    shown, size = units.shown_in(q.unit, abs(q.median))
+    places = figures((q.q95 - q.q05) / size)
+    values = (f"{x / size:.{places}f} {shown}".strip() for x in (q.median, q.q05, q.q95, q.robust_error))
+    contraction = "-" if math.isnan(q.contraction) else f"{100 * max(q.contraction, 0):.4g} %"
+    chain = "-" if math.isnan(q.rhat) else f"{q.rhat:.3f}"
+    return name, *values, contraction, chain, f"{q.ess_bulk:.0f}", f"{q.ess_tail:.0f}"
+
+
+def figures(width: float) -> int:
+    """Digits behind the point that show an interval of this width with two figures."""
+    return max(0, 1 - math.floor(math.log10(width))) if width > 0 and math.isfinite(width) else 4
+
+
+def inside_in_words(posterior: Posterior) -> str:
+    """How often the readings lie where they should."""
+    shares = {}
+    for band in posterior.bands:
+        shares.setdefault(band.file, []).append(band.inside)
+    each = [f"{100 * np.mean(s):.0f} % of {file} ({100 * min(s):.0f} to {100 * max(s):.0f} % by run)"
+            for file, s in shares.items()]  # fmt: skip
+    return "; ".join(each)
 
 
 def save(posterior: Posterior, path: Path | str) -> None:

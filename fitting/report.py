@@ -175,7 +175,8 @@ def _evidence(d: Diagnosis, unit: str) -> list[RenderableType]:
 
 def sorted_evidence(d: Diagnosis) -> tuple[list[Evidence], list[Evidence], dict[str, list[str]]]:
     """Effects that lower the left-out error, best first; those that do not; and by reason those that cannot be seen."""
-    tested = [e for e in d.effects.values() if e.detection_limit is not None and e.held_out_rmse is not None]
+    seen = (e for e in d.effects.values() if e.detection_limit is not None or e.adequate)
+    tested = [e for e in seen if e.held_out_rmse is not None]
     tested.sort(key=lambda e: e.held_out_rmse or 0.0)
     helping = [e for e in tested if e.adequate or (e.held_out_rmse or 0.0) < HELPS * d.held_out_rmse]
     blind: dict[str, list[str]] = {}

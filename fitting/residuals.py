@@ -9,6 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from fitting.noise import noise_of
+from fitting.positions import predicted, starts, steps_of
 from fitting.records import FORCE_TESTS, Experiment, Recording, Run
 from fitting.unknowns import Unknowns, filled
 from mckibben_jax.model import Model
@@ -38,16 +39,14 @@ class Block(eqx.Module):
     dataset: int = eqx.field(static=True)
     of_force: bool = eqx.field(static=True)
     steps: int = eqx.field(static=True, default=0)
+    test: str = eqx.field(static=True, default="loop")
+    start: jax.Array | None = None  # (runs,), m; where a run begins in which the position is measured
 
     def predict(self, model: Model) -> jax.Array:
         """What the instrument would show at every sample, (runs, time), N or m."""
         if self.of_force:
             return jax.vmap(model.force)(self._imposed(model.muscle.length))
-        from mckibben_jax.motion import released  # diffrax is only needed where something moves
-
-        one = lambda states, load: released(model, states, load, steps=self.steps)  # noqa: E731
-        shortened = model.muscle.length * jax.vmap(one)(self.states, self.load)
-        return shortened + (self.stated_length - model.muscle.length if self.position == "length" else 0.0)
+        return predicted(self, model)
 
     def _imposed(self, length: jax.Array) -> State:
         """The states that the rig imposed on a muscle of this length at rest."""
@@ -58,8 +57,9 @@ class Block(eqx.Module):
         return self.states.replace(contraction=shift + ratio * self.states.contraction, rate=ratio * self.states.rate)
 
     def residual(self, model: Model) -> jax.Array:
-        """Model minus measurement in standard deviations, only where there is weight."""
-        return ((self.predict(model) - self.measured) / self.sigma).reshape(-1)[self.keep]
+        """Model minus measurement in standard deviations, only where there is weight; 0 where sigma is infinite."""
+        rows = (self.predict(model) - self.measured) / self.sigma
+        return jnp.where(jnp.isinf(self.sigma), 0.0, rows).reshape(-1)[self.keep]
 
 
 class Problem(eqx.Module):
@@ -174,14 +174,10 @@ def _block(recording: Recording, dataset: int, length: float) -> Block:
         recording.position,
         dataset,
         of_force,
-        0 if of_force else _steps(recording),
+        0 if of_force else _padded(steps_of(recording)),
+        recording.test,
+        None if of_force else jnp.asarray(starts(recording)),
     )
-
-
-def _steps(recording: Recording) -> int:
-    from mckibben_jax.motion import steps_for
-
-    return _padded(max(steps_for(run.time) for run in recording.runs))
 
 
 _SIGNALS = ("time", "pressure", "contraction", "rate", "pressure_rate", "measured")

@@ -4,7 +4,7 @@ import json
 import math
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -18,6 +18,9 @@ from fitting.least_squares import Fit
 from fitting.model_file import state_of
 from fitting.program import command_line, versions
 from fitting.task import Task
+
+if TYPE_CHECKING:
+    from fitting.next_measurement import NextMeasurement
 
 
 def comparison_result(c: Comparison) -> dict[str, Any]:
@@ -99,8 +102,8 @@ def _parameter(fit: Fit, name: str) -> dict[str, Any]:
     }
 
 
-def diagnosis_result(d: Diagnosis, c: Comparison) -> dict[str, Any]:
-    """`diagnose`: the verdict with its evidence; `c` compares the same baseline."""
+def diagnosis_result(d: Diagnosis, c: Comparison, planned: "NextMeasurement | None" = None) -> dict[str, Any]:
+    """`diagnose`: the verdict with its evidence; `c` compares the same baseline; `planned` is what to measure next."""
     lead = d.leading
     return {
         "verdict": d.verdict,
@@ -125,10 +128,36 @@ def diagnosis_result(d: Diagnosis, c: Comparison) -> dict[str, Any]:
         "by_recording": recordings_result(c),
         "effects": {name: _evidence(evidence) for name, evidence in d.effects.items()},
         "fingerprint": fingerprint_result(c.fingerprint),
-        "next_measurement": None,
+        "next_measurement": measurement_result(planned),
         "nearest": [_explanation(explanation) for explanation in d.nearest],
         "tried": [_explanation(explanation) for explanation in d.tried],
         "notes": list(d.notes),
+    }
+
+
+def measurement_result(m: "NextMeasurement | None") -> dict[str, Any] | None:
+    """One recording to make, in SI units; null where none is proposed."""
+    if m is None:
+        return None
+    isometric = m.protocol.test == "isometric"
+    return {
+        "what": m.what,
+        "separates": [list(names) for names in m.separates],
+        "power": m.power,
+        "why": m.why,
+        "test": m.protocol.test,
+        "pressures_Pa": list(m.protocol.pressures),
+        "contractions": list(m.protocol.contractions),
+        "speed_m_per_s": None if isometric else m.speed,
+        "pressure_rate_Pa_per_s": m.speed if isometric else None,
+        "hold_s": m.protocol.hold,
+        "repeats": m.repeats,
+        "duration_s": m.seconds,
+        "needs": m.needs,
+        "pairs": [
+            {"pair": [list(p.one), list(p.other)], "power": p.power, "discrepancy": p.discrepancy} for p in m.pairs
+        ],
+        "tied": [[list(a), list(b)] for a, b in m.tied],
     }
 
 

@@ -38,8 +38,11 @@ class Readings:
 
 def run_of(readings: Readings, test: str) -> Run:
     """The run of this kind of test."""
-    kinds = {"loop": _loop, "isometric": _isometric, "static": _static, "isotonic": _isotonic}
-    return kinds.get(test, _transient)(readings)
+    kinds = {
+        "loop": _loop, "isometric": _isometric, "static": _static, "isotonic": _isotonic,
+        "quick release": _release, "step": _transient,
+    }  # fmt: skip
+    return kinds[test](readings)
 
 
 def _loop(r: Readings) -> Run:
@@ -82,23 +85,33 @@ def _static(r: Readings) -> Run:
 
 
 def _isotonic(r: Readings) -> Run:
-    """Pressure is swept under a hung load: branches go by the pressure."""
+    """Pressure is swept under a hung load: branches go by the pressure, which turns nowhere else.
+
+    A jitter of the reading would work the muscle past its friction, which the true pressure does not.
+    """
     branches = _by_pressure(r)
     pressure, pressure_rate = _pressure(r, branches)
+    pressure = signals.monotone(pressure, branches)
     speed = _speed(r, r.contraction, branches)
     weight = _weight_away_from_edges(r, branches)
     return _run(r, branches, pressure, pressure_rate, r.contraction, speed, weight, branches.sign)
 
 
+def _release(r: Readings) -> Run:
+    """A muscle let go at t = 0: what happens before then carries no weight."""
+    run = _transient(r)
+    return replace(run, weight=r.leave_out(run.weight, r.time < 0, "before t = 0"))
+
+
 def _transient(r: Readings) -> Run:
-    """A release or a pressure step at t = 0: what happens before then carries no weight."""
+    """A motion that follows its own time: every sample counts."""
     branches = _by_length(r)
     start = int(np.searchsorted(r.time, 0.0))
     edges = np.unique(np.concatenate([branches.edges, [min(start, len(r.time) - 1)]]))
     speed, _ = signals.rate(r.time, r.contraction, edges, signals.noise_level(r.time, r.contraction))
     pressure_rate, _ = signals.rate(r.time, r.pressure, edges, signals.noise_level(r.time, r.pressure))
-    weight = r.leave_out(r.usable * 1.0, r.time < 0, "before t = 0")
-    return _run(r, branches, r.pressure, pressure_rate, r.contraction, speed, weight, np.sign(speed).astype(int))
+    direction = np.sign(speed).astype(int)
+    return _run(r, branches, r.pressure, pressure_rate, r.contraction, speed, r.usable * 1.0, direction)
 
 
 def _by_length(r: Readings) -> signals.Branches:

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Iterable, Sequence
+from typing import TYPE_CHECKING
 
 from fitting import units
 from fitting.compare import Comparison
@@ -9,6 +10,9 @@ from fitting.diagnosis import Diagnosis
 from fitting.fingerprint import Fingerprint
 from fitting.least_squares import Fit
 from fitting.records import Experiment
+
+if TYPE_CHECKING:
+    from fitting.next_measurement import NextMeasurement
 
 NEAR_FLOOR = 1.5  # times the floor: what is left is hardly more than noise
 MOSTLY = 0.8
@@ -195,3 +199,8 @@ def next_command(d: Diagnosis, data: Sequence[str]) -> str | None:
     if d.leading is not None:
         return f"mckibben add {place} {d.leading.effects[0]}"
     return None
+
+
+def measurement_in_words(planned: "NextMeasurement") -> str:
+    """What to record next, why, and how surely it decides."""
+    return f"{planned.what}: {planned.why}. It tells them apart in {percent(planned.power)} of the cases."

@@ -10,27 +10,32 @@ from fitting.model_file import read_model
 from fitting.muscle_file import read_muscle
 from fitting.own_effects import library
 from fitting.recordings import kind_of
+from fitting.records import FORCE_TESTS
 from fitting.simulate import (
     Course,
+    Told,
     isometric_courses,
-    loaded_courses,
+    isotonic_courses,
     loop_courses,
+    release_courses,
+    static_courses,
     step_courses,
     write_data_set,
 )
 from mckibben_jax.model import Model, model
 
+STATIONS = "0,0.05,0.1,0.15,0.2,0.25"
 
-def simulated(folder: Path, given: dict[str, Any]) -> tuple[Path, int]:
-    """Simulate what was asked for and write it; the file, and how many samples it has."""
+
+def simulated(folder: Path, given: dict[str, Any]) -> Told:
+    """Simulate what was asked for and write it."""
     test = kind_of(given["test"])
     whole = _model(given)
     courses = _courses(test, whole, given)
     noise = None
     if given["noise"]:
-        noise = units.to_si(given["noise"], "N" if test in ("loop", "isometric") else "m", "--noise")
-    file = write_data_set(folder, whole, test, courses, noise, given["seed"])
-    return file, sum(len(course.time) for course in courses)
+        noise = units.to_si(given["noise"], "N" if test in FORCE_TESTS else "m", "--noise")
+    return write_data_set(folder, whole, test, courses, noise, given["seed"])
 
 
 def _model(given: dict[str, Any]) -> Model:
@@ -49,14 +54,15 @@ def _courses(test: str, whole: Model, given: dict[str, Any]) -> list[Course]:
     if test == "loop":
         speed = units.to_si(given["speed"], "m/s", "--speed")
         return loop_courses(whole.muscle, pressures, _list(given["turns"], "1", "--turns"), speed, rate)
-    if test == "isometric":
-        return isometric_courses(_list(given["contraction"], "1", "--contraction"), pressures, duration, rate)
+    if test in ("isometric", "static"):
+        held = given["contraction"] or ("0" if test == "isometric" else STATIONS)
+        held = _list(held, "1", "--contraction")
+        return isometric_courses(held, pressures, duration, rate) if test == "isometric" else static_courses(
+            held, pressures
+        )
     loads = _list(given["load"], "N", "--load", units.load_to_si)
-    if test == "quick release":
-        return loaded_courses(pressures, loads, duration, rate)
-    if test == "step":
-        return step_courses(pressures, loads, duration, rate)
-    raise InputError(f"a '{test}' test is not simulated", cure="simulate a loop, isometric, quick release or step")
+    loaded = {"quick release": release_courses, "step": step_courses, "isotonic": isotonic_courses}
+    return loaded[test](pressures, loads, duration, rate)
 
 
 def _list(text: str, unit: str, what: str, read: Callable[..., float] = units.to_si) -> list[float]:

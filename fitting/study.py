@@ -65,7 +65,7 @@ def begin(given: dict[str, Any]) -> Study:
     from fitting.report import console, opening
     from fitting.task import task_of
 
-    check_places(asked.json, asked.html)
+    check_places(asked.json, asked.html, asked.save)
     with errors_for_machines(asked.json):
         task = task_of(asked)
     study = Study(asked, task, console(asked.quiet), begun)

@@ -16,6 +16,7 @@ from fitting.least_squares import Fit, fit, free_names
 from fitting.model_file import ModelFile, check_range, read_model
 from fitting.options import Asked
 from fitting.own_effects import library, named
+from fitting.posterior_priors import Prior
 from fitting.recordings import read_experiment, read_muscle, read_recording
 from fitting.records import TESTS, Experiment
 from fitting.unknowns import Unknowns, unknowns
@@ -40,6 +41,7 @@ class Task:
     library: dict[str, type[Effect]]
     starts: int
     seed: int
+    priors: dict[str, Prior] = dataclasses.field(default_factory=dict)  # as model.toml states them
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -62,7 +64,7 @@ class Task:
 
 def task_of(asked: Asked) -> Task:
     """Read the data and the model, and check every name before anything is computed."""
-    known = library(asked.effect_file)
+    known = library(asked.effect_file, asked.define)
     experiments = _distinct(read_data(asked))
     stored, effects, origin = _model(asked, experiments, known)
     task = Task(
@@ -73,9 +75,10 @@ def task_of(asked: Asked) -> Task:
         free=asked.free,
         own=asked.own,
         origin=origin,
-        library=known,
+        library={**known, **{name_of(effect): type(effect) for effect in effects}},
         starts=max(asked.starts, 1),
         seed=asked.seed,
+        priors=stored.priors if stored else {},
     )
     task = _with_settings(task, asked.settings)
     _check(task, asked)
@@ -86,7 +89,7 @@ def cited_task(asked: Asked) -> Task:
     """A task that may do without data: then the model file that is named, or the effects, or the baseline."""
     if asked.data:
         return task_of(asked)
-    known = library(asked.effect_file)
+    known = library(asked.effect_file, asked.define)
     if asked.model:
         effects = read_model(asked.model, known).effects
     else:
@@ -177,7 +180,9 @@ def _model(
     beside = experiments[0].folder / MODEL_FILE
     if asked.model or beside.is_file():
         stored = read_model(asked.model or beside, known)
-        return stored, stored.effects, f"from {stored.path}"
+        unused = [e.name for e in experiments[1:] if not asked.model and (e.folder / MODEL_FILE).is_file()]
+        beside_it = f"; the model files of {', '.join(unused)} are not used" if unused else ""
+        return stored, stored.effects, f"from {stored.path}{beside_it}"
     return None, tuple(kind() for kind in BASELINE), "the baseline: there is no model.toml beside the data"
 
 

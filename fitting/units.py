@@ -76,6 +76,41 @@ def factor(unit: str, si: str) -> float:
     return float(_registry().Quantity(1.0, given).to(wanted).magnitude)
 
 
+def dimension(unit: str) -> Any:
+    """The dimension of a unit: multiplies, divides and takes powers; equal where units can be converted."""
+    return _unit(unit).dimensionality
+
+
+def in_si(unit: str) -> tuple[str, float]:
+    """The SI unit of the same dimension as declarations write it ("N s/m"), and how much of it one `unit` is."""
+    given = _unit(unit)
+    factor = float(_registry().Quantity(1.0, given).to_base_units().magnitude)
+    powers = dict(given.dimensionality)
+    if not set(powers) <= {"[mass]", "[length]", "[time]"}:
+        cure = "give it in units of length, mass, time, force and pressure"
+        raise InputError(f"'{unit}' has no place in mechanics", cure=cure)
+    if not powers and _is_angle(given):
+        return "rad", factor
+    for usual in ("m", "Pa", "N", "kg", "s", "1", "m/s"):
+        if dimension(usual) == given.dimensionality:
+            return usual, factor
+    return _composed(*(float(powers.get(base, 0)) for base in ("[mass]", "[length]", "[time]"))), factor
+
+
+def _composed(mass: float, length: float, time: float) -> str:
+    """A unit of newtons (or kilograms), metres and seconds: 'N s/m'."""
+    of_force = mass == 1
+    powers = {"N" if of_force else "kg": mass, "m": length - of_force, "s": time + 2 * of_force}
+    below = [name for name, power in powers.items() if power < 0]
+    inverse = len(below) == 1 and len([p for p in powers.values() if p]) > 1
+    above = [_to_power(name, power) for name, power in powers.items() if power > 0 or (power and not inverse)]
+    return " ".join(above) + (f"/{_to_power(below[0], -powers[below[0]])}" if inverse else "")
+
+
+def _to_power(name: str, power: float) -> str:
+    return name if power == 1 else f"{name}^{power:.6g}"
+
+
 def load_factor(unit: str) -> float:
     """Newtons per `unit` of a hung load: a mass is weighed at standard gravity."""
     mass = _unit(unit).dimensionality == _unit("kg").dimensionality

@@ -1,11 +1,11 @@
 """Every effect at once, switched: any subset of them is fitted by the same compiled function."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
+from functools import cached_property
 from itertools import islice, product
 
-import jax
 import jax.numpy as jnp
 import numpy as np
 
@@ -13,14 +13,16 @@ from fitting.held_out import REFIT_BELOW, left_out_rows
 from fitting.least_squares import Subset, solve
 from fitting.records import FORCE_TESTS, Experiment
 from fitting.residuals import LIGHT, Problem, Samples, problem
+from fitting.sizes import of_standard_size, widened
 from fitting.uncertainty import at_bound
 from fitting.unknowns import Unknowns, unknowns
 from mckibben_jax.effect import Effect, name_of
 from mckibben_jax.model import Model
 from mckibben_jax.muscle import quantities
 
-FREE = (12, 20, 32, 48)  # free parameters are padded to these counts, to compile once for each
+FREE = (14, 24, 36, 48)  # free parameters are padded to these counts, to compile once for each
 STEPS = 60  # of one search: what converges more slowly is of no use among many
+LOOK, NO_LOOK = np.array(True), np.array(False)  # arrays, so that they are not compiled in
 DENIED = 4.0  # standard errors of a stated measurement
 STARTS = 4  # of a new effect's hidden shape
 WORKERS = 2  # compiled code leaves the interpreter's lock alone
@@ -50,7 +52,8 @@ class Universe:
     """Data sets, and every effect that is in the model or may be missing from it."""
 
     layout: Unknowns
-    problem: Problem
+    problem: Problem  # of standard size
+    real: np.ndarray  # which of its rows are measurements that carry weight, in the order of `samples`
     samples: Samples
     base: tuple[str, ...]
     candidates: tuple[str, ...]
@@ -63,6 +66,16 @@ class Universe:
     def template(self) -> Model:
         """The model with every effect."""
         return self.layout.templates[0]
+
+    @cached_property
+    def effects(self) -> dict[str, Effect]:
+        """Every effect by its name, in the order in which they act."""
+        return dict(zip(self.template.names, self.template.effects, strict=True))
+
+    @property
+    def _count(self) -> int:
+        """Rows of the measurements, with and without weight; those of the priors stand behind them."""
+        return sum(block.keep.size for block in self.problem.blocks)
 
     @property
     def in_newtons(self) -> np.ndarray:
@@ -78,18 +91,18 @@ class Universe:
         """The base with effects added, each in place of its rivals."""
         chosen = set(self.base if base is None else base)
         for new in added:
-            family = self.template[new].family
-            chosen = {old for old in chosen if family is None or self.template[old].family != family} | {new}
+            family = self.effects[new].family
+            chosen = {old for old in chosen if family is None or self.effects[old].family != family} | {new}
         return frozenset(chosen)
 
     def possible(self, effects: Iterable[str], added: Sequence[str]) -> bool:
         """Whether a set holds together: needs are met, and no two of the added are rivals."""
-        families = [self.template[name].family for name in added if self.template[name].family]
+        families = [self.effects[name].family for name in added if self.effects[name].family]
         return len(set(families)) == len(families) and not self.lacking(effects)
 
     def lacking(self, effects: Iterable[str]) -> tuple[str, ...]:
         """What the effects of a set need and neither muscle nor set has."""
-        members = [self.template[name] for name in effects]
+        members = [self.effects[name] for name in effects]
         given = {thing for effect in members for thing in effect.gives}
         muscle = self.template.muscle
         return tuple(
@@ -101,7 +114,8 @@ class Universe:
 
     def switches(self, effects: Iterable[str]) -> np.ndarray:
         """1 for the effects of a set, 0 for all others."""
-        return np.array([name in set(effects) for name in self.template.names], float)
+        chosen = set(effects)
+        return np.array([name in chosen for name in self.effects], float)
 
     def free(self, effects: Iterable[str]) -> tuple[str, ...]:
         """What varies when a set is fitted."""
@@ -111,20 +125,21 @@ class Universe:
     def fit(self, effects: frozenset[str], start: np.ndarray, new: Sequence[str] = ()) -> Trial:
         """Fit a set of effects from a vector of all unknowns; the new ones' shapes from several starts."""
         names = self.free(effects)
-        subset = self._subset(effects, names, start)
+        subset = self._subset(effects, self.layout.at(names), start)
         begin = self._starts(subset, names, start, new)
         best = None
         for place in begin:  # one at a time: any number of starts is the same compiled function
-            found = solve(self.problem, subset, jnp.asarray(place)[None], STEPS)
+            found = solve(self.problem, subset, jnp.asarray(place)[None], STEPS, NO_LOOK)
             if best is None or float(found.cost) < float(best.cost):
                 best = found
         assert best is not None
-        count, k = len(self.samples), len(names)
-        rows, slopes = np.asarray(best.rows), np.asarray(best.slopes)[:, :k]
-        vector = np.asarray(subset.vector(best.place))[:-1]
+        count, k = self._count, len(names)
+        all_rows, all_slopes = np.asarray(best.rows), np.asarray(best.slopes)[:, :k]
+        vector = np.asarray(subset.vector(best.place))[: len(start)]
         ends = at_bound(names, np.asarray(best.place)[:k])
-        slopes = slopes * [name not in ends for name in names]  # what stands at its bound cannot give way
-        return Trial(effects, vector, names, rows[:count], slopes[:count], rows[count:], slopes[count:], ends)
+        all_slopes = all_slopes * [name not in ends for name in names]  # what stands at its bound cannot give way
+        rows, slopes = all_rows[self.real], all_slopes[self.real]
+        return Trial(effects, vector, names, rows, slopes, all_rows[count:], all_slopes[count:], ends)
 
     def fit_all(self, sets: Sequence[tuple[frozenset[str], np.ndarray, Sequence[str]]]) -> list[Trial]:
         """Fit many sets, two at a time."""
@@ -134,9 +149,9 @@ class Universe:
     def mimicking(self, trial: Trial) -> "Universe":
         """The same data sets, had they measured exactly what this trial predicts."""
         blocks = []
-        for block, rows in zip(self.problem.blocks, self.problem.split(trial.rows), strict=True):
-            flat, sigma = block.measured.reshape(-1), block.sigma.reshape(-1)[block.keep]
-            blocks.append(replace(block, measured=flat.at[block.keep].add(rows * sigma).reshape(block.measured.shape)))
+        wide = widened(trial.rows * self.samples.sigma, self.real, self._count)
+        for block, change in zip(self.problem.blocks, self.problem.split(wide), strict=True):
+            blocks.append(replace(block, measured=block.measured + change.reshape(block.measured.shape)))
         return replace(self, problem=replace(self.problem, blocks=tuple(blocks)))
 
     def contradicted(self, trial: Trial) -> tuple[str, ...]:
@@ -150,29 +165,51 @@ class Universe:
             return left_out_rows(trial.rows, trial.slopes, trial.prior_rows, trial.prior_slopes, group)
         rows = trial.rows.copy()
         for g in np.unique(group):
-            rest = replace(self, problem=self.problem.without(group == g))
+            rest = replace(self, problem=self.problem.without(widened(group == g, self.real, self._count)))
             rows[group == g] = rest.fit(trial.effects, trial.vector).rows[group == g] * LIGHT
         return rows
 
-    def signature(self, trial: Trial, added: str, shape: dict[str, float] | None = None) -> np.ndarray:
-        """How the rows would change if a missing effect were switched on: d(rows)/d(switch) at 0.
+    def signatures(self, trial: Trial, wanted: Sequence[tuple[str, dict[str, float]]]) -> np.ndarray:
+        """How the rows would change if missing effects were switched on: d(rows)/d(switch) at 0, (rows, effects).
 
-        A rival in the model is switched off as much as the new one is switched on.
+        `wanted` names effects, each with the values of its shape. A rival in the model is switched off as much as the
+        new one is switched on. The slopes of many switches are found together: what one effect's shape is does not
+        matter to another's switch.
         """
-        after = self.with_added([added], trial.effects)
-        direction = self.switches(after) - self.switches(trial.effects)
-        vector = trial.vector.copy()
-        for name, value in (shape or {}).items():
-            vector[self.layout.names.index(name)] = value
-        live = self.switches(trial.effects | after) > 0
-        return np.asarray(
-            _signature(self.problem, _padded(vector), self.switches(trial.effects), live, jnp.asarray(direction))
-        )
+        columns = np.full((len(self.samples), len(wanted)), np.nan)
+        waiting = dict(enumerate(wanted))
+        while waiting:
+            some: dict[str, int] = {}
+            for i, (added, _) in waiting.items():
+                if len(some) < FREE[0] and added not in some:
+                    some[added] = i
+            columns[:, list(some.values())] = self._slopes(trial, {name: wanted[i][1] for name, i in some.items()})
+            for i in some.values():
+                del waiting[i]
+        replaced = {name: self.with_added([name], trial.effects) for name, _ in wanted}
+        outgoing = {old for name in replaced for old in trial.effects - replaced[name]}
+        off = dict(zip(sorted(outgoing), self._slopes(trial, {key: {} for key in sorted(outgoing)}).T, strict=True))
+        for i, (added, _) in enumerate(wanted):
+            columns[:, i] -= sum((off[old] for old in trial.effects - replaced[added]), np.zeros(len(columns)))
+        return columns
 
-    def warm_up(self) -> None:
-        """Compile what `signature` needs."""
-        switches = self.switches(self.base)
-        _signature(self.problem, _padded(self.start), switches, switches > 0, jnp.asarray(switches)).block_until_ready()
+    def signature(self, trial: Trial, added: str, shape: dict[str, float] | None = None) -> np.ndarray:
+        """The signature of one effect."""
+        return self.signatures(trial, [(added, shape or {})])[:, 0]
+
+    def _slopes(self, trial: Trial, turned: Mapping[str, dict[str, float]]) -> np.ndarray:
+        """d(rows)/d(switch) of some effects, each at its own shape, beside the effects of a trial: (rows, effects)."""
+        if not turned:
+            return np.zeros((len(self.samples), 0))
+        vector = trial.vector.copy()
+        for shape in turned.values():
+            vector[self.layout.at(shape)] = list(shape.values())
+        first = len(vector) + 1
+        names = list(self.effects)
+        at = [first + names.index(name) for name in turned]
+        subset = self._subset(trial.effects, at, vector, beside=turned)
+        found = solve(self.problem, subset, subset.place(subset.full)[None], STEPS, LOOK)
+        return np.asarray(found.slopes)[self.real][:, : len(turned)]
 
     def shapes(self, effect: str) -> list[dict[str, float]]:
         """A few values of an effect's parameters at which to look for it."""
@@ -183,20 +220,26 @@ class Universe:
         default = dict(zip(names, own, strict=True))
         return [default, *(shape for shape in grid if shape != default)]
 
-    def _subset(self, effects: frozenset[str], names: tuple[str, ...], start: np.ndarray) -> Subset:
-        size = next((count for count in FREE if count >= len(names)), len(names))
-        dummy = len(self.layout.entries)  # the slot behind the last unknown, which nothing reads
-        free = np.concatenate([self.layout.at(names), np.full(size - len(names), dummy)]).astype(int)
+    def _subset(
+        self, effects: frozenset[str], at: Sequence[int] | np.ndarray, start: np.ndarray, beside: Iterable[str] = ()
+    ) -> Subset:
+        """The effects of a set, and others `beside` them that are evaluated but switched off; free is what is `at`.
+
+        The vector holds the unknowns, a slot that nothing reads, and the switches.
+        """
+        size = next((count for count in FREE if count >= len(at)), len(at))
+        free = np.concatenate([at, np.full(size - len(at), len(start))]).astype(int)
         switches = self.switches(effects)
-        one = lambda values, last: jnp.asarray(np.append(values, last))  # noqa: E731
+        behind = lambda values, slot, rest: jnp.asarray(np.concatenate([values, [slot], np.full(len(switches), rest)]))  # noqa: E731
         return Subset(
-            _padded(start),
+            jnp.asarray(np.concatenate([start, [0.5], switches])),
             jnp.asarray(free),
             jnp.asarray(switches),
-            jnp.asarray(switches > 0),
-            one(self.layout.lower, 0.0),
-            one(self.layout.upper, 1.0),
-            one(self.layout.logarithmic, False),
+            jnp.asarray(self.switches({*effects, *beside}) > 0),
+            behind(self.layout.lower, 0.0, 0.0),
+            behind(self.layout.upper, 1.0, 1.0),
+            behind(self.layout.logarithmic, False, False),
+            turned=len(switches),
         )
 
     def _starts(self, subset: Subset, names: tuple[str, ...], start: np.ndarray, new: Sequence[str]) -> np.ndarray:
@@ -208,19 +251,9 @@ class Universe:
                 for name, value in shape.items():
                     vector[self.layout.names.index(name)] = value
             vectors.append(vector)
-        return np.array([np.asarray(subset.place(_padded(vector))) for vector in vectors or [start]])
-
-
-@jax.jit
-def _signature(
-    given: Problem, vector: jax.Array, switches: jax.Array, live: jax.Array, direction: jax.Array
-) -> jax.Array:
-    rows = lambda s: given.data_rows(vector, s, live)  # noqa: E731
-    return jax.jvp(rows, (jnp.asarray(switches, float),), (direction,))[1]
-
-
-def _padded(vector: np.ndarray) -> jax.Array:
-    return jnp.asarray(np.append(vector, 0.5))
+        rest = np.asarray(subset.full)[len(start) :]
+        whole = [jnp.asarray(np.append(vector, rest)) for vector in vectors or [start]]
+        return np.array([np.asarray(subset.place(vector)) for vector in whole])
 
 
 def universe(
@@ -240,6 +273,7 @@ def universe(
     testable = [effect for effect in others if name_of(effect) not in untestable]
     layout = unknowns(experiments, [*effects, *testable], own)
     given, samples = problem(experiments, layout)
+    given, real = of_standard_size(given)
     listed = lambda name, names: name in names or name.split("@")[0] in names  # noqa: E731
     muscle = [
         entry.name
@@ -249,6 +283,7 @@ def universe(
     return Universe(
         layout,
         given,
+        real,
         samples,
         tuple(present),
         tuple(name for name in layout.templates[0].names if name not in present),

@@ -2,6 +2,7 @@
 
 import dataclasses
 from collections.abc import Iterable, Sequence
+from functools import cached_property
 from typing import Any
 
 import jax
@@ -16,9 +17,7 @@ from mckibben_jax.muscle import quantities as muscle_quantities
 from mckibben_jax.parameter import parameters
 
 LOG_RATIO = 50.0  # a positive range wider than this is searched in the logarithm
-PRIOR_WIDTH = (
-    25.0  # standard deviations that a value with a prior may move: far enough for a wrong model to show itself
-)
+PRIOR_WIDTH = 25.0  # standard deviations that a stated value may move: far enough for a wrong model to show itself
 
 
 @dataclasses.dataclass(frozen=True)
@@ -55,7 +54,7 @@ class Unknowns:
     templates: tuple[Model, ...]
     places: tuple[np.ndarray, ...]  # for each data set: where in the vector each leaf of its model stands
 
-    @property
+    @cached_property
     def names(self) -> tuple[str, ...]:
         """Full names, in the order of the vector."""
         return tuple(entry.name for entry in self.entries)
@@ -80,13 +79,25 @@ class Unknowns:
         """Where a search starts."""
         return np.array([entry.start for entry in self.entries])
 
+    @cached_property
+    def _positions(self) -> dict[str, int]:
+        return {name: position for position, name in enumerate(self.names)}
+
+    @cached_property
+    def _by_effect(self) -> dict[str, tuple[str, ...]]:
+        found: dict[str, tuple[str, ...]] = {}
+        for name in self.names:
+            owner = name.split("@")[0].rsplit(".", 1)[0]
+            found[owner] = (*found.get(owner, ()), name)
+        return found
+
     def at(self, names: Iterable[str]) -> np.ndarray:
         """Positions of these names in the vector."""
-        return np.array([self.names.index(name) for name in names], dtype=int)
+        return np.array([self._positions[name] for name in names], dtype=int)
 
     def of_effect(self, effect: str) -> tuple[str, ...]:
         """The names that belong to an effect."""
-        return tuple(name for name in self.names if name.split("@")[0].startswith(effect + "."))
+        return self._by_effect.get(effect, ())
 
     def model(self, vector: jax.Array, dataset: int = 0, switches: Any = None, live: Any = None) -> Model:
         """The model of one data set with these values."""

@@ -7,14 +7,14 @@ hold it up are named. Optima are local; starts are spread over the ranges.
 """
 
 import dataclasses
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
 import jax
-import jax.numpy as jnp
 import numpy as np
 
+from mckibben_jax import merit
 from mckibben_jax.effect import Effect
 from mckibben_jax.effects import BladderNeoHookean, IdealCylinder
 from mckibben_jax.merit import QUANTITIES, At, built
@@ -48,7 +48,7 @@ class Task:
     constraints: tuple[Limit, ...] = ()
     effects: tuple[Effect, ...] = field(default_factory=lambda: tuple(kind() for kind in DESIGN_BASELINE))
     maximise: bool = True
-    starts: int = 12
+    starts: int = 16
     seed: int = 0
 
 
@@ -86,6 +86,7 @@ class Design:
     miss: float  # largest relative violation
     stationarity: float  # share of the objective's slope that no active limit accounts for
     starts: str
+    sensitivity: dict[str, dict[str, float]]  # per cent of a quantity per per cent of a variable
 
 
 # The task as a function --------------------------------------------------------------------------------------------
@@ -96,15 +97,15 @@ def with_values(task: Task, values: Any) -> Muscle:
     return dataclasses.replace(task.muscle, **dict(zip(task.variables, values, strict=True)))
 
 
+def wanted_of(task: Task) -> list[tuple[str, At]]:
+    """Objective, then the constrained quantities, each with its conditions."""
+    return [(task.objective, task.at), *((c.quantity, c.at) for c in task.constraints)]
+
+
 def quantities_of(task: Task) -> Callable[[Any], jax.Array]:
-    """Objective, then the constrained quantities, as a differentiable function of the variables in SI."""
-    wanted = [(task.objective, task.at), *((c.quantity, c.at) for c in task.constraints)]
-
-    def evaluate(values: Any) -> jax.Array:
-        given = built(with_values(task, values), task.effects)
-        return jnp.stack([jnp.asarray(QUANTITIES[name].law(given, at), dtype=float) for name, at in wanted])
-
-    return evaluate
+    """The quantities of `wanted_of` as a differentiable function of the variables in SI."""
+    wanted = wanted_of(task)
+    return lambda values: merit.evaluate(built(with_values(task, values), task.effects), wanted)
 
 
 # Searching -----------------------------------------------------------------------------------------------------------
@@ -113,31 +114,39 @@ def quantities_of(task: Task) -> Callable[[Any], jax.Array]:
 def design(task: Task) -> Design:
     """The best design within the constraints, or why there is none. Works in 64 bits whatever the setting."""
     with jax.enable_x64(True):
-        search = _search(task)
-        ends = [climb(search, x) for x in search.starts]
-        good = [x for x in ends if search.violation(x) <= ACTIVE]
-        if not good:
-            closest = nearest(search)
-            if search.violation(closest) > ACTIVE:
-                return _conclude(task, search, closest, "infeasible", f"{len(ends)} starts: none met all constraints")
-            good = [x for x in (climb(search, closest), closest) if search.violation(x) <= ACTIVE]
-        best = min(good, key=search.cost)
-        same = sum(search.cost(x) - search.cost(best) <= SAME * abs(search.cost(best)) for x in good)
-        sure = multipliers(search, best)[1] <= STATIONARY
-        told = f"{len(ends)} starts: {same} reached the same best design"
-        return _conclude(task, search, best, "optimal" if sure else "not converged", told)
+        return settle(task, search_of(task, quantities_of(task)))
 
 
-def _search(task: Task) -> Search:
-    limits = [
+def settle(task: Task, search: Search, more: Sequence[np.ndarray] = ()) -> Design:
+    """The best design that the search's starts, and `more` of them, lead to."""
+    ends = [climb(search, x) for x in (*more, *search.starts)]
+    good = [x for x in ends if search.violation(x) <= ACTIVE]
+    if not good:
+        closest = nearest(search)
+        if search.violation(closest) > ACTIVE:
+            return _conclude(task, search, closest, "infeasible", f"{len(ends)} starts: none met all constraints")
+        good = [x for x in (climb(search, closest), closest) if search.violation(x) <= ACTIVE]
+    best = min(good, key=search.cost)
+    same = sum(search.cost(x) - search.cost(best) <= SAME * abs(search.cost(best)) for x in good)
+    sure = multipliers(search, best)[1] <= STATIONARY
+    told = f"{len(ends)} starts: {same} reached the same best design"
+    return _conclude(task, search, best, "optimal" if sure else "not converged", told)
+
+
+def limits_of(task: Task) -> list[tuple[int, float, float]]:
+    """Both sides of every constraint: row of `quantities_of`, limit, +1 for a lower and -1 for an upper one."""
+    return [
         (row, limit, sign)
         for row, c in enumerate(task.constraints, 1)
         for limit, sign in ((c.min, 1.0), (c.max, -1.0))
         if limit is not None
     ]
+
+
+def search_of(task: Task, law: Callable[[Any], jax.Array]) -> Search:
+    """The task as a search over the unit box; `law` gives its quantities, as `quantities_of` or otherwise."""
     low, high = np.array(list(task.variables.values()), float).T
-    sign = 1.0 if task.maximise else -1.0
-    return Search(quantities_of(task), low, high, limits, sign, task.starts, task.seed)
+    return Search(law, low, high, limits_of(task), 1.0 if task.maximise else -1.0, task.starts, task.seed)
 
 
 def _conclude(task: Task, search: Search, x: np.ndarray, outcome: str, starts: str) -> Design:
@@ -160,7 +169,19 @@ def _conclude(task: Task, search: Search, x: np.ndarray, outcome: str, starts: s
         miss=miss,
         stationarity=left,
         starts=starts,
+        sensitivity=_sensitivity(task, search, x),
     )
+
+
+def _sensitivity(task: Task, search: Search, x: np.ndarray) -> dict[str, dict[str, float]]:
+    """Per cent by which each quantity grows for one per cent more of each variable, by variable and quantity."""
+    values, slopes = search.at(x)
+    place = search.low + x * search.span
+    names = [task.objective, *(c.quantity for c in task.constraints)]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        shares = slopes / search.span * place / values[:, None]
+    rows = {name: names.index(name) for name in names}  # of a quantity at several places the first
+    return {v: {name: float(shares[row, i]) for name, row in rows.items()} for i, v in enumerate(task.variables)}
 
 
 def _limits(task: Task, search: Search, x: np.ndarray, prices: np.ndarray) -> list[Met]:
@@ -215,4 +236,5 @@ def to_json(found: Design) -> dict[str, Any]:
         "largest_relative_violation": found.miss,
         "stationarity": found.stationarity,
         "starts": found.starts,
+        "sensitivity": found.sensitivity,
     }

@@ -3,6 +3,7 @@
 import dataclasses
 import re
 from collections.abc import Callable
+from functools import cache
 from typing import Any, ClassVar
 
 import equinox as eqx
@@ -41,7 +42,8 @@ class Effect(eqx.Module):
 
     `family` names rivals that replace each other; `needs` what must be there (a measurement of the muscle, "rubber",
     "friction"); `gives` what it provides to others; `suspect` says when to suspect it. `rival` marks printed laws that
-    are unsound: they are candidates only on request. `fixed` names constants with a unit that stand in the law.
+    are unsound: they are candidates only on request; so is an effect that says why in `on_request`. `fixed` names
+    constants with a unit that stand in the law.
     """
 
     stage: ClassVar[str]
@@ -51,6 +53,7 @@ class Effect(eqx.Module):
     needs: ClassVar[tuple[str, ...]] = ()
     gives: ClassVar[tuple[str, ...]] = ()
     rival: ClassVar[bool] = False
+    on_request: ClassVar[str] = ""
     fixed: ClassVar[tuple[str, ...]] = ()
 
 
@@ -108,7 +111,10 @@ class Lost(Effect):
 
 
 class Read(Effect):
-    """Changes what the instrument shows of one channel: `read` maps a whole run's signal over `time`."""
+    """Changes what the instrument shows of one channel: `read` maps a whole run's signal over `time`.
+
+    Channels are "force" (N), "position" (m of shortening) and "pressure" (Pa): what the muscle gets of what was set.
+    """
 
     stage: ClassVar[str] = "read"
     channel: ClassVar[str] = "force"
@@ -128,8 +134,12 @@ def measured(muscle: Muscle, name: str) -> jax.Array:
 
 def name_of(effect: Effect | type[Effect]) -> str:
     """The name by which users call an effect: its class in snake case."""
-    kind = effect if isinstance(effect, type) else type(effect)
-    return re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", kind.__name__).lower()
+    return _snake_case(effect.__name__ if isinstance(effect, type) else type(effect).__name__)
+
+
+@cache
+def _snake_case(name: str) -> str:
+    return re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", name).lower()
 
 
 def blend(switch: jax.Array, without: Any, with_: Any) -> Any:

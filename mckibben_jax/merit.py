@@ -5,22 +5,21 @@ instrument reads. Every law is called where it stands; nothing is written twice.
 """
 
 from collections.abc import Callable, Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import equinox as eqx
 import jax
 import jax.numpy as jnp
 
-from mckibben_jax import braid, working_pressure
+from mckibben_jax import braid, gas, working_pressure
 from mckibben_jax.effect import Effect, measured
 from mckibben_jax.model import Model, model
 from mckibben_jax.muscle import Muscle
 from mckibben_jax.parameter import parameters
-from mckibben_jax.state import State
+from mckibben_jax.stroke import free_contraction, friction, integral, pull
 
-At = dict[str, float]  # the conditions of a quantity: contraction (1), pressure (Pa)
+At = dict[str, Any]  # the conditions of a quantity, see CONDITIONS; and the stroke there, where it is known already
 RUBBER = {"G": "shear_modulus", "C10": "mooney_c10", "C01": "mooney_c01"}  # parameter of a wall: what is measured of it
-_LARGEST, _POINTS = 0.9, 91  # where, and how finely, the end of the stroke is looked for
 
 
 # The muscle with its model -------------------------------------------------------------------------------------------
@@ -67,15 +66,6 @@ def _rubber(given: Model) -> tuple[jax.Array, jax.Array]:
 # Quantities ----------------------------------------------------------------------------------------------------------
 
 
-def pull(given: Model, contraction: jax.Array, pressure: jax.Array) -> jax.Array:
-    """Frictionless force (N) of the muscle at rest in this state."""
-    contraction = jnp.asarray(contraction, dtype=float)
-    zero = jnp.zeros_like(contraction)
-    state = State(contraction, zero + pressure, zero, zero, zero, zero, zero)
-    felt = given.felt(jax.tree.map(lambda leaf: leaf[None], state))
-    return jax.vmap(given.pull)(felt)[0][0]
-
-
 def force(given: Model, at: At) -> jax.Array:
     """Frictionless force, N."""
     return pull(given, jnp.asarray(at["contraction"]), jnp.asarray(at["pressure"]))
@@ -91,20 +81,52 @@ def stroke(given: Model, at: At) -> jax.Array:
     """Contraction at which the force first vanishes at this pressure.
 
     Where a muscle does not pull at rest, the (negative) contraction at which it would, by the slope at rest: a search
-    is led back from there.
+    is led back from there. Its derivative is that of the implicit function.
     """
-    law = lambda eps: pull(given, eps, jnp.asarray(at["pressure"]))  # noqa: E731
-    places = jnp.linspace(0.0, _LARGEST, _POINTS)
-    first = jnp.clip(jnp.argmax(jax.vmap(law)(places) <= 0), 1, _POINTS - 1)
-    root = braid.zero_between(law, places[first - 1], places[first])
-    at_rest = law(jnp.asarray(0.0))
-    return jnp.where(at_rest > 0, root, -at_rest / braid.slope(law, 0.0))
+    if "stroke" in at:
+        return at["stroke"]
+    return free_contraction(lambda eps: pull(given, eps, jnp.asarray(at["pressure"])))
 
 
 def work(given: Model, at: At) -> jax.Array:
     """Work (J) delivered at constant pressure from rest to where the force vanishes."""
-    every = jax.vmap(lambda eps: pull(given, eps, jnp.asarray(at["pressure"])))
-    return braid.delivered_work(every, given.muscle.length, stroke(given, at))
+    return _over_the_stroke(given, at, lambda eps: pull(given, eps, jnp.asarray(at["pressure"])))
+
+
+def _over_the_stroke(given: Model, at: At, law: Callable[[jax.Array], jax.Array]) -> jax.Array:
+    return given.muscle.length * integral(law, stroke(given, at))
+
+
+def hysteresis_loss(given: Model, at: At) -> jax.Array:
+    """Work (J) lost in one slow closed loop at constant pressure, from rest over the stroke and back.
+
+    l0 int (lost while contracting - lost while lengthening) d eps, by `friction`. Zero where a model has no friction.
+    """
+    pressure = jnp.asarray(at["pressure"])
+    width = lambda eps: friction(given, eps, pressure, 1.0) - friction(given, eps, pressure, -1.0)  # noqa: E731
+    return _over_the_stroke(given, at, width)
+
+
+def efficiency(given: Model, at: At) -> jax.Array:
+    """Work of one slow stroke at constant pressure, friction deducted, over the energy of the air that it draws.
+
+    The muscle is filled from the atmosphere out of a supply at this pressure, delivers its stroke, and is vented: the
+    air is lost with what it could still do (`gas.supply_energy`). Volumes by `gas_volume`.
+    """
+    pressure, end = jnp.asarray(at["pressure"]), stroke(given, at)
+    lost = _over_the_stroke(given, at, lambda eps: friction(given, eps, pressure, 1.0))
+    full, empty = (gas_volume(given, {"contraction": eps}) for eps in (end, 0.0))
+    return (work(given, at) - lost) / gas.supply_energy(pressure, full, empty)
+
+
+def response_time(given: Model, at: At) -> jax.Array:
+    """Time (s) until the pressure in the muscle has reached 90 % of a step from the atmosphere: `gas.filling_time`.
+
+    The gas volume is that at `contraction`, unless given that at the end of the stroke, where it is largest; the valve
+    has the sonic `conductance`, 1 dm^3/(s bar) unless given. Inertia is left out: slow where the valve is slow.
+    """
+    volume = gas_volume(given, {"contraction": at["contraction"] if "contraction" in at else stroke(given, at)})
+    return gas.filling_time(at["pressure"], volume, at.get("conductance", gas.CONDUCTANCE))
 
 
 def _wall_ratio(muscle: Muscle) -> jax.Array:
@@ -189,8 +211,26 @@ QUANTITIES: dict[str, Merit] = {
     "gas_volume": Merit(gas_volume, "m^3", _PLACE),
     "strand_length": Merit(strand_length, "m"),
     "outer_radius": Merit(outer_radius, "m", _PLACE),
+    "hysteresis_loss": Merit(hysteresis_loss, "J", _PRESSURE),
+    "efficiency": Merit(efficiency, "1", _PRESSURE),
+    "response_time": Merit(response_time, "s", _PRESSURE, (), ("contraction", "conductance")),
 }
-CONDITIONS = {"contraction": "1", "pressure": "Pa"}
+CONDITIONS = {"contraction": "1", "pressure": "Pa", "conductance": "m^3/(s Pa)"}
+_OF_THE_STROKE = ("stroke", "work", "fatigue_cycles", "hysteresis_loss", "efficiency", "response_time")
+
+
+def evaluate(given: Model, wanted: Sequence[tuple[str, At]]) -> jax.Array:
+    """Several quantities, each at its own conditions; the stroke at a pressure is sought once."""
+    strokes: dict[float, jax.Array] = {}
+
+    def value(name: str, at: At) -> jax.Array:
+        if name in _OF_THE_STROKE and "pressure" in at:
+            pressure = at["pressure"]
+            strokes[pressure] = strokes[pressure] if pressure in strokes else stroke(given, at)
+            at = at | {"stroke": strokes[pressure]}
+        return jnp.asarray(QUANTITIES[name].law(given, at), dtype=float)
+
+    return jnp.stack([value(name, at) for name, at in wanted])
 
 
 def missing(given: Model, quantity: str) -> tuple[str, ...]:

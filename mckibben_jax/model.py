@@ -1,6 +1,5 @@
 """A model is a muscle and a set of effects, each with a switch: read( pull(felt) - lost(felt) )."""
 
-import dataclasses
 from collections.abc import Callable, Sequence
 from typing import Any
 
@@ -9,7 +8,7 @@ import jax
 import jax.numpy as jnp
 
 from mckibben_jax.effect import Effect, Loss, Pull, blend, name_of
-from mckibben_jax.effects import LIBRARY
+from mckibben_jax.effects import ORDER
 from mckibben_jax.memory import Memory, remember
 from mckibben_jax.muscle import Muscle
 from mckibben_jax.shape import path_rate
@@ -47,27 +46,32 @@ class Model(eqx.Module):
         Effects behind it that remember are left out. Everything is computed, what is not live being switched off: this
         goes into a root search, where branches cost more than they save, and no rates are needed.
         """
-        switches = self.switches if self.live is None else jnp.where(self.live, self.switches, 0.0)
-        whole = dataclasses.replace(self, switches=switches, live=None)
-
         def pull(state: State) -> jax.Array:
             for later in self.at("felt"):
                 effect = self.effects[later]
                 if later > index and not isinstance(effect, Memory):
-                    felt = effect.felt(self.muscle, state, whole._pull_behind(later))
-                    state = blend(whole.switches[later], state, felt)
-            return whole.pull(state)[0]
+                    change = lambda s, e=effect, i=later: blend(  # noqa: E731
+                        self.switches[i], s, e.felt(self.muscle, s, self._pull_behind(i))
+                    )
+                    state = self.when_live(later, change, state)
+            return self.pull(state)[0]
 
         return pull
 
-    def pull(self, felt: State) -> tuple[jax.Array, jax.Array]:
-        """The pull at a felt state, N: all of it, and the part of the rubber alone."""
+    def pull(self, felt: State, memories: Memories | None = None) -> tuple[jax.Array, jax.Array]:
+        """The pull at a felt state, N: all of it, and the part of the rubber alone.
+
+        Stored effects that remember are left out where no memories are given.
+        """
         total, elastic = jnp.zeros_like(felt.contraction), jnp.zeros_like(felt.contraction)
         for index in self.at("stored"):
             effect = self.effects[index]
+            if memories is None and isinstance(effect, Memory):
+                continue
+            known = felt if memories is None else felt.replace(memory=memories[index])
             zero = jnp.zeros_like(total)
             part = self.when_live(
-                index, lambda _, e=effect, i=index: self.switches[i] * e.force(self.muscle, felt), zero
+                index, lambda _, e=effect, i=index, s=known: self.switches[i] * e.force(self.muscle, s), zero
             )
             total = total + part
             elastic = elastic + part if "rubber" in effect.gives else elastic
@@ -102,9 +106,16 @@ class Model(eqx.Module):
 
     def force(self, run: State) -> jax.Array:
         """The force that the instrument shows along a run, N."""
-        felt = self.felt(run)
-        total, elastic = jax.vmap(self.pull)(felt)
+        felt = self.felt(self.supplied(run))
+        total, elastic = jax.vmap(self.pull)(felt, self._recall_stored(felt))
         return self.show(total - self.lost(felt, elastic).force, run.time, "force")
+
+    def supplied(self, run: State) -> State:
+        """The run with what the supply makes of its pressure channel: a delay shifts the pressure and its rate."""
+        if not any(self.effects[index].channel == "pressure" for index in self.at("read")):
+            return run
+        shown = (self.show(signal, run.time, "pressure") for signal in (run.pressure, run.pressure_rate))
+        return run.replace(**dict(zip(("pressure", "pressure_rate"), shown, strict=True)))
 
     def show(self, signal: jax.Array, time: jax.Array, channel: str) -> jax.Array:
         """What the instrument of a channel makes of a run's signal."""
@@ -120,12 +131,17 @@ class Model(eqx.Module):
         effect = self.effects[index]
         return run.replace(memory=remember(effect, self.muscle, run)) if isinstance(effect, Memory) else run
 
+    def _recall_stored(self, felt: State) -> Memories:
+        """What every stored effect remembers along a run, None where nothing is remembered."""
+        remembers = lambda i: i in self.at("stored") and isinstance(self.effects[i], Memory)  # noqa: E731
+        return tuple(remember(e, self.muscle, felt) if remembers(i) else None for i, e in enumerate(self.effects))
+
     # What happens at one instant, memories carried along ------------------------------------------------------------
 
     def start_memories(self, state: State) -> Memories:
         """The memories at the first instant of a run, one per effect; None where nothing is remembered."""
         memories: list[Any] = [None] * len(self.effects)
-        for index in (*self.at("felt"), *self.at("lost")):
+        for index in (*self.at("felt"), *self.at("stored"), *self.at("lost")):
             effect = self.effects[index]
             memories[index] = effect.start(self.muscle, state) if isinstance(effect, Memory) else None
             state = self._felt_by(index, state, memories[index])
@@ -134,7 +150,7 @@ class Model(eqx.Module):
     def advance_memories(self, memories: Memories, before: State, after: State) -> Memories:
         """The memories after moving from one state of the rig to the next."""
         advanced = list(memories)
-        for index in (*self.at("felt"), *self.at("lost")):
+        for index in (*self.at("felt"), *self.at("stored"), *self.at("lost")):
             effect, then = self.effects[index], (before, after)
             if isinstance(effect, Memory):
                 advanced[index] = self.when_live(
@@ -217,7 +233,7 @@ def contributions(given: Model, run: State) -> dict[str, jax.Array]:
 
 def _place(effect: Effect) -> tuple[int, int, str]:
     stages: Sequence[str] = ("felt", "stored", "lost", "read")
-    listed = LIBRARY.index(type(effect)) if type(effect) in LIBRARY else len(LIBRARY)  # a user's own come last
+    listed = ORDER.index(type(effect)) if type(effect) in ORDER else len(ORDER)  # a user's own come last
     return stages.index(effect.stage), listed, name_of(effect)
 
 

@@ -50,10 +50,12 @@ class Moved(NamedTuple):
 class Rig(eqx.Module):
     """A muscle and what is imposed on it, on an even grid of `step` seconds from `begin`; straight lines between.
 
-    Time is counted in steps, k = (t - begin)/step, so that runs of different length share one loop.
+    Time is counted in steps, k = (t - begin)/step, so that runs of different length share one loop. `waiting` are the
+    samples until `begin`, in which the muscle is held.
     """
 
     model: Model
+    waiting: State
     begin: jax.Array
     step: jax.Array
     pressure: jax.Array  # Pa
@@ -76,7 +78,7 @@ class Rig(eqx.Module):
 
         def at(rate: jax.Array) -> tuple[State, tuple[jax.Array, jax.Array], jax.Array]:
             felt = model.felt_now(state.replace(rate=rate), memories)
-            return felt, model.pull(felt), path_rate(model.muscle, felt)
+            return felt, model.pull(felt, memories), path_rate(model.muscle, felt)
 
         now, slope = jax.jvp(at, (state.rate,), (jnp.ones_like(state.rate),))
         resting = state.rate - now[2] / slope[2]
@@ -223,15 +225,32 @@ def _rig(model: Model, time: jax.Array, imposed: tuple[jax.Array, ...], begin: j
     step = jnp.maximum(time[-1] - begin, 0.0) / steps
     step = jnp.where(step > 0, step, 1.0)  # nothing is asked of a run without duration but where it begins
     grid = begin + step * jnp.arange(steps + 1)
-    pressure, load, mass = (jnp.interp(grid, time, jnp.broadcast_to(each, time.shape)) for each in imposed)
-    return Rig(model, begin, step, pressure, load, jnp.maximum(mass, LEAST_MASS))
+    pressure, load, mass = (jnp.broadcast_to(each, time.shape) for each in imposed)
+    waiting = jnp.minimum(time, begin)
+    whole = jnp.concatenate([waiting, grid])
+    pressure = model.show(jnp.interp(whole, time, pressure), whole, "pressure")
+    held = State(jnp.zeros_like(waiting), pressure[: len(time)], time=waiting)
+    load, mass = (jnp.interp(grid, time, each) for each in (load, mass))
+    return Rig(model, held, begin, step, pressure[len(time) :], load, jnp.maximum(mass, LEAST_MASS))
 
 
 def _at_rest(rig: Rig, start: jax.Array) -> Motion:
+    """The muscle when it is let go: memories have seen what was before, held at `start`."""
     state = rig.state(jnp.zeros_like(start), start, jnp.zeros_like(start))
-    memories = rig.model.start_memories(state)
-    seen = state if jax.tree.leaves(memories) else None
-    return Motion(start, jnp.zeros_like(start), memories, seen, jnp.ones_like(start))
+    held = rig.waiting.replace(contraction=jnp.broadcast_to(start, rig.waiting.time.shape))
+    zero = jnp.zeros_like(held.time)
+    held = held.replace(rate=zero, pressure_rate=zero, stretch=zero, stretch_rate=zero)
+    first = jax.tree.map(lambda a: a[0], held)
+    memories = rig.model.start_memories(first)
+    if not jax.tree.leaves(memories):
+        return Motion(start, jnp.zeros_like(start), memories, None, jnp.ones_like(start))
+
+    def wait(carry: tuple[Memories, State], after: State) -> tuple[tuple[Memories, State], None]:
+        memories, before = carry
+        return (rig.model.advance_memories(memories, before, after), after), None
+
+    (memories, _), _ = jax.lax.scan(wait, (memories, first), held)
+    return Motion(start, jnp.zeros_like(start), memories, state, jnp.ones_like(start))
 
 
 def _on_grid(values: jax.Array, k: jax.Array) -> tuple[jax.Array, jax.Array]:

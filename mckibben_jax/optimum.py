@@ -4,6 +4,7 @@ Sequential quadratic programming (scipy's SLSQP) with exact derivatives, over th
 optimum is not left to its own flag: at 1e-12 it fails "successfully", and the other way round.
 """
 
+import copy
 from collections.abc import Callable
 from typing import Any
 
@@ -14,6 +15,7 @@ from scipy.optimize import Bounds, minimize, nnls
 from scipy.stats import qmc
 
 ACTIVE = 1e-6  # of a limit, or of a range: so close is at it
+LOOKS = 9  # log2 of the places that are looked at before a search
 NOWHERE = 1e3  # cost, and relative violation, where the laws give no number
 
 
@@ -34,44 +36,71 @@ class Side:
         return self.sign * slopes[self.row] / self.scale
 
 
+Limits = list[tuple[int, float, float]]  # row, limit, and +1 where it is a lower one, -1 where it is an upper one
+
+
 class Search:
     """An objective (row 0 of `law`) and limits on the other rows, over ranges that are mapped to the unit box.
 
-    `limits` are (row, limit, sign): +1 where the limit is a lower one, -1 where it is an upper one. `sign` is +1 to
-    maximise.
+    `sign` is +1 to maximise. A first look, in one compiled call, at places all over the box says what sizes are typical
+    and where to start: at the best of them, none near another.
     """
 
     def __init__(
-        self, law: Callable[[Any], jax.Array], low: Any, high: Any, limits: list[tuple[int, float, float]],
-        sign: float = 1.0, starts: int = 12, seed: int = 0,
+        self, law: Callable[[Any], jax.Array], low: Any, high: Any, limits: Limits, sign: float = 1.0, starts: int = 16,
+        seed: int = 0,
     ):  # fmt: skip
-        self.low, self.high, self.sign = np.asarray(low, float), np.asarray(high, float), sign
+        self.low, self.high = np.asarray(low, float), np.asarray(high, float)
         self.span = self.high - self.low
         place = lambda x: law(self.low + x * self.span)  # noqa: E731
         self._both: Callable[[Any], Any] = jax.jit(lambda x: (place(x), jax.jacfwd(place)(x)))
         self._last: tuple[bytes, np.ndarray, np.ndarray] | None = None
-        middle = np.full((1, len(self.low)), 0.5)
-        spread = np.vstack([middle, _sobol(len(self.low), seed)])
-        self.typical = _typical(np.array([self._both(jnp.asarray(x))[0] for x in spread]))
+        self.calls = 0  # of values with slopes
+        self.looked = np.vstack([np.full((1, len(self.low)), 0.5), _sobol(len(self.low), seed)])
+        self.seen = np.asarray(jax.jit(jax.vmap(place))(jnp.asarray(self.looked)))
+        self.typical = _typical(self.seen)
+        self._aim(0, sign, limits, starts)
+
+    def _aim(self, goal: int, sign: float, limits: Limits, starts: int) -> None:
+        self.goal, self.sign = goal, sign
         self.sides = [Side(row, limit, way, self.typical[row]) for row, limit, way in limits]
-        self.starts = spread[: max(starts, 1)]
+        self.starts = self._spread(max(starts, 1))
+
+    def aimed(self, goal: int, sign: float, limits: Limits, starts: int) -> "Search":
+        """The same laws, compiled once, with another row as objective and other limits."""
+        other = copy.copy(self)
+        other._aim(goal, sign, limits, starts)
+        return other
+
+    def _spread(self, count: int) -> np.ndarray:
+        """The best places seen, none within a distance of another that leaves room for so many, the middle first."""
+        costs = -self.sign * self.seen[:, self.goal] / self.typical[self.goal]
+        misses = np.array([max((-side.gap(values) for side in self.sides), default=0.0) for values in self.seen])
+        order = np.lexsort((np.nan_to_num(costs, nan=NOWHERE), np.maximum(misses, 0.0)))
+        apart = 0.5 / count ** (1 / len(self.low))
+        chosen = [self.looked[0]]
+        for x in self.looked[order]:
+            if len(chosen) < count and min(np.linalg.norm(x - other) for other in chosen) > apart:
+                chosen.append(x)
+        return np.array(chosen)
 
     def at(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Values and slopes; where the laws give no number, no slope."""
         key = np.asarray(x, float).tobytes()
         if self._last is None or self._last[0] != key:
             values, slopes = map(np.asarray, self._both(jnp.asarray(x)))
+            self.calls += 1
             self._last = (key, values, np.nan_to_num(slopes, posinf=0.0, neginf=0.0))
         return self._last[1], self._last[2]
 
     def cost(self, x: np.ndarray) -> float:
         """What is minimised: the objective over its typical size, its sign turned where it is maximised."""
-        cost = float(-self.sign * self.at(x)[0][0] / self.typical[0])
+        cost = float(-self.sign * self.at(x)[0][self.goal] / self.typical[self.goal])
         return cost if np.isfinite(cost) else NOWHERE
 
     def cost_slope(self, x: np.ndarray) -> np.ndarray:
         """Its slope."""
-        return -self.sign * self.at(x)[1][0] / self.typical[0]
+        return -self.sign * self.at(x)[1][self.goal] / self.typical[self.goal]
 
     def gaps(self, x: np.ndarray) -> np.ndarray:
         """Distances from all limits, none of which must be negative."""
@@ -89,7 +118,7 @@ class Search:
 
 
 def _sobol(count: int, seed: int) -> np.ndarray:
-    return qmc.Sobol(count, seed=seed).random_base2(6)  # type: ignore[call-arg]  # scipy's decorator hides the name
+    return qmc.Sobol(count, seed=seed).random_base2(LOOKS)  # type: ignore[call-arg]  # scipy's decorator hides the name
 
 
 def _typical(values: np.ndarray) -> np.ndarray:

@@ -20,7 +20,7 @@ FLOORS = (
     ("parameter",),
     ("muscle", "state"),
     ("braid",),
-    ("rubber", "textile", "biology", "working_pressure", "shape"),
+    ("rubber", "textile", "biology", "working_pressure", "valve", "shape"),
     ("effect", "memory"),
     ("effects",),
     ("model",),

@@ -36,7 +36,7 @@ def test_box_step_finds_what_scipy_finds(upper):
     """Inside the box and at its faces."""
     start = np.array([-0.5, -0.9])
     lower = np.array([-1.0, -1.0])
-    solver = BoxLevenbergMarquardt(jnp.asarray(lower), jnp.asarray(upper), rtol=1e-10, atol=1e-10)
+    solver = BoxLevenbergMarquardt(jnp.asarray(lower), jnp.asarray(upper), rtol=1e-14, atol=1e-20)
     found = optx.least_squares(rosenbrock, solver, jnp.asarray(start), max_steps=400, throw=False)
     rival = least_squares(lambda x: np.asarray(rosenbrock(x, None)), start, bounds=(lower, upper), xtol=1e-14)
     np.testing.assert_allclose(found.value, rival.x, atol=2e-6)

@@ -92,7 +92,11 @@ def answer_of(name, folder):
 
 
 def test_every_notebook_has_its_numbers():
-    assert {path.stem for path in NOTEBOOKS.glob("*.py")} == set(ANSWERS)
+    assert {path.stem for path in NOTEBOOKS.glob("*.py")} == {*ANSWERS, "workbench"}
+
+
+def test_the_workbench_says_as_a_script_how_it_is_opened(tmp_path):
+    assert "mckibben workbench [DATASET]" in answer_of("workbench", tmp_path)
 
 
 @pytest.mark.parametrize("name", ANSWERS)

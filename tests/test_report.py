@@ -2,20 +2,24 @@
 
 import dataclasses
 import re
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from small_muscle import loops, write
 
-from fitting import figures
+from fitting import figures, maps
 from fitting.compare import compare
 from fitting.diagnosis import Diagnosis, Evidence, Explanation, Leading
 from fitting.errors import InputError
 from fitting.figures import Stage
+from fitting.loops_picture import frame
 from fitting.model_file import is_edited, read_model, write_model
 from fitting.options import Asked
 from fitting.own_effects import library
 from fitting.page import page
+from fitting.panels import Panel, panels
+from fitting.records import Run
 from fitting.report import comparison_report, console, diagnosis_report, fit_report
 from fitting.sentences import amount, kind_in_words, next_command, verdict_in_words, with_error
 from fitting.task import fitted, task_of
@@ -91,7 +95,7 @@ def test_the_page_begins_with_the_verdict_and_holds_every_part(study, diagnosis)
 
 
 def test_text_in_pictures_is_text_in_the_colour_of_the_page(study):
-    svg = figures.as_svg(figures.residual_map(study[1]), "map")
+    svg = figures.as_svg(maps.residual_map(study[1]), "map")
     assert re.search(r"<text[^>]*fill: currentColor[^>]*>pressure \[kPa\]</text>", svg)
     assert figures.INK not in svg
     assert "<image" not in svg
@@ -103,6 +107,91 @@ def test_pictures_of_one_page_share_no_names(study):
     first, second = (set(re.findall(r'id="([^"]+)"', svg)) for svg in pictures)
     assert first
     assert not first & second
+
+
+def test_each_step_has_its_bar_and_its_model_and_shows_without_a_script(study, diagnosis):
+    task, c = study
+    left = c.fit.residual
+    stages = [Stage("baseline", 5.0, 6.0, "missing", left + 4), Stage("+ it", c.rmse, 1.1, "", left)]
+    text = page(task, c, diagnosis, stages)
+    assert text.count('type="radio" name="step"') == 2
+    assert "main:has(#step0:checked) .model:not(.m0) { display: none; }" in text
+    lines = re.findall(r'<g class="model m([01])">(.*?)</g>', text)
+    assert [number for number, _ in lines] == ["0", "1"] * 3
+    assert all(first != last for (_, first), (_, last) in zip(lines[::2], lines[1::2], strict=True))
+
+
+def test_steps_whose_models_are_unknown_have_bars_alone(study):
+    text = page(*study, None, [Stage("a", 5.0, 6.0), Stage("b", 0.3, 0.31)])
+    assert 'name="step"' not in text
+    assert text.count('class="row"') == 2
+
+
+def test_the_misfit_can_be_switched_from_branches_to_parity(study):
+    text = page(*study)
+    assert 'id="map-branch" checked' in text
+    for words in ("contracting", "even: the same in both directions", "odd: changes its sign", "pressure [kPa]"):
+        assert words in text
+
+
+def test_terms_are_explained_and_likes_are_mapped(study, diagnosis):
+    text = page(*study, diagnosis)
+    for words in ("Seen from: ", "Absorbed: ", "Which effects look alike here", "end_stop"):
+        assert words in text
+
+
+def test_a_plan_and_a_posterior_stand_on_the_page(study):
+    planned = SimpleNamespace(what="one loop at 50 kPa", why="the spring shows there", power=0.93)
+    text = page(*study, planned=planned, posterior="tip.k   1.12")
+    assert "One loop at 50 kPa: the spring shows there." in text
+    assert "93 %" in text
+    assert "<pre>tip.k   1.12</pre>" in text
+
+
+def test_measured_points_lie_where_their_axes_say(study):
+    task, c = study
+    panel = panels(task.experiments, c.fit.samples, c.fit.residual)[0]
+    placed = frame(panel, 0, [c.fit.residual])
+    x, y, width, height = map(float, re.findall(r'"(-?[\d.]+)"', placed.window))
+    at = np.array([[float(v) for v in point.split()] for point in re.findall(r"M([\d. -]+)h0", placed.opening)])
+    assert np.all((at[:, 0] > x) & (at[:, 0] < x + width))
+    assert np.all((at[:, 1] > y) & (at[:, 1] < y + height))
+    top = np.argmin(at[:, 1])
+    assert panel.measured.max() == pytest.approx((at[top, 1] - placed.origin[1]) / placed.scale[1], rel=0.01)
+
+
+def test_thinning_keeps_the_corners_of_every_loop():
+    count = 200_000
+    eps = 0.1 * (1 - np.cos(np.linspace(0, 4 * np.pi, count)))
+    half = np.searchsorted([count // 4, count // 2, 3 * count // 4], np.arange(count), side="right")
+    force = np.where(half % 2, 100.0, 50.0) - 200 * eps
+    force[31_415] = 400.0  # a single spike
+    panel = panel_of(eps, force, half)
+    kept = panel.shown(force)
+    assert sum(map(len, kept)) <= 400
+    for part, branch in zip(kept, range(4), strict=True):
+        mine = np.flatnonzero(half == branch)
+        assert (part[0], part[-1]) == (mine[0], mine[-1])
+    assert 31_415 in np.concatenate(kept)
+    assert panel.is_thinned
+
+
+def panel_of(eps, force, half):
+    zero = np.zeros(len(eps))
+    run = Run("1", np.arange(len(eps)) * 1e-3, zero + 1e5, eps, zero, zero, force, zero + 1, np.where(half % 2, -1, 1),
+              half // 2, half, np.arange(len(eps)))  # fmt: skip
+    place = np.arange(len(eps))
+    return Panel("1", "100 kPa", run, place, place, "loop", "N", eps, "contraction", 1.0)
+
+
+@pytest.mark.slow
+def test_a_million_samples_make_a_page_below_ten_megabytes(tmp_path):
+    folder = write(tmp_path, loops(points=10_000, pressures=tuple(np.linspace(1e5, 5e5, 10)), repeats=5))
+    task = task_of(Asked(data=(str(folder),), starts=1))
+    text = page(task, compare(fitted(task), task.experiments))
+    assert sum(len(run) for run in task.experiments[0].recordings[0].runs) > 990_000
+    assert len(text.encode()) < 10e6
+    assert "Thinned for drawing" in text
 
 
 def test_a_long_recording_still_makes_a_small_page(tmp_path):

@@ -1,6 +1,7 @@
 """`mckibben design`: the muscle that does the job."""
 
 import sys
+from pathlib import Path
 from typing import Any
 
 import click
@@ -13,26 +14,37 @@ from fitting.study import check_places, errors_for_machines, progress_bar
 @click.command("design", cls=Command)
 @click.argument("spec", metavar="SPEC.toml")
 @click.option("--effect-file", metavar="FILE", help="Python file with effects of your own.")
+@click.option("--posterior", metavar="FILE", help="Draws of `posterior --netcdf`: design on all of them.")
+@click.option("--picture", metavar="FILE", help="The muscle to scale (or the trade-off): .svg, .pdf or .png.")
+@click.option("--save", metavar="FILE", help="The design as a model file; of a trade-off a folder of them.")
 @output_options
-def command(spec: str, effect_file: str | None, quiet: bool, **given: Any) -> None:
+def command(
+    spec: str, effect_file: str | None, posterior: str | None, picture: str | None, save: str | None, quiet: bool,
+    **given: Any,
+) -> None:  # fmt: skip
     """Find the muscle that does best what SPEC.toml asks for, within what rubber and braid can bear."""
     prepare()
-    check_places(given["json"], given["html"])
-    from fitting.design_file import describe, design, read_design, to_json
+    check_places(given["json"], given["html"], picture)
+    from fitting.design_answer import answer
+    from fitting.design_order import read_draws, read_order
     from fitting.own_effects import library
     from fitting.report import console
     from fitting.results import write_json
 
     with errors_for_machines(given["json"]):
-        task = read_design(spec, library(effect_file))
-    with progress_bar("designing", quiet):
-        found = design(task)
-    words = describe(found)
-    console(quiet).print(words, markup=False, highlight=False)
+        order = read_order(spec, library(effect_file))
+        draws = read_draws(posterior, order.task) if posterior else {}
+        with progress_bar("designing", quiet):
+            found = answer(order, draws, given["seed"])
+        if picture:
+            found.draw(picture)
+        if save:
+            found.save(Path(save))
+    console(quiet).print(found.words, markup=False, highlight=False, soft_wrap=True)
     if given["json"]:
-        write_json(given["json"], to_json(found))
+        write_json(given["json"], found.result)
     if given["html"]:
         from fitting.page import write_words
 
-        write_words(given["html"], "Design", [words])
-    sys.exit(3 if found.outcome == "not converged" else 0)
+        write_words(given["html"], "Design", [found.words])
+    sys.exit(0 if found.converged else 3)

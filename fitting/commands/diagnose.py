@@ -12,25 +12,35 @@ from fitting.study import begin
 @data_argument
 @study_options
 @candidate_options
+@click.option("--propose", is_flag=True, help="Propose a form for what no effect of the library explains.")
 @output_options
-def command(**given: Any) -> None:
+def command(propose: bool, **given: Any) -> None:
     """Say which effect is missing from the model, or that these data cannot say."""
     study = begin(given)
-    from fitting.diagnosing import candidates_of, diagnosed
+    from fitting.diagnosing import candidates_of, diagnosed, following
+    from fitting.proposal import proposal_in_words, proposal_result, proposed, require_sparse_regression
     from fitting.report import diagnosis_report, headed
     from fitting.results import diagnosis_result
-    from fitting.sentences import error_in_words, next_command
+    from fitting.sentences import error_in_words, measurement_in_words, next_command
 
     candidates = candidates_of(study.task, given["candidates"], given["rivals"])
+    if propose:
+        require_sparse_regression()
     with study.working("diagnosing") as told:
         found, compared = diagnosed(study.task, candidates, told)
-    study.write(diagnosis_result(found, compared))
+        planned = following(study.task, found, told)
+        form = proposed(found, told) if propose else None
+    study.write(diagnosis_result(found, compared, planned) | ({"proposal": proposal_result(form)} if form else {}))
     if study.asked.html:
         from fitting.page import write_page
 
-        write_page(study.asked.html, study.task, compared, found)
+        write_page(study.asked.html, study.task, compared, found, planned=planned)
     study.print(diagnosis_report(found, compared.unit))
     study.print([headed("ERROR", error_in_words(compared))])
-    following = next_command(found, study.asked.data)
-    study.print([headed("NEXT", following)] if following else [])
+    study.print([headed("MEASURE", measurement_in_words(planned))] if planned else [])
+    after = next_command(found, study.asked.data)
+    study.print([headed("NEXT", after)] if after else [])
+    if form:
+        study.print([headed("PROPOSAL", proposal_in_words(form))])
+        study.console.print(form.command(study.asked.data), soft_wrap=True)  # to be pasted: in one line
     study.end(found.baseline.converged)

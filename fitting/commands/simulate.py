@@ -8,19 +8,19 @@ import click
 from fitting.options import Command, output_options
 from fitting.study import errors_for_machines
 
-KINDS = ("loop", "isometric", "quick release", "step")
+KINDS = ("loop", "isometric", "static", "isotonic", "quick release", "step")
 
 
 @click.command("simulate", cls=Command)
 @click.argument("model")
 @click.option("--test", default="loop", show_default=True, metavar="KIND", help=f"One of {', '.join(KINDS)}.")
 @click.option("--pressure", "--pressures", default="3 bar", show_default=True, metavar="LIST",
-              help="Loops, releases: one run each. Isometric: from value to value. Step: before, after.")
+              help="Loop, static, release: each in turn. Isometric, isotonic: value to value. Step: before, after.")
 @click.option("--turns", default="0,0.2,0", show_default=True, metavar="LIST", help="Loops: turning contractions.")
 @click.option("--speed", default="10 mm/s", show_default=True, metavar="VALUE", help="Loops: speed.")
-@click.option("--contraction", default="0", show_default=True, metavar="LIST", help="Isometric: held contractions.")
-@click.option("--load", default="10 kg", show_default=True, metavar="LIST", help="Releases, steps: hung loads.")
-@click.option("--duration", metavar="VALUE", help="Of a release or step (1 s), or of an isometric ramp (5 s).")
+@click.option("--contraction", metavar="LIST", help="Held contractions: isometric 0, static 0 to 0.25 unless given.")
+@click.option("--load", default="10 kg", show_default=True, metavar="LIST", help="Isotonic, release, step: hung loads.")
+@click.option("--duration", metavar="VALUE", help="Of a release or step (1 s), or of one ramp of the pressure (5 s).")
 @click.option("--rate", metavar="VALUE", help="Samples per second; 50 Hz, releases and steps 500 Hz.")
 @click.option("--noise", metavar="VALUE", help="Standard deviation of one reading; none unless given.")
 @click.option("--muscle", metavar="FILE", help="muscle.toml, where it is not the model file's muscle.")
@@ -30,23 +30,24 @@ KINDS = ("loop", "isometric", "quick release", "step")
 def command(**given: Any) -> None:
     """Write the data set that a rig would record if the muscle were as MODEL (a model.toml) says."""
     from fitting.prepare import prepare
-    from fitting.report import console, headed
+    from fitting.report import console, headed, lines
     from fitting.results import write_json
 
     prepare()
     with errors_for_machines(given["json"]):
         from fitting.simulation_orders import simulated
 
-        file, samples = simulated(Path(given["out"]), given)
+        told = simulated(Path(given["out"]), given)
     shown = [
-        headed("WRITTEN", f"{file} and muscle.toml beside it: {samples:,} samples"),
-        headed("NEXT", f"mckibben compare {given['out']}"),
+        headed("WRITTEN", f"{told.file} and muscle.toml beside it: {told.samples:,} samples"),
+        *lines("WARNING", told.warnings),
+        headed("NEXT", f"mckibben compare {given['out']} --model {given['model']}"),
     ]
     out = console(given["quiet"])
     for part in shown:
         out.print(part)
     if given["json"]:
-        write_json(given["json"], {"file": str(file), "samples": samples})
+        write_json(given["json"], {"file": str(told.file), "samples": told.samples, "warnings": list(told.warnings)})
     if given["html"]:
         from fitting.page import write_words
 

@@ -47,6 +47,7 @@ from mckibben_jax.effects.stored import (
     WallShielding,
     Weight,
 )
+from mckibben_jax.effects.supply import LiquidLine, SupplyDelay, SupplyOrifice
 
 FELT = (
     PressureOffset,
@@ -94,4 +95,7 @@ LOST = (
     Mullins,
 )
 READ = (ForceGain, ForceOffset, TimeDelay)
+SUPPLIES: tuple[type[Effect], ...] = (SupplyOrifice, LiquidLine, SupplyDelay)  # by name only
 LIBRARY: tuple[type[Effect], ...] = FELT + STORED + LOST + READ
+_BEHIND = FELT.index(SupplyLag) + 1
+ORDER = (*FELT[:_BEHIND], *SUPPLIES[:2], *FELT[_BEHIND:], *STORED, *LOST, *READ, SupplyDelay)

@@ -53,6 +53,7 @@ class SupplyLag(Felt, Memory):
     """The pressure in the muscle follows the pressure at the port, first order: tau dP_m/dt = P - P_m."""
 
     states_rates = True
+    family = "supply"
     source = "first-order filling of a volume through a line; the time constant of Richer & Hurmuzlu 2000, linearised"
     suspect = "inflating and deflating differ although the muscle stands still, the more the faster the pressure moves"
     tau: jax.Array = parameter(0.05, "s", "time constant of filling", range=(1e-4, 5.0), starts=(0.02, 0.3))
@@ -134,31 +135,35 @@ class SeriesCompliance(Felt):
 
     def felt(self, muscle: Muscle, state: State, pull: Pull) -> State:
         read = (state.contraction, state.pressure, state.stretch)
-        reading_rates = (state.rate, state.pressure_rate, state.stretch_rate)
+        read_rates = (state.rate, state.pressure_rate, state.stretch_rate)
 
         def gap(contraction: jax.Array, *read: jax.Array) -> jax.Array:
             own = state.replace(contraction=contraction, pressure=read[1], stretch=read[2])
             return contraction - read[0] - pull(own) / (self.k_s * muscle.length)
 
-        root, slope = _plain_root(lambda contraction: gap(contraction, *read), state.contraction)
-        at = root - gap(root, *read) / slope  # one Newton step from the root: its value, and its derivatives
-        along = jnp.array([1.0, 0.0]), *(jnp.stack([jnp.zeros_like(rate), rate]) for rate in reading_rates)
-        slope, drift = jax.vmap(lambda *way: jax.jvp(gap, (at, *read), way)[1])(*along)
-        return state.replace(contraction=at, rate=-drift / slope)
+        along = jnp.array([1.0, 0.0]), *(jnp.stack([jnp.zeros_like(rate), rate]) for rate in read_rates)
+
+        def newton(at: jax.Array, _: None) -> tuple[jax.Array, jax.Array]:
+            way = lambda *tangents: jax.jvp(gap, (at, *read), tangents)  # noqa: E731
+            value, (slope, drift) = jax.vmap(way, out_axes=(None, 0))(*along)
+            return at - value / jax.lax.stop_gradient(slope), -drift / slope
+
+        root = _plain_root(lambda contraction: gap(contraction, *read), state.contraction)
+        at, rates = jax.lax.scan(newton, root, length=2)  # the first step gives the root its derivatives
+        return state.replace(contraction=at, rate=rates[-1])
 
 
-def _plain_root(equation: Callable[[jax.Array], jax.Array], guess: jax.Array) -> tuple[jax.Array, jax.Array]:
-    """The root of a scalar equation by optimistix, and the slope there, as plain numbers without derivatives.
+def _plain_root(equation: Callable[[jax.Array], jax.Array], guess: jax.Array) -> jax.Array:
+    """The root of a scalar equation by optimistix, as a plain number without derivatives.
 
     Differentiating through the solver, for the rate and again for the fit, was measured to make the compiled program
-    five times as large; the Newton step that follows has the root's exact derivative.
+    five times as large; a Newton step that follows has the root's exact derivative.
     """
     plain, constants = jax.closure_convert(equation, guess)
     fixed = jax.lax.stop_gradient((guess, constants))
     solver = optx.Newton(rtol=1e-10, atol=1e-12)
     found = optx.root_find(lambda x, c: plain(x, *c), solver, fixed[0], args=fixed[1], max_steps=30, throw=False)
-    slope = jax.jvp(lambda x: plain(x, *fixed[1]), (found.value,), (jnp.ones_like(found.value),))[1]
-    return jax.lax.stop_gradient((found.value, slope))
+    return jax.lax.stop_gradient(found.value)
 
 
 class Tip(Felt):

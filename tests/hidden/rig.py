@@ -93,10 +93,18 @@ def scattered(random, truth: Truth, spread: float) -> Truth:
     if not spread:
         return truth
     effects = {
-        name: {key: value * (1 + spread * random.standard_normal()) for key, value in given.items()}
+        name: {key: apart(key, value, 1 + spread * random.standard_normal()) for key, value in given.items()}
         for name, given in truth.effects.items()
     }
     return replace(truth, effects=effects)
+
+
+NEUTRAL = {"k": 1.0, "b_k": 1.0, "ratio": 1.0, "beta": 1.0}
+
+
+def apart(key: str, value: float, factor: float) -> float:
+    """A parameter whose distance from doing nothing is `factor` times as large."""
+    return NEUTRAL.get(key, 0.0) + (value - NEUTRAL.get(key, 0.0)) * factor
 
 
 def weighed(truth: Truth, force):

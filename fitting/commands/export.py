@@ -1,0 +1,46 @@
+"""`mckibben export`: the model for somebody else's simulator or controller."""
+
+from typing import Any
+
+import click
+
+from fitting.options import Command, output_options
+from fitting.study import errors_for_machines
+
+
+@click.command("export", cls=Command)
+@click.argument("model")
+@click.option("--to", "form", required=True, type=click.Choice(["python", "table"]),
+              help="python: a module of plain numpy. table: force over contraction and pressure, both branches.")
+@click.option("--out", metavar="FILE", help="Where it goes; default muscle.py or muscle.csv. A table may be .parquet.")
+@click.option("--contraction", metavar="LIST", help="Table: from, to; default 0 to where the force vanishes.")
+@click.option("--pressure", default="0 bar,5 bar", show_default=True, metavar="LIST", help="Table: from, to.")
+@click.option("--points", default="51,11", show_default=True, metavar="N,N", help="Table: contractions, pressures.")
+@click.option("--without", multiple=True, metavar="NAME", help="Leave this effect out, for example the load cell's.")
+@click.option("--muscle", metavar="FILE", help="muscle.toml, where it is not the model file's muscle.")
+@click.option("--effect-file", metavar="FILE", help="Python file with effects of your own.")
+@output_options
+def command(**given: Any) -> None:
+    """Write MODEL (a model.toml) for a program that does not know this one: plain numpy, or a table.
+
+    The module has step(state, pressure, displacement, dt), force, stiffness, linearise and pressure_for.
+    """
+    from fitting.prepare import prepare
+    from fitting.report import console, headed
+    from fitting.results import write_json
+
+    prepare()
+    with errors_for_machines(given["json"]):
+        from fitting.export_orders import exported
+
+        file, result, words = exported(given)
+    out = console(given["quiet"])
+    shown = [headed("WRITTEN", f"{file}: {words}"), headed("USE", result["use"])]
+    for part in shown:
+        out.print(part)
+    if given["json"]:
+        write_json(given["json"], result)
+    if given["html"]:
+        from fitting.page import write_words
+
+        write_words(given["html"], "mckibben export", shown)

@@ -1,0 +1,36 @@
+"""`mckibben hill`: is it a Hill muscle?"""
+
+from typing import Any
+
+import click
+
+from fitting.options import Command, data_argument, fit_options, output_options, study_options
+from fitting.study import begin
+
+
+@click.command("hill", cls=Command)
+@data_argument
+@study_options
+@fit_options
+@click.option("--no-motion", is_flag=True, help="Only the curve of speeds; fit no model to the recorded motion.")
+@output_options
+def command(no_motion: bool, **given: Any) -> None:
+    """Speed over load from quick releases: Hill's a/F0 and b, and whether dry friction alone gives the same curve."""
+    study = begin(given)
+    from fitting.hill import curves, motions
+    from fitting.hill_words import hill_report, hill_result
+
+    with study.working("reading speeds"):
+        found = curves(study.task.experiments)
+        moved = None if no_motion else motions(study.task)
+    study.write(hill_result(found, moved))
+    shown = hill_report(found, moved)
+    study.print(shown)
+    if study.asked.html:
+        from fitting.figures import as_svg
+        from fitting.figures_hill import speed_over_load
+        from fitting.page import Section, write_words
+
+        picture = Section("Steady speed over load", picture=as_svg(speed_over_load(found), "hill"))
+        write_words(study.asked.html, "mckibben hill", shown, [picture])
+    study.end(moved is None or (moved.dry.converged and moved.viscous.converged))

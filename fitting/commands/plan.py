@@ -1,0 +1,36 @@
+"""`mckibben plan`: which recording would separate what is still tied."""
+
+from typing import Any
+
+import click
+
+from fitting.options import Command, candidate_options, data_argument, output_options, study_options
+from fitting.study import begin
+
+
+@click.command("plan", cls=Command)
+@data_argument
+@study_options
+@candidate_options
+@output_options
+def command(**given: Any) -> None:
+    """Say which recordings would tell apart what these data leave tied, and with what power."""
+    study = begin(given)
+    from fitting.diagnosing import candidates_of, diagnosed
+    from fitting.planning import plan_of, plan_report, plan_result
+    from fitting.report import headed
+    from fitting.sentences import verdict_in_words
+
+    candidates = candidates_of(study.task, given["candidates"], given["rivals"])
+    with study.working("diagnosing") as told:
+        found, _ = diagnosed(study.task, candidates, told)
+        told("planning", 0.95)
+        plan = plan_of(study.task, found, study.asked.data)
+    study.write(plan_result(plan, found))
+    report = [headed("VERDICT", verdict_in_words(found)), *plan_report(plan)]
+    if study.asked.html:
+        from fitting.page import write_words
+
+        write_words(study.asked.html, "mckibben plan", report)
+    study.print(report)
+    study.end(found.baseline.converged)

@@ -1,0 +1,70 @@
+"""`mckibben sweep`: designs by the million."""
+
+import os
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+import click
+
+from fitting.options import Command, output_options
+from fitting.prepare import prepare
+from fitting.study import check_places, errors_for_machines, progress_bar
+
+
+@click.command("sweep", cls=Command)
+@click.argument("spec", metavar="SPEC.toml")
+@click.option("--out", metavar="FOLDER", help="Where the files go; default: SPEC_sweep beside the file.")
+@click.option("--scheduler", metavar="ADDRESS", help="Dask scheduler whose workers share the work.")
+@click.option("--effect-file", metavar="FILE", help="Python file with effects of your own.")
+@output_options
+def command(
+    spec: str, out: str | None, scheduler: str | None, effect_file: str | None, quiet: bool, **given: Any
+) -> None:
+    """Evaluate every design of a grid or sample that SPEC.toml describes; begun sweeps are gone on with."""
+    _use_all_cores()
+    prepare()
+    check_places(given["json"], given["html"])
+    from fitting.own_effects import library
+    from fitting.report import console
+    from fitting.results import write_json
+    from fitting.sweep import sweep
+    from fitting.sweep_file import read_sweep
+    from fitting.sweep_words import describe, to_json
+
+    with errors_for_machines(given["json"]):
+        order = read_sweep(spec, library(effect_file))
+        work = _work(scheduler, effect_file)
+        folder = Path(out) if out else Path(spec).with_name(f"{Path(spec).stem}_sweep")
+        with progress_bar("compiling", quiet) as told:
+            found = sweep(order, folder, work, told)
+    words = describe(found)
+    console(quiet).print(words, markup=False, highlight=False, soft_wrap=True)
+    if given["json"]:
+        write_json(given["json"], to_json(found))
+    if given["html"]:
+        from fitting.page import write_words
+
+        write_words(given["html"], "Sweep", [words])
+
+
+def _use_all_cores() -> None:
+    """On processors jax sees one device however many cores there are: let it see each core. Not for GPUs."""
+    import jax
+
+    if "xla_force_host_platform_device_count" not in os.environ.get("XLA_FLAGS", ""):
+        count = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
+        with suppress(RuntimeError):  # jax has begun already, in a process that does other things too
+            jax.config.update("jax_num_cpu_devices", count)
+
+
+def _work(scheduler: str | None, effect_file: str | None) -> Any:
+    if scheduler is None:
+        return None
+    from fitting.errors import InputError
+    from fitting.sweep_scheduler import on
+
+    if effect_file is not None:
+        cure = "leave out --scheduler, or install your effects as a package on the workers"
+        raise InputError("--effect-file is not sent to the workers of a scheduler", effect_file, cure=cure)
+    return on(scheduler)

@@ -1,0 +1,439 @@
+# /// script
+# [tool.marimo.display]
+# theme = "system"
+# ///
+
+import marimo
+
+__generated_with = "0.25.2"
+app = marimo.App(width="medium", app_title="mckibben workbench")
+
+with app.setup:
+    import sys
+    import tempfile
+    from pathlib import Path
+
+    import marimo as mo
+
+    from fitting.prepare import prepare
+
+    prepare()
+    from fitting import workbench as bench
+    from fitting import workbench_data as dropping
+    from fitting import workbench_words as words
+    from fitting.errors import InputError
+    from fitting.fall import fall_html
+    from fitting.job import Job
+    from fitting.options import Asked
+    from fitting.serving import asked, data_folder
+    from fitting.shipped import shipped_names
+
+    EXAMPLE = "screw = A*sin(2*pi*x/p), A = 1 N (-20..20), p = 12 mm (5..30)"
+
+
+# ------------------------------------------------------------------------------------- what the session knows
+
+
+@app.cell
+def _():
+    session, set_session = mo.state(None)
+    work, set_work = mo.state(None)  # the job under way and what is done with its result
+    told, set_told = mo.state("")  # the last message
+    dropped, set_dropped = mo.state(None)  # files that still have to be described
+    place = tempfile.TemporaryDirectory(prefix="mckibben_")  # of this session alone
+    return dropped, place, session, set_dropped, set_session, set_told, set_work, told, work
+
+
+@app.cell
+def _(place, set_dropped, set_session, set_told, set_work, work):
+    def start(job, then=set_session):
+        """Begin a job; what is under way is called off."""
+        if work() is not None:
+            work()[0].cancel()
+        set_told("")
+        set_work((job, then))
+
+    def go(to):
+        """Another state of the session; what is under way belongs to the one before and is called off."""
+        if work() is not None:
+            work()[0].cancel()
+            set_work(None)
+        set_session(to)
+
+    def open_folder(asked):
+        """Show the data at once; the first fit follows."""
+        set_dropped(None)
+        start(Job("reading", lambda tell: bench.opened(asked)))
+
+    def attempt(action):
+        """Do something that the user may have to mend."""
+        try:
+            return action()
+        except InputError as error:
+            set_told(dropping.without_place(str(error), place.name))
+            return None
+
+    return attempt, go, open_folder, start
+
+
+# ------------------------------------------------------------------------------------------------- open a data set
+
+
+@app.cell
+def _():
+    mo.Html(words.style() + words.heading("McKibben workbench", 1))
+    return
+
+
+@app.cell
+def _(attempt, open_folder, place, set_dropped):
+    def take(files):
+        if not files:
+            return
+        folder = Path(tempfile.mkdtemp(dir=place.name))
+        kept = attempt(lambda: dropping.keep([(f.name, f.contents) for f in files], folder))
+        if kept is None:
+            return
+        if dropping.is_described(kept):
+            open_folder(Asked(data=(str(kept),)))
+        else:
+            set_dropped(attempt(lambda: dropping.guessed(kept)))
+
+    def open_named(name):
+        if name:
+            attempt(lambda: open_folder(Asked(data=(str(data_folder(name.strip())),))))
+
+    shipped = mo.ui.dropdown(shipped_names(), label="Data that come with the program", on_change=open_named)
+    path = mo.ui.text(
+        placeholder="/path/to/folder", label="A folder on this machine", on_change=open_named, full_width=True
+    )
+    files = mo.ui.file(
+        multiple=True, kind="area", on_change=take, label="Drop a data set here: its CSV files, and muscle.toml if any"
+    )
+    return files, open_named, path, shipped
+
+
+@app.cell
+def _(open_named, session):
+    given = asked()["data"] if mo.running_in_notebook() else None
+    if given and session() is None and not opened_once:
+        opened_once.append(given)
+        open_named(given)
+    return
+
+
+@app.cell
+def _():
+    opened_once = []
+    return (opened_once,)
+
+
+@app.cell
+def _(files, path, session, shipped):
+    opener = mo.vstack([files, mo.hstack([shipped, path], widths=[1, 1], wrap=True, align="end")])
+    mo.accordion({"Open another data set": opener}) if session() is not None else opener
+    return
+
+
+# ------------------------------------------------------------------------- what the headers of dropped files do not say
+
+
+@app.cell
+def _(dropped):
+    found = dropped()
+    muscle_form = column_form = test_form = None
+    if found is not None:
+        muscle_form = mo.ui.dictionary(
+            {
+                key: mo.ui.text(label=f"{key}: {dropping.muscle_hint(key)[0]}",
+                                placeholder=dropping.muscle_hint(key)[1], full_width=True)
+                for key in dropping.ASKED
+            }
+        )  # fmt: skip
+        test_form = mo.ui.dictionary(
+            {file: mo.ui.dropdown(dropping.TESTS, value=test, label="kind of test") for file, test in found.tests.items()}
+        )
+        column_form = mo.ui.dictionary(
+            {
+                f"{file}/{k}/{what}": mo.ui.dropdown([dropping.IGNORED, *dropping.COLUMNS], value=c.meaning, label="is")
+                if what == "is"
+                else mo.ui.text(value=c.unit, placeholder=dropping.unit_hint(c.meaning), label="unit")
+                for file, columns in found.columns.items()
+                for k, c in enumerate(columns)
+                for what in ("is", "unit")
+            }
+        )
+    return column_form, found, muscle_form, test_form
+
+
+@app.cell
+def _(attempt, column_form, found, muscle_form, open_folder, test_form):
+    def describe(_):
+        columns = {
+            file: [tuple(column_form.value[f"{file}/{k}/{what}"] for what in ("is", "unit")) for k in range(len(own))]
+            for file, own in found.columns.items()
+        }
+        folder = attempt(
+            lambda: dropping.describe(found, found.folder.name, muscle_form.value, test_form.value, columns)
+        )
+        if folder is not None:
+            open_folder(Asked(data=(str(folder),)))
+
+    described = mo.ui.button(label="Open these data", on_change=describe)
+    return (described,)
+
+
+@app.cell
+def _(column_form, described, found, muscle_form, test_form):
+    mo.stop(found is None)
+    parts = [mo.md("## What the files do not say"), *muscle_form.elements.values()]
+    for _file, _columns in found.columns.items():
+        parts += [mo.md(f"### {_file}"), test_form.elements[_file]]
+        for _k, _c in enumerate(_columns):
+            _row = [column_form.elements[f"{_file}/{_k}/{what}"] for what in ("is", "unit")]
+            parts.append(mo.hstack([mo.md(f"`{_c.head}`"), *_row], justify="start", wrap=True))
+    mo.vstack([*parts, described])
+    return
+
+
+# ----------------------------------------------------------------------------------------------- the work under way
+
+
+@app.cell
+def _(work):
+    clock = mo.ui.refresh(default_interval="400ms") if work() is not None else None
+    off = mo.ui.button(label="Cancel", on_change=lambda _: work() and work()[0].cancel(), kind="warn")
+    return clock, off
+
+
+@app.cell
+def _(clock, off, place, session, set_told, set_work, start, work):
+    ended = None
+    if clock is not None:
+        clock.value
+        job, then = work()
+        if job.done:
+            ended = job
+            set_work(None)
+            set_told(dropping.without_place(job.problem or "", place.name))
+            if job.problem is None:
+                then(job.result)
+                if isinstance(job.result, bench.Session) and job.result.last.comparison is None:
+                    start(Job("fitting the model", lambda tell: bench.begun(job.result, tell)))
+    if clock is None or ended is not None:
+        shown = None
+    else:
+        shown = mo.vstack([mo.Html(words.progress(job.words, job.share)), off, mo.Html(f"<div hidden>{clock}</div>")])
+    shown
+    return
+
+
+@app.cell
+def _(told):
+    mo.callout(told(), kind="warn") if told() else None
+    return
+
+
+# ---------------------------------------------------------------------------------------------------- where we are
+
+
+@app.cell
+def _(go, session, start):
+    now = session()
+    last = None if now is None else now.last
+
+    def diagnose(_):
+        start(Job("the baseline", lambda tell: bench.examined(now, tell, candidates.value)))
+
+    known = [] if now is None else sorted(last.task.library)
+    candidates = mo.ui.multiselect(
+        known, value=[c for c in asked()["candidates"] if c in known], label="look for (all unless chosen)"
+    )
+    examine = mo.ui.button(label="Run the diagnosis", on_change=diagnose)
+    undo = mo.ui.button(label="Undo", on_change=lambda _: go(bench.undone(now)))
+    return candidates, examine, last, now, undo
+
+
+@app.cell
+def _(candidates, examine, last, now, undo):
+    mo.stop(now is None)
+    fitted = last.comparison is not None
+    picture = fall_html(now.stages, last.comparison.floor, last.comparison.unit) if fitted else ""
+    buttons = [*([examine, candidates] if fitted else []), *([undo] if len(now.steps) > 1 else [])]
+    mo.vstack([mo.Html(words.headline(now) + picture), mo.hstack(buttons, justify="start", wrap=True)])
+    return
+
+
+@app.cell
+def _(last, now, start):
+    def adder(name):
+        return mo.ui.button(
+            label=f"add {name}",
+            on_change=lambda _: start(Job(f"adding {name}", lambda tell: bench.added(now, name.split(" + "), tell))),
+        )
+
+    offered = words.offered(last)
+    adds = mo.ui.array([adder(name) for name in offered])
+    return adds, offered
+
+
+@app.cell
+def _(adds, last, offered):
+    mo.stop(last is None or last.diagnosis is None)
+    mo.Html(words.evidence(last, dict(zip(offered, adds.elements, strict=True))))
+    return
+
+
+# ------------------------------------------------------------------------------------------- measured and model
+
+
+@app.cell
+def _(last):
+    handles = {} if last is None else {s.name: s for s in last.laid_out.sliders}
+    sliders = mo.ui.dictionary(
+        {
+            name: mo.ui.slider(steps=list(s.places), value=s.start, label=s.label, show_value=True, full_width=True)
+            for name, s in handles.items()
+        }
+    )
+    return handles, sliders
+
+
+@app.cell
+def _(last, sliders):
+    mo.stop(last is None)
+    _rows = "".join(f'<div class="slider">{element}</div>' for element in sliders.elements.values())
+    mo.Html(f'{words.heading("Measured and model")}<div class="sliders">{_rows}</div>')
+    return
+
+
+@app.cell
+def _(last):
+    frames = [] if last is None else bench.frames_of(last)
+    return (frames,)
+
+
+@app.cell
+def _(frames, last, sliders):
+    mo.stop(last is None)
+    moved = last.laid_out.moved(sliders.value)
+    loops, error = bench.loops_of(last, frames, moved)
+    mo.Html(words.error_now(last, error, moved) + loops)
+    return
+
+
+# ------------------------------------------------------------------------------------------------ one's own effect
+
+
+@app.cell
+def _(attempt, now, set_session, start):
+    def define(text):
+        if not text or now is None:
+            return
+        made = attempt(lambda: bench.defined(now, text))
+        if made is not None:
+            set_session(made[0])
+            start(Job(f"adding {made[1]}", lambda tell: bench.added(made[0], [made[1]], tell)))
+
+    own = mo.ui.text(placeholder=EXAMPLE, label="An effect of your own, added to the pull", full_width=True).form(
+        submit_button_label="Add it", on_change=define, bordered=False
+    )
+    return (own,)
+
+
+@app.cell
+def _(last, own):
+    mo.stop(last is None or last.comparison is None)
+    mo.vstack(
+        [
+            mo.Html(
+                f"{words.heading('An effect of your own')}<p>One line: a force, then each parameter with unit and range. "
+                f"It may name x eps v P t r alpha S F0. For example <code>{EXAMPLE}</code></p>"
+            ),
+            own,
+        ]
+    )
+    return
+
+
+# --------------------------------------------------------------------------------------- plan, posterior, design
+
+
+@app.cell
+def _(now, start):
+    plan = mo.ui.button(
+        label="What to measure next",
+        on_change=lambda _: start(Job("planning", lambda tell: bench.planned(now, tell))),
+    )
+    sample = mo.ui.button(
+        label="Sample what the data leave open (1 min)",
+        on_change=lambda _: start(Job("sampling", lambda tell: bench.sampled(now, tell))),
+    )
+    return plan, sample
+
+
+@app.cell
+def _(last, plan, sample):
+    mo.stop(last is None or last.comparison is None)
+    _asked = [plan, sample] if last.diagnosis is not None else [sample]
+    _said = [mo.Html(words.plain(title, text)) for title, text in last.said]
+    mo.vstack([mo.Html(words.heading("What else")), mo.hstack(_asked, justify="start", wrap=True), *_said])
+    return
+
+
+@app.cell
+def _(set_drawn, start):
+    def design(text):
+        if text:
+            start(Job("designing", lambda tell: bench.designed(text, tell)), set_drawn)
+
+    spec = mo.ui.text_area(value=words.DESIGN, label="What is asked for", rows=20, full_width=True).form(
+        submit_button_label="Design a muscle", on_change=design, bordered=False
+    )
+    return (spec,)
+
+
+@app.cell
+def _():
+    drawn, set_drawn = mo.state("")
+    return drawn, set_drawn
+
+
+@app.cell
+def _(drawn, spec):
+    mo.vstack([mo.accordion({"Design a muscle": spec}), mo.Html(words.plain("Design", drawn()) if drawn() else "")])
+    return
+
+
+# ------------------------------------------------------------------------------------------------------- take it home
+
+
+@app.cell
+def _(last, now):
+    mo.stop(last is None or last.comparison is None)
+    mo.vstack(
+        [
+            mo.Html(words.heading("Take it home")),  # as bytes: text would be taken for an address
+            mo.hstack(
+                [
+                    mo.download(lambda: bench.model_text(now).encode(), "model.toml", label="model.toml"),
+                    mo.download(lambda: bench.report_text(now).encode(), "report.html", label="report page"),
+                    mo.download(lambda: bench.script_text(now).encode(), "session.py", label="session as a script"),
+                ],
+                justify="start",
+                wrap=True,
+            ),
+        ]
+    )
+    return
+
+
+@app.cell
+def _():
+    if not mo.running_in_notebook():
+        print(words.as_script(sys.argv[1] if len(sys.argv) > 1 else None))
+    return
+
+
+if __name__ == "__main__":
+    app.run()

@@ -1,0 +1,132 @@
+"""One case from its plan to its record: simulate, write, read, diagnose, and note what was said."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import replace
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+import numpy as np
+
+from ..simulator import NOISES, Dataset, Noise, write
+from .cases import Case
+from .changes import changed
+from .mimicry import mimic
+from .protocols import PROTOCOLS
+from .scores import holds, sets
+from .sizes import base_of, hiding, sized
+
+OUTSIDE = "outside"
+
+
+def judged(case: Case, limits: dict[str, float], rivals: bool = False) -> dict[str, Any]:
+    """The record of one case. `limits`: printed detection limits (N) for this noise and protocol."""
+    began = time.perf_counter()
+    noise = NOISES[case.noise]
+    hidden, target = hidden_of(case, limits)
+    record: dict[str, Any] = {"id": case.id, **vars(case), "misfit": target}
+    if hidden is None:
+        return record | {"visible": False, "seconds": time.perf_counter() - began}
+    truth = hiding(base_of(hidden), hidden)
+    data = PROTOCOLS[case.protocol].data(truth, noise, case.recording_seed())
+    record |= {"visible": True, "parameters": hidden, "floor": true_floor(case, data)}
+    with TemporaryDirectory() as folder:
+        changed(write(data, Path(folder) / "data"), case.change, case.random)
+        record |= said(case, Path(folder) / "data", list(base_of(hidden)), rivals)
+    return record | mimicked(case, hidden, record)
+
+
+def hidden_of(case: Case, limits: dict[str, float]) -> tuple[dict[str, dict[str, float]] | None, float]:
+    """What is hidden, with its parameters (None where these data could not show it), and each one's misfit alone, N."""
+    shapes, sigma = case.shapes(), noise_sd(NOISES[case.noise])
+    unit = sigma if case.unit == "sigma" or not case.hidden else limits.get(case.hidden[0])
+    if unit is None:
+        return None, float("nan")
+    target, found = case.size * unit, {}
+    for name in case.hidden:
+        given = sized(case.protocol, name, target, shapes[name], sigma, case.hidden)
+        if given is None:
+            return None, target
+        found[name] = given
+    return found, target
+
+
+def mimicked(case: Case, hidden: dict[str, dict[str, float]], record: dict[str, Any]) -> dict[str, float]:
+    """Where a known effect was hidden and others named: how closely the best of those can follow it, N."""
+    if not hidden or case.group == OUTSIDE or not sets(record) or holds(record):
+        return {}
+    sigma = noise_sd(NOISES[case.noise])
+    return {"mimic": min(mimic(case.protocol, hidden, names, sigma) for names in sets(record))}
+
+
+def noise_sd(noise: Noise) -> float:
+    """Standard deviation of one reading, drift and rounding included, N."""
+    return float(np.sqrt(noise.sd**2 * (1 + noise.drift**2) + noise.step**2 / 12))
+
+
+def true_floor(case: Case, data: Dataset) -> float:
+    """Rms of what no model could foretell: the readings' noise, and the muscle's spread from run to run, N."""
+    steady = replace(NOISES[case.noise], spread=0.0)
+    mean = PROTOCOLS[case.protocol].record(data.truth, steady, 0).clean
+    return float(np.sqrt(np.mean((data.recordings[0].columns["force"] - mean) ** 2)))
+
+
+def said(case: Case, folder: Path, base: list[str], rivals: bool) -> dict[str, Any]:
+    """What the program says of a folder, as plain numbers and words."""
+    from fitting.recordings import read_experiment
+    from mckibben_jax.effect import name_of
+    from mckibben_jax.effects import LIBRARY
+
+    from .rivals import answers, watched
+
+    known = {name_of(kind): kind for kind in LIBRARY}
+    began = time.perf_counter()
+    experiment = read_experiment(folder)
+    found, search = watched([experiment], [known[name]() for name in base])
+    seconds = time.perf_counter() - began
+    record = verdict_of(found) | {"seconds": seconds}
+    if case.group == "none":
+        record["limits"] = {n: e.detection_limit for n, e in found.effects.items() if e.detection_limit is not None}
+    if case.group == OUTSIDE:
+        record["fingerprint"] = fingerprint(found, experiment)
+    if rivals:
+        began = time.perf_counter()
+        record["rivals"] = answers(search)
+        record["rival_seconds"] = time.perf_counter() - began
+    if len(case.hidden) == 1 and case.hidden[0] in found.effects:
+        record["limit"] = found.effects[case.hidden[0]].detection_limit
+        record["reason"] = found.effects[case.hidden[0]].reason
+    return record
+
+
+def verdict_of(found: Any) -> dict[str, Any]:
+    """Verdict, sets and errors of a diagnosis."""
+    after = [e.held_out_rmse for e in found.tried if tuple(sorted(e.effects)) in found.explanations]
+    leading = found.leading.effects if found.leading else ()
+    return {
+        "verdict": found.verdict,
+        "negligible": bool(found.negligible),
+        "explanations": [list(names) for names in found.explanations],
+        "classes": [list(names) for names in found.classes],
+        "nearest": [list(e.effects) for e in found.nearest],
+        "leading": list(leading),
+        "p": found.p_value,
+        "rests_on": found.rests_on,
+        "rmse": found.rmse,
+        "noise_floor": found.noise_floor,
+        "left_out_before": found.held_out_rmse,
+        "left_out_after": min(after) if after else found.held_out_rmse,
+        "notes": list(found.notes),
+    }
+
+
+def fingerprint(found: Any, experiment: Any) -> dict[str, float | None]:
+    """What the comparison says of the kind of misfit."""
+    from fitting.compare import compare
+    from fitting.diagnose import ENOUGH_SAMPLES
+    from fitting.residuals import thinned
+
+    traces = compare(found.baseline, [thinned(experiment, ENOUGH_SAMPLES)]).fingerprint
+    return {"odd": traces.odd_share, "even_P": traces.pressure_exponent_even, "odd_P": traces.pressure_exponent_odd}

@@ -1,0 +1,185 @@
+"""The answers that today's habits give to the same cases: information criteria and sparse regression.
+
+Each sees the same candidates. Forward selection refits every set jointly with hidden shapes free, by the program's own
+fits, and starts from those that the diagnosis has made; sparse regression chooses among linear signatures at several
+shapes, beside slopes of the baseline's parameters that cost nothing, and what it chooses is refitted and pruned by BIC.
+Whatever is left is the answer: none of these can say "one of" or "not in the library".
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any
+from unittest.mock import patch
+
+import numpy as np
+
+MOST = 3  # effects that forward selection may add
+REFITTED = 8  # of the next sets, those that a linear look promises the most of
+FOLDS = 5
+NAMES = {
+    "bic": "forward selection, BIC of independent samples",
+    "ar1": "forward selection, BIC of AR(1) errors",
+    "lasso": "sparse regression, lasso path by BIC",
+    "omp": "sparse regression, matching pursuit by loops left out",
+}
+
+
+def watched(experiments: Sequence[Any], effects: Sequence[Any]) -> tuple[Any, Any]:
+    """A diagnosis, and the search behind it with every set that it has fitted."""
+    from fitting import diagnose as module
+
+    kept: list[Any] = []
+    conclude = module._verdict
+
+    def keeping(search, *others):
+        kept.append(search)
+        return conclude(search, *others)
+
+    with patch.object(module, "_verdict", keeping):
+        found = module.diagnose(experiments, effects)
+    return found, kept[-1]
+
+
+def answers(search: Any) -> dict[str, list[str]]:
+    """What each rival names; an empty list says that nothing is missing."""
+    return {
+        "bic": forward(search, independent),
+        "ar1": forward(search, autoregressive),
+        "lasso": sparse(search, lasso),
+        "omp": sparse(search, pursuit),
+    }
+
+
+# ------------------------------------------------------------------------------------------------- forward selection
+
+
+def independent(trial: Any, samples: Any) -> float:
+    """n log(rss/n) + k log n."""
+    count = len(trial.rows)
+    return criterion(float(np.sum(trial.rows**2)), 0.0, trial, count, len(trial.free))
+
+
+def autoregressive(trial: Any, samples: Any) -> float:
+    """The same of the innovations of an AR(1) process, its memory estimated and the fit moved to its optimum."""
+    rows, slopes = trial.rows, np.asarray(trial.slopes)
+    fresh = np.ones(len(rows), bool)
+    fresh[1:] = (np.diff(samples.run) != 0) | (np.diff(samples.half) != 0)
+    residual, phi = rows, 0.0
+    for _ in range(3):
+        before = residual[:-1][~fresh[1:]]
+        phi = float(np.clip(before @ residual[1:][~fresh[1:]] / max(before @ before, 1e-300), 0.0, 0.999))
+        step = np.linalg.lstsq(innovations(slopes, fresh, phi), -innovations(rows, fresh, phi), rcond=1e-10)[0]
+        residual = rows + slopes @ step
+    left = float(np.sum(innovations(residual, fresh, phi) ** 2))
+    return criterion(left, -float(fresh.sum()) * np.log(1 - phi**2), trial, len(rows), len(trial.free) + 1)
+
+
+def innovations(values: np.ndarray, fresh: np.ndarray, phi: float) -> np.ndarray:
+    """What a sample brings that the one before did not foretell; a branch's first is scaled to the same variance."""
+    out = values * np.sqrt(1 - phi**2)
+    out[1:][~fresh[1:]] = values[1:][~fresh[1:]] - phi * values[:-1][~fresh[1:]]
+    return out
+
+
+def criterion(left: float, determinant: float, trial: Any, count: int, free: int) -> float:
+    """Schwarz's, with the variance profiled out; stated geometry counts as the data it is."""
+    return count * np.log(left / count) + determinant + float(np.sum(trial.prior_rows**2)) + free * np.log(count)
+
+
+def forward(search: Any, score: Callable[[Any, Any], float]) -> list[str]:
+    """Add the effect that lowers the score most, until none does."""
+    world, added, here = search.world, frozenset(), search.base
+    while len(added) < MOST:
+        options = following(search, added, here)
+        if not options:
+            break
+        best = min(options, key=lambda key: score(options[key], world.samples))
+        if score(options[best], world.samples) >= score(here, world.samples):
+            break
+        added, here = best, options[best]
+    return sorted(added)
+
+
+def following(search: Any, added: frozenset[str], here: Any) -> dict[frozenset[str], Any]:
+    """Every refitted set with one effect more; what the diagnosis has not fitted is fitted now."""
+    world = search.world
+    larger = [added | {name} for name in world.candidates if name not in added]
+    larger = [key for key in larger if key <= world.with_added(sorted(key))]
+    larger = [key for key in larger if world.possible(world.with_added(sorted(key)), sorted(key))]
+    missing = [key for key in larger if key not in search.trials and frozenset(key - added) in search.trials]
+    missing = sorted(missing, key=lambda key: promised(search, here, min(key - added)))[:REFITTED]
+    if missing:
+        search.fit_level(missing)
+    return {key: search.trials[key] for key in larger if key in search.trials}
+
+
+def promised(search: Any, here: Any, name: str) -> float:
+    """Sum of squares left if the change that an effect makes alone were added in any amount."""
+    change = search.trials[frozenset([name])].rows - search.base.rows
+    columns = np.column_stack([change, here.slopes])
+    step = np.linalg.lstsq(columns, here.rows, rcond=1e-10)[0]
+    return float(np.sum((here.rows - columns @ step) ** 2))
+
+
+# ------------------------------------------------------------------------------------------------- sparse regression
+
+
+def sparse(search: Any, choose: Callable[[np.ndarray, np.ndarray, np.ndarray], np.ndarray]) -> list[str]:
+    """The effects of the columns that a sparse regression gives weight."""
+    names, columns, left, groups = regression(search)
+    weight = np.abs(choose(columns, left, groups))
+    taken = np.flatnonzero(weight > 0)
+    return sorted(pruned([names[i] for i in taken], columns[:, taken], left))
+
+
+def pruned(names: Sequence[str], columns: np.ndarray, left: np.ndarray) -> set[str]:
+    """What a least-squares refit keeps when effects whose loss lowers the BIC are dropped one by one."""
+    kept = set(names)
+
+    def score(chosen: set[str]) -> float:
+        mine = columns[:, [name in chosen for name in names]]
+        rest = left - mine @ np.linalg.lstsq(mine, left, rcond=1e-10)[0] if mine.shape[1] else left
+        return len(left) * np.log(np.sum(rest**2) / len(left)) + mine.shape[1] * np.log(len(left))
+
+    while kept:
+        least = min(sorted(kept), key=lambda name: score(kept - {name}))
+        if score(kept - {least}) > score(kept):
+            break
+        kept -= {least}
+    return kept
+
+
+def regression(search: Any) -> tuple[list[str], np.ndarray, np.ndarray, np.ndarray]:
+    """Unit signatures of every candidate beside the baseline's slopes, the misfit, and the loops."""
+    world, base = search.world, search.base
+    possible = [name for name in world.candidates if not world.lacking(world.with_added([name]))]
+    wanted = [(name, shape) for name in possible for shape in world.shapes(name)[:3]]
+    signatures = world.signatures(base, wanted)
+    fit = np.all(np.isfinite(signatures), axis=0) & np.any(signatures != 0, axis=0)
+    names, signatures = [name for (name, _), good in zip(wanted, fit, strict=True) if good], signatures[:, fit]
+    slopes = base.slopes[:, np.linalg.norm(base.slopes, axis=0) > 0]
+    basis = np.linalg.qr(slopes)[0]
+    rest = signatures - basis @ (basis.T @ signatures)
+    seen = np.linalg.norm(rest, axis=0) > 1e-4 * np.linalg.norm(signatures, axis=0)
+    rest = rest[:, seen] / np.linalg.norm(rest[:, seen], axis=0)
+    left = -(base.rows - basis @ (basis.T @ base.rows))
+    loops = np.unique(np.stack([world.samples.run, world.samples.loop]), axis=1, return_inverse=True)[1]
+    return [name for name, kept in zip(names, seen, strict=True) if kept], rest, left, loops
+
+
+def lasso(columns: np.ndarray, left: np.ndarray, _groups: np.ndarray) -> np.ndarray:
+    """The point of the lasso path with the least BIC."""
+    from sklearn.linear_model import LassoLarsIC
+
+    return LassoLarsIC(criterion="bic", fit_intercept=False).fit(columns, left).coef_
+
+
+def pursuit(columns: np.ndarray, left: np.ndarray, groups: np.ndarray) -> np.ndarray:
+    """Orthogonal matching pursuit, as many columns as foretell loops left out best."""
+    from sklearn.linear_model import OrthogonalMatchingPursuitCV
+    from sklearn.model_selection import GroupKFold
+
+    folds = list(GroupKFold(min(FOLDS, len(np.unique(groups)))).split(columns, left, groups))
+    most = min(10, columns.shape[1])
+    return OrthogonalMatchingPursuitCV(fit_intercept=False, cv=folds, max_iter=most).fit(columns, left).coef_

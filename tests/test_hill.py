@@ -1,0 +1,143 @@
+"""Speed over load: Hill's numbers from motions whose speeds are known in closed form."""
+
+import json
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+from folders import folder_of
+from scipy.constants import g
+
+from fitting.cli import main
+from fitting.errors import InputError
+from fitting.hill import curves, dry_curve, hill_curve, releases, straight_part
+from fitting.recordings import read_experiment
+
+ISOMETRIC, CURVATURE, LARGEST = 900.0, 0.3, 1.6  # N, 1, m/s
+STROKE, FRICTION = 0.09, 40.0  # m, N
+LOADS = np.linspace(100.0, 700.0, 7)
+TIME = np.arange(-10, 400) * 1e-3
+
+
+def hill_motion(load):
+    """A muscle that is at once at Hill's speed and stops at its stroke, m."""
+    w = load / ISOMETRIC
+    return np.clip(LARGEST * CURVATURE * (1 - w) / (w + CURVATURE) * TIME, 0, 0.06)
+
+
+def dry_motion(load):
+    """A linear spring with constant friction lifts a mass (eq 47): a cosine that stops where it would turn, m."""
+    stiffness, mass = ISOMETRIC / STROKE, load / g
+    reach, clock = (ISOMETRIC - FRICTION - load) / stiffness, np.sqrt(stiffness / mass)
+    return reach * (1 - np.cos(np.clip(clock * TIME, 0, np.pi)))
+
+
+def recorded(path, motion, loads=LOADS, noise=0.0):
+    """The folder of quick releases of a motion."""
+    scatter, rows = np.random.default_rng(3), ["run,time [s],pressure [bar],displacement [mm],load [N]"]
+    for run, load in enumerate(loads):
+        place = 1e3 * motion(load) + scatter.normal(0, noise, len(TIME))
+        rows += [f"{run},{t:.4f},5,{x:.5f},{load:.3f}" for t, x in zip(TIME, place, strict=True)]
+    path.mkdir(exist_ok=True)
+    return folder_of(path, "\n".join(rows) + "\n", test="quick release")
+
+
+@pytest.mark.parametrize("noise", [0.0, 0.05])
+def test_a_hill_muscle_gives_its_numbers(tmp_path, noise):
+    (one,) = curves([read_experiment(recorded(tmp_path, hill_motion, noise=noise))])
+    assert one.hill.isometric == pytest.approx(ISOMETRIC, rel=0.01)
+    assert one.hill.curvature == pytest.approx(CURVATURE, rel=0.03)
+    assert one.hill.largest == pytest.approx(LARGEST, rel=0.02)
+    assert one.hill.b == pytest.approx(CURVATURE * LARGEST, rel=0.04)
+    assert one.dry.misfit > 5 * one.hill.misfit
+    assert not one.alike
+
+
+def test_inertia_with_dry_friction_is_not_taken_for_viscosity(tmp_path):
+    (one,) = curves([read_experiment(recorded(tmp_path, dry_motion))])
+    speeds = [reading.speed for reading in one.hill.readings]
+    exact = (ISOMETRIC - FRICTION - LOADS) / np.sqrt(ISOMETRIC / STROKE * LOADS / g)
+    np.testing.assert_allclose(speeds, exact, rtol=0.03)  # a straight part is a little less steep than its middle
+    assert one.dry.heaviest == pytest.approx(ISOMETRIC - FRICTION, rel=0.01)
+    assert one.alike
+
+
+def test_what_dry_friction_reads_as_is_the_published_number():
+    """Fifty loads from 0.1 to 0.95 of the heaviest: a/F0 = 0.226, as computed from eq 47 solved."""
+    from fitting.hill import Reading
+
+    w = np.linspace(0.1, 0.95, 50)
+    read = [Reading("", float(x), 5e5, float((1 - x) / np.sqrt(x)), 0.0, 0.0, 1.0) for x in w]
+    found = dry_curve(read)
+    assert found.misfit < 1e-6
+    assert found.heaviest == pytest.approx(1.0, rel=1e-6)
+    assert 0.1 < found.read_as_hill.curvature < 0.4  # with F0 free; 0.226 where it is held at the heaviest
+
+
+@pytest.mark.parametrize("noise", [0.0, 1e-4])
+def test_the_straight_part_is_where_the_position_is_straight(noise):
+    time = np.linspace(0, 0.4, 401)
+    bend = np.where(time < 0.1, 5 * time**2, 0.05 + (time - 0.1))  # at constant acceleration, then at 1 m/s
+    place = np.where(time < 0.25, bend, 0.2) + np.random.default_rng(0).normal(0, noise, 401)
+    slope, error, part = straight_part(time, place, noise)
+    assert slope == pytest.approx(1.0, rel=0.02)
+    assert error < 0.02
+    assert time[part][0] > 0.06
+    assert time[part][-1] < 0.27
+
+
+def test_too_few_loads_and_no_release_are_said(tmp_path):
+    with pytest.raises(InputError, match="needs 4 loads"):
+        curves([read_experiment(recorded(tmp_path / "few", hill_motion, LOADS[:3]))])
+    with pytest.raises(InputError, match="no release moves"):
+        curves([read_experiment(recorded(tmp_path / "still", lambda load: 0 * TIME))])
+    with pytest.raises(InputError, match="no quick release"):
+        releases([])
+
+
+def test_the_errors_are_as_large_as_the_scatter(tmp_path):
+    """Over repeated noise the spread of a/F0 is what its standard error says, within a factor of two."""
+    from dataclasses import replace
+
+    (one,) = curves([read_experiment(recorded(tmp_path, hill_motion))])
+    scatter, found = np.random.default_rng(1), []
+    for _ in range(60):
+        read = [replace(r, speed=r.speed + scatter.normal(0, 0.01)) for r in one.hill.readings]
+        fitted = hill_curve(read)
+        found.append((fitted.curvature, fitted.curvature_error))
+    spread, stated = np.std([f[0] for f in found]), np.median([f[1] for f in found])
+    assert 0.5 < spread / stated < 2
+
+
+def test_the_command_warns_and_writes(tmp_path):
+    data = recorded(tmp_path / "dry", dry_motion)
+    told = CliRunner().invoke(main, ["hill", str(data), "--no-motion", "--json", str(tmp_path / "h.json"),
+                                     "--html", str(tmp_path / "h.html")])  # fmt: skip
+    assert told.exit_code == 0, told.output
+    assert "WARNING" in told.output
+    assert "cannot tell" in told.output
+    (curve,) = json.loads((tmp_path / "h.json").read_text())["curves"]
+    assert curve["alike"] is True
+    assert len(curve["readings"]) == len(LOADS)
+    assert "<svg" in (tmp_path / "h.html").read_text()
+
+
+@pytest.mark.slow
+def test_the_motion_itself_gives_hills_numbers(tmp_path):
+    """Releases of the program's own muscle with Hill's force, fitted without and with it."""
+    from fitting.hill import motions
+    from fitting.options import Asked
+    from fitting.simulate import loaded_courses, write_data_set
+    from fitting.task import task_of
+    from mckibben_jax.effects import CoulombFriction, Hill, IdealCylinder
+    from mckibben_jax.model import model
+    from mckibben_jax.muscle import Muscle
+
+    truth = model(Muscle(0.3, 7e-3, np.radians(20)), IdealCylinder(), CoulombFriction(), Hill(0.25, 0.6))
+    courses = loaded_courses([5e5], [150.0, 300.0, 450.0, 600.0], 0.4, 250.0)
+    write_data_set(tmp_path / "hill", truth, "quick release", courses, 5e-5, 0)
+    found = motions(task_of(Asked(data=(str(tmp_path / "hill"),), starts=2)))
+    (curvature, error), (b, b_error) = found.direct.values()
+    assert abs(curvature - 0.25) < 4 * error + 0.01
+    assert abs(b - 0.6) < 4 * b_error + 0.02
+    assert found.errors[1] < found.errors[0] / 3

@@ -1,0 +1,282 @@
+"""The proposed recording: its arithmetic against closed forms, its worth against a simulator that shares no code."""
+
+import json
+import shlex
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+from hidden.simulator import Muscle, Noise, Truth, dataset, isometric, loops, with_baseline, write
+from scipy.stats import multivariate_normal
+from threadpoolctl import threadpool_limits
+
+from fitting import next_measurement as nm
+from fitting.cli import main
+from fitting.diagnose import diagnose
+from fitting.diagnosis import Evidence
+from fitting.flips import Noise as Memory
+from fitting.foreseen import Varying
+from fitting.least_squares import fit
+from fitting.planning import plan_of, plan_result
+from fitting.protocols import FASTER, NODES, grid, shown, simulation
+from fitting.recordings import read_experiment
+from fitting.residuals import thinned
+from fitting.separation import Drawn, Outlook, Readings, Units, _of_means
+from fitting.sharper import sharper
+from mckibben_jax.effect import name_of
+from mckibben_jax.effects import LIBRARY, CoulombFriction, IdealCylinder
+
+KNOWN = {name_of(kind): kind for kind in LIBRARY}
+BASELINE = (IdealCylinder(), CoulombFriction())
+NOISE = Noise(sd=0.6, phi=0.7)
+ONE_PRESSURE = {"pressures": (3e5,), "speeds": (0.01,), "turns": (0.0, *(0.25, 0.0) * 6), "samples": 1800}
+PER_NODE = 8
+
+
+def recorded(folder, hidden, seed=1, **protocol):
+    """A data set of the independent simulator, and its truth."""
+    truth = Truth(Muscle(), with_baseline(**hidden))
+    recording = loops(truth, noise=NOISE, seed=seed, **(protocol or ONE_PRESSURE))
+    write(dataset(truth, [recording], "Set", NOISE, seed), folder)
+    return truth, read_experiment(folder)
+
+
+def left_tied(experiment, *rivals, verdict="one of"):
+    """A diagnosis that could not tell these apart."""
+    base = fit([thinned(experiment, 3500)], BASELINE, starts=2)
+    return SimpleNamespace(
+        verdict=verdict, explanations=tuple((name,) for name in rivals), tried=(), nearest=(), baseline=base, effects={}
+    )
+
+
+def readings_of(truth, protocol, repeats, seed):
+    """What the independent simulator reads around each node, in standard deviations: (cycles, nodes)."""
+    count = 2 * repeats * NODES * PER_NODE + 1
+    back_and_forth = lambda ends: (ends[0], *(ends[1], ends[0]) * repeats)  # noqa: E731
+    given = {"samples": count, "noise": NOISE, "seed": seed}
+    if protocol.test == "isometric":
+        turns = back_and_forth(protocol.pressures)
+        made = isometric(truth, contractions=protocol.contractions[:1], turns=turns, ramps=(protocol.rate,), **given)
+    else:
+        speed, turns = protocol.rate * truth.muscle.length, back_and_forth(protocol.contractions)
+        pressures = protocol.pressures[:1]
+        made = loops(truth, pressures=pressures, speeds=(speed,), turns=turns, rounding=0.002, **given)
+    return made.columns["force"][:-1].reshape(repeats, 2 * NODES, PER_NODE).mean(axis=2) / NOISE.sd
+
+
+def stands_alone(prospect, number, repeats, truth, name, seed):
+    """Whether after the recording the test rejects all explanations but the true one."""
+    readings = readings_of(truth, prospect.protocols[number], repeats, seed)
+    with threadpool_limits(1, "blas"):
+        rejected = prospect.outlook.rejected(number, readings)
+    return [added for added, gone in zip(prospect.names, rejected, strict=True) if not gone] == [(name,)]
+
+
+# ---------------------------------------------------------------------------------------------------------- arithmetic
+
+
+@pytest.mark.parametrize("phi", [0.3, 0.7, 0.95])
+def test_means_of_correlated_readings(phi):
+    """Covariance of block means of a first-order autoregression, against the double sum."""
+    block, blocks = 7, 5
+    at = np.arange(block * blocks)
+    whole = phi ** np.abs(at[:, None] - at[None, :])
+    expected = whole.reshape(blocks, block, blocks, block).mean(axis=(1, 3))
+    centres = block * np.abs(np.arange(blocks)[:, None] - np.arange(blocks)[None, :])
+    assert np.allclose(_of_means(centres.astype(float), phi, block), expected, rtol=1e-6)
+
+
+def outlook_of(random, rows=8, free=(2, 3)):
+    """Two explanations with slopes drawn at random, and one candidate of two cycles; the noise is white."""
+    old, new = np.arange(20), np.arange(20, 20 + 2 * rows)
+    made = []
+    for count in free:
+        prior = np.vstack([np.zeros((0, count)), np.eye(count)])
+        slopes, values = random.standard_normal((20 + 2 * rows, count)), random.standard_normal(20 + 2 * rows)
+        made.append(SimpleNamespace(effects=(str(count),), rows=values, slopes=slopes, prior_slopes=prior))
+    samples = SimpleNamespace(
+        run=np.zeros(20, int),
+        loop=np.arange(20) // 5,
+        position=np.arange(20),
+        where=lambda at: SimpleNamespace(
+            run=np.zeros(len(at), int),
+            loop=np.arange(20) // 5 if len(at) == 20 else np.zeros(len(at), int),
+            position=np.arange(len(at)),
+            time=np.arange(len(at), dtype=float),
+            __len__=lambda: len(at),
+        ),
+    )
+    planned = SimpleNamespace(samples=samples, old=old, rows=(new,), again=lambda _: np.arange(2 * rows) >= rows)
+    return made, old, planned
+
+
+def test_discrepancy_is_that_of_box_and_hill(monkeypatch):
+    """Against the density with which either explanation foretells the other's mean."""
+    random = np.random.default_rng(5)
+    (a, b), old, planned = outlook_of(random)
+    outlook = Outlook(planned, (a, b), Memory(1.0, np.zeros(10)), Readings(1.0, 1.0, 100.0))
+    monkeypatch.setattr(Outlook, "factors", ((np.eye(8), 1.0),))
+    repeats = 4
+    again = [*range(20, 28), *list(range(28, 36)) * (repeats - 1)]
+    spread = np.eye(len(again))
+    for e in (a, b):
+        known = e.slopes[old].T @ e.slopes[old] + np.eye(e.slopes.shape[1])
+        spread += e.slopes[again] @ np.linalg.inv(known) @ e.slopes[again].T
+    apart = (a.rows - b.rows)[again]
+    density = multivariate_normal(np.zeros(len(again)), spread)
+    expected = 2 * (density.logpdf(np.zeros(len(again))) - density.logpdf(apart))
+    assert outlook.discrepancy(0, 1, 0, repeats) == pytest.approx(expected, rel=1e-9)
+
+
+def drawn(shift, draws=300, units=16, per=10):
+    """Rows of a model with one parameter beside one signature; `shift` of it is really there."""
+    random = np.random.default_rng(3)
+    count = units * per
+    slope, column, other = random.standard_normal((3, count, 1))
+    rows = random.standard_normal((count, draws)) + shift * column + 0.3 * slope
+    unit = Units(np.repeat(np.arange(units), per), count, 0.01)
+    return Drawn(rows, slope, np.zeros((1, 1)), np.hstack([column, other]), other, unit)
+
+
+def test_rejections_keep_their_level_and_have_power():
+    """At most the level where nothing is missing; nearly all where the missing signature is six sigma strong."""
+    random = np.random.default_rng(0)
+    assert np.mean(drawn(0.0).rejections(random)) < 0.03
+    assert np.mean(drawn(8 / np.sqrt(160)).rejections(random)) > 0.9
+
+
+# ----------------------------------------------------------------------------------------------------------- protocols
+
+
+@pytest.fixture(scope="module")
+def one_pressure(tmp_path_factory):
+    """Loops at one pressure and one speed, with constant friction hidden."""
+    folder = tmp_path_factory.mktemp("one_pressure")
+    return folder, *recorded(folder, {"constant_friction": {"F_c": 6.0}})
+
+
+def test_candidates_stay_inside_what_the_rig_has_shown(one_pressure):
+    """What is not marked keeps to the pressures, the stroke and, within a factor, the speeds of the data."""
+    can = shown(one_pressure[2])
+    assert (can.pressure, can.contractions) == (pytest.approx(3e5), (0.0, pytest.approx(0.25)))
+    assert can.speeds == (pytest.approx(0.01, rel=0.02),) * 2
+    for protocol in grid(can):
+        assert 0 <= protocol.contractions[0] <= protocol.contractions[1] <= 0.25
+        if not protocol.beyond:
+            assert protocol.test == "loop"
+            assert protocol.pressures[1] <= 3.06e5
+            assert protocol.rate * can.length <= 1.02 * FASTER * 0.01
+    assert {p.test for p in grid(can) if p.beyond} == {"loop", "isometric"}
+
+
+@pytest.mark.parametrize("test", ["loop", "isometric"])
+def test_the_rehearsal_records_what_was_proposed(one_pressure, tmp_path, test):
+    """`mckibben simulate` understands the line, and its file holds so many loops between these turning points."""
+    can = shown(one_pressure[2])
+    protocol = next(p for p in grid(can) if p.test == test and p.branch_time < 10 and not p.hold)
+    model = tmp_path / "model.toml"
+    model.write_text(
+        'format = 1\n[muscle]\nlength = "300 mm"\nradius = "7 mm"\nbraid_angle = "20 deg"\n'
+        '[[effect]]\nname = "ideal_cylinder"\n[[effect]]\nname = "coulomb_friction"\n'
+    )
+    line = simulation(protocol, 3, can, str(model), str(tmp_path / "out"))
+    assert line is not None
+    done = CliRunner().invoke(main, shlex.split(line)[1:])
+    assert done.exit_code == 0, done.output
+    (run,) = read_experiment(tmp_path / "out").recordings[0].runs
+    assert run.loop.max() == 2
+    moved = run.contraction if test == "loop" else run.pressure
+    ends = protocol.contractions if test == "loop" else protocol.pressures
+    assert (moved.min(), moved.max()) == (pytest.approx(ends[0], abs=1e-6), pytest.approx(ends[1], rel=0.01))
+
+
+# ---------------------------------------------------------------------------------------------------------- the choice
+
+FRICTIONS = {
+    "constant_friction": {"F_c": 6.0},
+    "textile_friction": {"f_s": 0.016, "beta": 0.7},
+    "viscous_damping": {"B": 500.0},
+}
+
+
+@pytest.mark.parametrize("name", FRICTIONS)
+def test_the_proposed_loops_leave_one_explanation(tmp_path, name):
+    """At one pressure and speed three kinds of loss look the same; after the proposed loops one is left."""
+    truth, experiment = recorded(tmp_path, {name: FRICTIONS[name]})
+    tied = left_tied(experiment, *FRICTIONS)
+    found = nm.next_measurement(tied, [experiment])
+    assert found is not None
+    assert found.power >= 0.9
+    assert found.needs == ""
+    assert len(found.pairs) == 3
+    prospect = nm.prospect(tied, [experiment], nm.remaining(tied), Varying())
+    number = prospect.protocols.index(found.protocol)
+    alone = [stands_alone(prospect, number, found.repeats, truth, name, seed) for seed in range(5)]
+    assert sum(alone) >= 4
+
+
+def test_what_no_recording_separates_is_said(one_pressure):
+    """A hung weight and an offset of the load cell are one and the same number."""
+    tied = left_tied(one_pressure[2], "force_offset", "weight")
+    assert nm.next_measurement(tied, [one_pressure[2]]) is None
+    task = SimpleNamespace(
+        experiments=(one_pressure[2],), library=KNOWN, fix=(), free=(), own=(), seed=0
+    )
+    plan = plan_of(task, tied, ["folder"])
+    assert plan.tied == ((("force_offset",), ("weight",)),)
+    assert "as now" in plan.expected
+    assert plan_result(plan, tied)["next_measurement"] is None
+
+
+def test_nothing_to_separate(one_pressure):
+    """One explanation, or none."""
+    assert nm.next_measurement(left_tied(one_pressure[2], "viscous_damping"), [one_pressure[2]]) is None
+    assert nm.next_measurement(left_tied(one_pressure[2], verdict="nothing detectable"), [one_pressure[2]]) is None
+
+
+def test_what_the_data_do_not_see_is_made_visible(one_pressure):
+    """At one speed an effect of speed hides; the proposed loops have another speed."""
+    seen = left_tied(one_pressure[2], verdict="inconclusive")
+    seen.effects = {"kinetic_friction": Evidence("kinetic_friction", rmse=1.0)}
+    seen.noise_floor = 0.6
+    found = sharper(seen, [one_pressure[2]])
+    assert found is not None
+    assert found.protocol.test == "loop"
+    assert abs(np.log(found.speed / 0.01)) > np.log(1.5)
+    assert "kinetic_friction" in found.why
+
+
+@pytest.mark.slow
+def test_plan_from_the_command_line(one_pressure, tmp_path):
+    """The whole way: diagnosis, protocol, rehearsal line, keys for machines."""
+    out = tmp_path / "plan.json"
+    names = ["textile_friction", "viscous_damping", "constant_friction", "linear_spring"]
+    done = CliRunner().invoke(main, ["plan", str(one_pressure[0]), "--candidates", *names, "--json", str(out)])
+    assert done.exit_code == 0, done.output
+    result = json.loads(out.read_text())
+    assert result["verdict"] == "one of"
+    step = result["protocol"][0]
+    assert {"what", "separates", "power", "test", "repeats", "simulate", "order"} <= set(step)
+    assert step["simulate"].startswith("mckibben simulate")
+    assert step["what"] in " ".join(done.output.split())
+    assert result["next_measurement"]["power"] == step["power"]
+
+
+@pytest.mark.slow
+def test_the_whole_diagnosis_becomes_unique(one_pressure, tmp_path):
+    """With the proposed loops recorded as a file beside the others, the diagnosis itself names the effect."""
+    _, truth, experiment = one_pressure
+    names = ["textile_friction", "viscous_damping", "constant_friction", "linear_spring"]
+    tied = diagnose([experiment], BASELINE, candidates=[KNOWN[name]() for name in names])
+    assert tied.verdict == "one of"
+    found = nm.next_measurement(tied, [experiment])
+    assert found is not None
+    low, high = found.protocol.contractions
+    turns = (low, *(high, low) * found.repeats)
+    first = loops(truth, noise=NOISE, seed=1, **ONE_PRESSURE)
+    more = loops(truth, found.protocol.pressures[:1], (found.speed,), turns, 200 * found.repeats, noise=NOISE, seed=7,
+                 file="next.csv")  # fmt: skip
+    write(dataset(truth, [first, more], "Set", NOISE, 1), tmp_path)
+    after = diagnose([read_experiment(tmp_path)], BASELINE, candidates=[KNOWN[name]() for name in names])
+    assert after.explanations == (("constant_friction",),)

@@ -1,0 +1,118 @@
+"""Forms for what no effect explains: found where there is one, valid as definitions, and none for noise."""
+
+import dataclasses
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from fitting.define import VARIABLES, defined
+from fitting.proposal import Misfit, proposal_in_words, proposal_result, propose, proposed
+from fitting.proposal_terms import line_of, terms
+from mckibben_jax.muscle import Muscle
+from mckibben_jax.parameter import parameters
+from mckibben_jax.state import State
+
+MUSCLE = Muscle(0.3, 0.007, np.radians(20.0))
+PRESSURES, SPEEDS, SAMPLES, SIGMA = (1e5, 2e5, 3e5, 4e5), (0.005, 0.02), 150, 0.5
+
+
+def recorded():
+    """States of one loop at each pressure and speed, and the number of the run of each sample."""
+    eps = 0.24 * np.concatenate([np.linspace(0, 1, SAMPLES), np.linspace(1, 0, SAMPLES)])
+    sign = np.repeat([1.0, -1.0], SAMPLES)
+    runs = [(p, v) for v in SPEEDS for p in PRESSURES]
+    columns = [(eps, np.full_like(eps, p), v / 0.3 * sign, np.abs(np.arange(2 * SAMPLES)) * 0.1) for p, v in runs]
+    eps, pressure, rate, time = (np.concatenate(column) for column in zip(*columns, strict=True))
+    states = State(eps, pressure, rate=rate, time=time)
+    given = {name: np.asarray(variable.at(MUSCLE, states)) for name, variable in VARIABLES.items()}
+    return given, np.repeat(np.arange(len(runs)), 2 * SAMPLES)
+
+
+STATES, RUN = recorded()
+# what a baseline of cylinder and Coulomb friction can do: the size of the braid, its angle, friction
+SLOPES = np.stack([STATES["F0"], STATES["P"] * STATES["eps"], STATES["P"] * STATES["S"] * np.sign(STATES["v"])], axis=1)
+
+
+def correlated(random, memory=0.8):
+    """Noise that remembers, fresh in every run."""
+    out = random.normal(size=len(RUN))
+    for i in range(1, len(out)):
+        if RUN[i] == RUN[i - 1]:
+            out[i] = memory * out[i - 1] + np.sqrt(1 - memory**2) * out[i]
+    return out
+
+
+def misfit(missing, seed=0, memory=0.8):
+    """The rows that a fit of the baseline leaves: model minus measurement, in standard deviations."""
+    rows = correlated(np.random.default_rng(seed), memory) - missing / SIGMA
+    slopes = SLOPES / SIGMA / np.abs(SLOPES).max(axis=0)
+    rows = rows - slopes @ np.linalg.lstsq(slopes, rows, rcond=None)[0]
+    return Misfit(rows, slopes, np.zeros(0), np.zeros((0, 3)), np.full(len(RUN), SIGMA), STATES, RUN)
+
+
+FORMS = {
+    "bump": (12 * np.exp(-(((STATES["eps"] - 0.13) / 0.02) ** 2)), "exp(-((eps - {c})/{w})**2)",
+             {"A": 12.0, "c": 0.13, "w": 0.02}),
+    "ripple": (8 * np.sin(2 * np.pi * STATES["x"] / 0.012), "sin(2*pi*x/{p})", {"A": 8.0, "p": 0.012}),
+    "spring": (-60 * (STATES["P"] / 4e5) ** 2 * (STATES["eps"] / 0.2) ** 3, "(P/{P1})**2*(eps/{e1})**3", {}),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("case", FORMS)
+def test_a_form_that_no_effect_has_is_found_with_its_values(case):
+    """To within what the noise allows; and what is proposed is a definition as it stands."""
+    force, formula, values = FORMS[case]
+    found = propose(misfit(force))
+    assert found.terms == ("{A}*" + formula,)
+    assert found.after < 1.15 * SIGMA < found.before
+    kind = defined(found.line)
+    declared = {p.name: p.default for p in parameters(kind)}
+    for name, value in values.items():
+        assert declared[name] == pytest.approx(value, rel=0.05)
+    at = 200
+    state = State(STATES["eps"][at], STATES["P"][at], rate=STATES["v"][at] / 0.3, time=STATES["t"][at])
+    assert float(kind().force(MUSCLE, state)) == pytest.approx(force[at], abs=0.05 * np.abs(force).max())
+
+
+@pytest.mark.parametrize("memory", [0.0, 0.8, 0.97])
+def test_noise_gets_no_proposal_however_long_it_remembers(memory):
+    for seed in range(3):
+        found = propose(misfit(np.zeros(len(RUN)), seed, memory))
+        assert found.line is None
+        assert "more than chance" in found.reason
+
+
+def test_what_differs_from_run_to_run_is_no_form():
+    """An offset of its own in every run fits well and foretells nothing."""
+    offsets = np.random.default_rng(3).normal(0, 5, RUN.max() + 1)
+    assert propose(misfit(offsets[RUN], seed=1)).line is None
+
+
+def test_every_term_is_a_definition():
+    for term in terms(STATES)[::7]:
+        kind = defined(line_of("form", [term], [-3.21]))
+        assert kind.__doc__
+
+
+def test_it_takes_runs_to_leave_one_out():
+    whole = misfit(FORMS["bump"][0])
+    few = propose(whole.where(RUN < 3))
+    assert few.line is None
+    assert "runs" in few.reason
+
+
+def test_nothing_is_proposed_where_the_library_explains():
+    found = proposed(SimpleNamespace(verdict="missing"), lambda *_: None)
+    assert found.line is None
+    assert "'missing'" in proposal_in_words(found)
+    assert proposal_result(found)["define"] is None
+
+
+def test_words_and_command_of_a_proposal():
+    found = dataclasses.replace(propose(misfit(FORMS["bump"][0])), runs=8)
+    assert "not yet a cause" in proposal_in_words(found)
+    assert "8 runs" in proposal_in_words(found)
+    command = found.command(["my data"])
+    assert command.startswith("mckibben add 'my data' proposal --define \"proposal = A*exp(")
+    assert proposal_result(found)["marked"] == "proposal"
