@@ -1,39 +1,65 @@
-"""How much of an effect must be there for the test to find it: amounts injected into flipped noise."""
+"""How much of an effect must be there for the test to find it: amounts injected into noise drawn anew."""
 
 import numpy as np
+from scipy import stats
 
 POWER = 0.8
-TRIALS = 400
-HALVINGS = 40
-BEYOND = 1e6  # standard errors: what is not found at this amount is not found at all
+DRAWS = 40  # of noise; one draw alone would scatter the limit by a quarter
+FLIPS = 999
+ENTRIES = 1.2e7  # flips x columns x draws: what is held at a time
+HALVINGS = 8
+LEAST, MOST = 2.0, 30.0  # standard errors between which a limit is looked for: below, nothing is told from noise
 
 
 def detectable(
-    columns: np.ndarray, noise: np.ndarray, number: np.ndarray, signs: np.ndarray, level: float
+    columns: np.ndarray, noise: np.ndarray, number: np.ndarray, signs: np.ndarray, level: float, seed: int = 0
 ) -> np.ndarray:
     """The amount of each column (rows, columns; of norm one) that is found with power 0.8; infinite where none is.
 
-    The column is added, in growing amounts, to noise whose scores (units, columns) get signs drawn anew for each unit
-    (`number`, rows), and found where its score exceeds what flips reach: the largest score of all where it is absent,
-    and more the more of it is there, for what is added is flipped too. Rows and columns are whitened and free of the
-    model's parameters.
+    Rows and columns are whitened and free of the model's parameters. The rows of `noise` are drawn anew many times by
+    giving each a random sign, which keeps what is larger in one unit (`number`, rows) than in another. A column is
+    added in growing amounts, and found where its score exceeds what flips of whole units (`signs`: flips, units) reach:
+    the largest score of all where it is absent, and more the more of it is there, for what is added is flipped too.
     """
-    if not columns.shape[1]:
+    count = columns.shape[1]
+    if not count:
         return np.zeros(0)
-    chance = signs @ noise
-    critical = np.quantile(np.abs(chance).max(axis=1), 1 - level)
-    signal = np.zeros_like(noise)
-    np.add.at(signal, number, columns**2)  # adds up to one
-    own = np.quantile(np.abs(signs @ signal), 1 - level, axis=0)
-    drawn = chance[:TRIALS]
+    signs = signs[:FLIPS]
+    draws = int(np.clip(ENTRIES / (len(signs) * count), 16, DRAWS))
+    rows = noise[:, None] * np.random.default_rng(seed).choice([-1.0, 1.0], size=(len(noise), draws))
+    scores = by_unit(columns, rows, number)
+    flipped = np.einsum("fu,duk->kdf", signs, scores, optimize=True)
+    top = np.abs(flipped).max(axis=0)
+    added = (signs @ np.stack([np.sum(columns[at] ** 2, axis=0) for at in members(number)])).T
+    drawn = scores.sum(axis=1).T
+    return np.array([_limit(drawn[k], flipped[k], added[k], top, level) for k in range(count)])
 
-    def power(amount: np.ndarray) -> np.ndarray:
-        return np.mean(np.abs(drawn + amount) > np.hypot(critical, own * amount), axis=0)
 
-    low, high = np.full(len(own), 1e-3), np.full(len(own), BEYOND)
-    reachable = power(high) >= POWER
+def _limit(drawn: np.ndarray, flipped: np.ndarray, added: np.ndarray, top: np.ndarray, level: float) -> float:
+    """Of one column: scores (draws), their flips (draws, flips), those of what is added, the largest of all columns."""
+    rank = int(np.ceil((1 - level) * top.shape[1])) - 1
+
+    def power(amount: float) -> float:
+        beyond = []  # by how much the score exceeds the flips': nearly normal, which a share of few draws is not
+        for side in (amount, -amount):
+            reached = np.partition(np.maximum(top, np.abs(flipped + side * added)), rank, axis=1)[:, rank]
+            beyond.append(np.abs(drawn + side) - reached)
+        return float(stats.norm.cdf(np.mean(beyond) / max(np.std(beyond), 1e-12)))
+
+    if power(MOST) < POWER:
+        return np.inf
+    low, high = LEAST, MOST
     for _ in range(HALVINGS):
         middle = np.sqrt(low * high)
-        enough = power(middle) >= POWER
-        low, high = np.where(enough, low, middle), np.where(enough, middle, high)
-    return np.where(reachable, high, np.inf)
+        low, high = (low, middle) if power(middle) >= POWER else (middle, high)
+    return high
+
+
+def members(number: np.ndarray) -> list[np.ndarray]:
+    """The rows of each unit."""
+    return [np.flatnonzero(number == unit) for unit in range(number.max() + 1)]
+
+
+def by_unit(columns: np.ndarray, rows: np.ndarray, number: np.ndarray) -> np.ndarray:
+    """Scores of columns on rows, unit by unit: (draws, units, columns)."""
+    return np.stack([rows[at].T @ columns[at] for at in members(number)], axis=1)

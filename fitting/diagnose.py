@@ -4,36 +4,30 @@ The baseline is tested for anything missing. Every single effect, then pairs, th
 tested the same way; those that stand are a confidence set for the explanation. The verdict is that set in words.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
-from itertools import combinations
 
 import numpy as np
 from threadpoolctl import threadpool_limits
 
 from fitting.diagnosis import Diagnosis, Evidence, Explanation
 from fitting.errors import InputError
-from fitting.examine import Examiner, Standing
+from fitting.examine import Examiner
 from fitting.held_out import difference
-from fitting.least_squares import Fit, fit
+from fitting.least_squares import fit
 from fitting.likes import foretelling, leading_of, plausible, simplest
 from fitting.precision import require_x64
 from fitting.records import FORCE_TESTS, Experiment
 from fitting.residuals import thinned
+from fitting.search import Progress, Search
 from fitting.uncertainty import clusters, covariances
 from fitting.universe import Trial, Universe, universe
 from mckibben_jax.effect import Effect
 from mckibben_jax.effects import LIBRARY
 
 ENOUGH_SAMPLES = 3500
-BETTERED = 0.6  # an explanation that one more effect brings below this share of its rms was not the whole of it
-BEST_SINGLES = 20  # from which pairs are built
-BEST_TRIPLED = 12  # from which triples are built
-REFITTED = 24  # larger sets that survive the linear screening
-TESTED = 16
 NEGLIGIBLE = 0.005  # of full scale
-Progress = Callable[[str, float], None]
 
 
 def diagnose(
@@ -52,6 +46,20 @@ def diagnose(
     `candidates` are the effects that may be missing; all of the library (but printed rivals) unless given.
     `progress` is called with words and the share that is done.
     """
+    return concluded(searched(experiments, effects, candidates, fix, free, own, seed, progress))
+
+
+def searched(
+    experiments: Sequence[Experiment],
+    effects: Sequence[Effect],
+    candidates: Sequence[Effect] | None = None,
+    fix: Sequence[str] = (),
+    free: Sequence[str] = (),
+    own: Sequence[str] = (),
+    seed: int = 0,
+    progress: Progress | None = None,
+) -> Search:
+    """Everything that was fitted and tested on the way to a diagnosis; arguments as there."""
     require_x64()
     told = progress or (lambda *_: None)
     tested, set_aside = of_force(experiments)
@@ -66,10 +74,22 @@ def diagnose(
     start = world.start.copy()
     start[world.layout.at(baseline.layout.names)] = baseline.vector
     base = min(base, world.fit(frozenset(world.base), start), key=lambda trial: trial.cost)
-    search = _Search(world, base, Examiner(world, base, seed), told)
-    with threadpool_limits(1, "blas"):  # small matrices: a second thread was measured to make them 100 times slower
+    search = Search(world, base, Examiner(world, base, seed), baseline, told)
+    search.notes = (*set_aside, *(note for e in light for r in e.recordings for note in r.notes))
+    with one_thread():
         search.run()
-        return _verdict(search, baseline, light, set_aside)
+    return search
+
+
+def concluded(search: Search) -> Diagnosis:
+    """The verdict of a search."""
+    with one_thread():
+        return _verdict(search)
+
+
+def one_thread() -> threadpool_limits:
+    """For many small matrices: a second thread was measured to make them 100 times slower."""
+    return threadpool_limits(1, "blas")
 
 
 def of_force(experiments: Sequence[Experiment]) -> tuple[list[Experiment], tuple[str, ...]]:
@@ -89,102 +109,7 @@ def of_force(experiments: Sequence[Experiment]) -> tuple[list[Experiment], tuple
     return kept, tuple(f"{r.file}: a {r.test} joins the fit and the comparison, but not this test" for r in aside)
 
 
-class _Search:
-    """Level by level: what was fitted, what was tested, what stands."""
-
-    def __init__(self, world: Universe, base: Trial, examiner: Examiner, told: Progress):
-        self.world, self.base, self.examiner, self.told = world, base, examiner, told
-        self.trials: dict[frozenset[str], Trial] = {}  # by what was added
-        self.standings: dict[frozenset[str], Standing] = {}
-        self.adequate: list[frozenset[str]] = []
-        self.base_stands = False
-
-    def run(self) -> None:
-        """Stop at the first level with an adequate member, having looked one level further."""
-        self.told("one effect at a time", 0.1)
-        self.fit_level([frozenset([name]) for name in self.world.candidates])
-        self.gate = self.examiner.stand(frozenset(), self.base, self.trials)
-        self.base_stands = not self.gate.rejected and not self.bettered(frozenset())
-        if self.base_stands:
-            return
-        for size, pool in ((1, BEST_SINGLES), (2, BEST_TRIPLED), (3, 0)):
-            if size < 3:
-                self.told(("pairs", "triples")[size - 1], 0.3 * size + 0.1)
-                self.fit_level(self.screened(size + 1, pool))
-            self.told(f"testing sets of {size}", 0.3 * size + 0.25)
-            self.test_level(size)
-            if self.adequate:
-                return
-
-    def fit_level(self, sets: Sequence[frozenset[str]]) -> None:
-        """Refit the base with each of these sets added."""
-        jobs, keys = [], []
-        for added in sets:
-            effects = self.world.with_added(sorted(added))
-            if added <= effects and self.world.possible(effects, sorted(added)):
-                jobs.append((effects, *self.beginning(added)))
-                keys.append(added)
-        self.trials.update(zip(keys, self.world.fit_all(jobs), strict=True))
-
-    def beginning(self, added: frozenset[str]) -> tuple[np.ndarray, Sequence[str]]:
-        """Where a set's fit starts: at the best smaller one inside it, with the rest as fitted alone."""
-        inside = [self.trials[part] for part in self.trials if part < added]
-        if not inside:
-            return self.base.vector, sorted(added)
-        best = min(inside, key=lambda trial: trial.cost)
-        vector = best.vector.copy()
-        for name in added - best.effects:
-            own = self.world.layout.at(self.world.layout.of_effect(name))
-            alone = self.trials.get(frozenset([name]))
-            if alone is not None:
-                vector[own] = alone.vector[own]
-        return vector, ()
-
-    def screened(self, size: int, pool: int) -> list[frozenset[str]]:
-        """Larger sets that a linear look at the rows promises the most of."""
-        singles = sorted((t.cost, min(k)) for k, t in self.trials.items() if len(k) == 1)
-        names = [name for _, name in singles[:pool]]
-        promise = []
-        for group in combinations(sorted(names), size):
-            if self.world.possible(self.world.with_added(group), group):
-                promise.append((self.promised(group), frozenset(group)))
-        return [added for _, added in sorted(promise, key=lambda p: p[0])[:REFITTED]]
-
-    def promised(self, group: Sequence[str]) -> float:
-        """Sum of squares left if the changes that each effect makes alone could be mixed freely."""
-        changes = [self.trials[frozenset([name])].rows - self.base.rows for name in group]
-        columns = np.stack([*changes, *self.base.slopes.T], axis=1)
-        gram, right = columns.T @ columns, columns.T @ self.base.rows
-        taken = np.linalg.lstsq(gram, right, rcond=1e-12)[0]
-        return float(self.base.rows @ self.base.rows - right @ taken)
-
-    @property
-    def noise(self) -> float:
-        """What noise alone leaves, N: the least that any tested set and the omnibus basis left of it together."""
-        return min(standing.noise for standing in (self.gate, *self.standings.values()))
-
-    def bettered(self, added: frozenset[str]) -> bool:
-        """Whether one more effect brings the error far down."""
-        mine = self.base if not added else self.trials[added]
-        more = [t for key, t in self.trials.items() if len(key) == len(added) + 1 and added < key]
-        return any(np.sum(t.rows**2) < BETTERED**2 * np.sum(mine.rows**2) for t in more)
-
-    def test_level(self, size: int) -> None:
-        """Test the best sets of one size."""
-        level = sorted((k for k in self.trials if len(k) == size), key=lambda k: self.trials[k].cost)
-        best = self.trials[level[0]].cost if level else 0.0
-        for added in level[:TESTED]:
-            if self.trials[added].cost > best / BETTERED**2:
-                break
-            standing = self.examiner.stand(added, self.trials[added], self.trials)
-            if not standing.reason and self.bettered(added):
-                standing = standing.but("one more effect brings the error far down")
-            self.standings[added] = standing
-            if not standing.reason:
-                self.adequate.append(added)
-
-
-def _verdict(search: _Search, baseline: Fit, experiments: Sequence[Experiment], set_aside: Sequence[str]) -> Diagnosis:
+def _verdict(search: Search) -> Diagnosis:
     world, examiner = search.world, search.examiner
     foretell = foretelling(search.adequate, search.trials, examiner)
     kept, classes = simplest(world, foretell, search.trials, search.gate.noise_rms)
@@ -205,21 +130,21 @@ def _verdict(search: _Search, baseline: Fit, experiments: Sequence[Experiment], 
         leading=None if verdict == "nothing detectable" else leading_of(world, search.base, search.trials, examiner),
         p_value=search.gate.test.p,
         level=search.gate.test.level,
-        rests_on=examiner.units.words,
+        rests_on=examiner.rests_on,
         rmse=rmse,
         held_out_rmse=world.rmse(examiner.left_out(search.base)),
         noise_floor=search.noise,
         full_scale=full_scale,
         effects=evidence,
         tried=tuple(tried),
-        baseline=baseline,
+        baseline=search.baseline,
         residual=search.base.rows * world.samples.sigma,
-        notes=(*notes, *set_aside, *(note for e in experiments for r in e.recordings for note in r.notes)),
+        notes=(*notes, *search.notes),
     )
 
 
 def _said(
-    search: _Search, kept: Sequence[frozenset[str]], evidence: dict[str, Evidence]
+    search: Search, kept: Sequence[frozenset[str]], evidence: dict[str, Evidence]
 ) -> tuple[str, tuple[str, ...]]:
     if not search.base_stands:
         if not search.gate.rejected and not kept:
@@ -237,7 +162,7 @@ def _said(
     return "nothing detectable", ()
 
 
-def _evidence(search: _Search, name: str) -> Evidence:
+def _evidence(search: Search, name: str) -> Evidence:
     world, examiner, added = search.world, search.examiner, frozenset([name])
     trial, seen = search.trials.get(added), search.gate.of(name)
     if trial is None:
@@ -279,7 +204,7 @@ def _estimate(world: Universe, trial: Trial, name: str) -> dict[str, tuple[float
     }
 
 
-def _explanation(search: _Search, added: frozenset[str]) -> Explanation:
+def _explanation(search: Search, added: frozenset[str]) -> Explanation:
     world, trial, standing = search.world, search.trials[added], search.standings.get(added)
     groups = search.examiner.groups
     glance = len(added) > 1 and standing is None

@@ -6,9 +6,11 @@ from functools import cached_property
 
 import numpy as np
 
-from fitting import flips, held_out, omnibus
-from fitting.flips import Noise, Units
+from fitting import apart, flips, held_out, omnibus
+from fitting.apart import Yielding
+from fitting.flips import Units
 from fitting.universe import Trial, Universe
+from fitting.working_noise import Noise, noise_from, removed
 
 INVISIBLE = 0.02  # of a signature's square that must survive the model's own parameters to be seen at all
 ALIKE = 0.9
@@ -77,6 +79,7 @@ class Examiner:
         self.world, self.base, self.seed = world, base, seed
         self.basis = omnibus.basis(world.samples)
         self.units: Units = flips.units(world.samples, self.noise(base).memory)
+        self.few_runs = apart.too_few(world.samples, self.units.level)
         self._left_out: dict[tuple[int, bool], np.ndarray] = {}
 
     @cached_property
@@ -86,27 +89,46 @@ class Examiner:
 
     def noise(self, trial: Trial) -> Noise:
         """The working noise model of a trial, from what neither its parameters nor the omnibus basis explain."""
-        clean = flips.removed(trial.rows[:, None], np.hstack([self.basis, trial.slopes]))[:, 0]
-        return flips.noise_from(clean, self.world.samples)
+        beside = np.hstack([self.basis, trial.slopes])
+        return noise_from(trial.rows, beside, self.world.samples)
 
-    def stand(self, added: frozenset[str], trial: Trial, fitted: Mapping[frozenset[str], Trial]) -> Standing:
+    @property
+    def rests_on(self) -> str:
+        """What the test rests on, in words."""
+        allowed = f"; runs are few, so each effect's parameters may differ by {apart.REPEATABLE:.0%} between them"
+        return self.units.words + (allowed if self.few_runs else "")
+
+    def yielding(self, trial: Trial) -> Yielding:
+        """How a fitted set may give way before anything is called missing from it."""
+        if self.few_runs:
+            return apart.from_run_to_run(trial, self.world.layout, self.world.samples)
+        return apart.together(trial)
+
+    def left(self, trial: Trial) -> float:
+        """Sum of squares that a fitted set leaves, and would leave if its runs may differ."""
+        return self.yielding(trial).left(trial.rows) if self.few_runs else float(np.sum(trial.rows**2))
+
+    def stand(
+        self, added: frozenset[str], trial: Trial, fitted: Mapping[frozenset[str], Trial], limits: bool = False
+    ) -> Standing:
         """Test a fitted set against every candidate that could still be added, at several of its shapes."""
         names, signatures = self._columns(trial, fitted)
-        noise = self.noise(trial)
+        noise, yielding = self.noise(trial), self.yielding(trial)
         verdict = flips.test(
             trial.rows,
-            trial.slopes,
-            trial.prior_rows,
-            trial.prior_slopes,
+            yielding.slopes,
+            yielding.prior_rows,
+            yielding.prior_slopes,
             signatures,
             self.basis,
             self.world.samples,
             self.units,
             noise,
             self.seed,
+            limits,
         )
         in_newtons = self.world.in_newtons
-        beside = flips.removed(signatures, trial.slopes) * self.world.samples.sigma[:, None]
+        beside = removed(signatures, trial.slopes) * self.world.samples.sigma[:, None]
         rms = np.sqrt(np.mean(beside[in_newtons] ** 2, axis=0))
         noise = float(verdict.floor * np.sqrt(np.mean(self.world.samples.sigma[in_newtons] ** 2)))
         return Standing(verdict, tuple(names), rms, verdict.floor, noise, self._why_not(added, trial, verdict))

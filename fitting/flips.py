@@ -9,11 +9,10 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy import stats
-from scipy.linalg import solve_triangular
-from scipy.optimize import nnls
 
 from fitting.detection import detectable
 from fitting.residuals import Samples
+from fitting.working_noise import Noise, orthonormal, removed, whitened
 
 FLIPS = 1999
 LEVEL = 0.01
@@ -21,9 +20,6 @@ FEW_LEVEL = 0.005
 ENOUGH = 12  # units below which smaller ones are flipped
 MANY = 2.5  # times the noise: so much misfit is a misfit, though flips may be blind to it
 SPREAD = 0.1  # likeness of the units of one run above which they cannot count as independent; noise alone: below 0
-PIECE = 400  # samples whitened together
-MEMORIES = np.array([0.3, 0.5, 0.7, 0.8, 0.9, 0.95, 0.98, 0.99, 0.995, 0.999])
-LAGS = np.array([0, 1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64, 96, 128, 192])
 
 
 @dataclass(frozen=True)
@@ -74,55 +70,6 @@ def units(samples: Samples, memory: float) -> Units:
 
 
 @dataclass(frozen=True)
-class Noise:
-    """White noise and a non-negative mixture of first-order autoregressions, in variances."""
-
-    white: float
-    shares: np.ndarray  # of `MEMORIES`
-
-    @property
-    def memory(self) -> float:
-        """Correlation of neighbouring samples."""
-        return float(self.shares @ MEMORIES / max(self.white + self.shares.sum(), 1e-300))
-
-    def covariance(self, position: np.ndarray) -> np.ndarray:
-        """Covariance of samples at these places of a run."""
-        apart = np.abs(position[:, None] - position[None, :])
-        correlated = sum(s * m**apart for s, m in zip(self.shares, MEMORIES, strict=True) if s > 0)
-        return correlated + self.white * np.eye(len(position))
-
-
-def noise_from(residual: np.ndarray, samples: Samples) -> Noise:
-    """The working noise model of residuals from which what is systematic has been removed."""
-    runs = [np.flatnonzero(samples.run == run) for run in np.unique(samples.run)]
-    lags = [lag for lag in LAGS if any(len(run) > 2 * lag + 2 for run in runs)] or [0]
-    found = np.array([_autocovariance(residual, runs, lag) for lag in lags])
-    apart = np.array(lags)[:, None]
-    basis = np.hstack([(apart == 0).astype(float), MEMORIES[None, :] ** apart])
-    weight = np.sqrt([sum(max(len(run) - lag, 0) for run in runs) for lag in lags])
-    shares = nnls(basis * weight[:, None], found * weight)[0]
-    floor = 1e-3 * max(found[0], 1e-300)
-    return Noise(max(shares[0], floor), shares[1:])
-
-
-def _autocovariance(residual: np.ndarray, runs: list[np.ndarray], lag: int) -> float:
-    pairs = [residual[run[lag:]] * residual[run[: len(run) - lag]] for run in runs if len(run) > lag]
-    return float(np.mean(np.concatenate(pairs)))
-
-
-def whitened(columns: np.ndarray, samples: Samples, unit: np.ndarray, noise: Noise) -> np.ndarray:
-    """Columns in which samples of one unit are no longer correlated, as far as the noise model knows."""
-    out = np.empty_like(columns)
-    order = np.argsort(unit, kind="stable")
-    edges = np.flatnonzero(np.diff(unit[order])) + 1
-    for member in np.split(order, edges):
-        for piece in np.array_split(member, int(np.ceil(len(member) / PIECE))):
-            factor = np.linalg.cholesky(noise.covariance(samples.position[piece].astype(float)))
-            out[piece] = solve_triangular(factor, columns[piece], lower=True)
-    return out
-
-
-@dataclass(frozen=True)
 class Verdict:
     """The test of one fitted model: is anything missing from it?"""
 
@@ -133,7 +80,7 @@ class Verdict:
     p_omnibus: float
     ratio_p: float  # likelihood ratio of the omnibus basis under the noise model
     floor: float  # rms of the rows without what the basis explains, in standard deviations
-    detectable: np.ndarray  # the amount of each candidate column that the test would find; infinite where none
+    detectable: np.ndarray  # the amount of each candidate column that the test would find, if asked; infinite: none
     left: np.ndarray  # share of each column, whitened, that the model's parameters leave
     cosines: np.ndarray  # between the columns after that
     rms: float
@@ -151,18 +98,6 @@ class Verdict:
         return self.p < self.level <= self.p_runs and self.spread > SPREAD
 
 
-def removed(columns: np.ndarray, basis: np.ndarray) -> np.ndarray:
-    """Columns without what a basis explains."""
-    return columns - basis @ np.linalg.lstsq(basis, columns, rcond=1e-10)[0]
-
-
-def orthonormal(columns: np.ndarray) -> np.ndarray:
-    """An orthonormal basis of the columns' span."""
-    scaled = columns / np.maximum(np.linalg.norm(columns, axis=0), 1e-300)
-    left, strength, _ = np.linalg.svd(scaled, full_matrices=False)
-    return left[:, strength > 1e-6 * strength[0]] if strength.size else left
-
-
 def test(
     rows: np.ndarray,
     slopes: np.ndarray,
@@ -174,11 +109,16 @@ def test(
     unit: Units,
     noise: Noise,
     seed: int,
+    limits: bool,
 ) -> Verdict:
-    """Test a fitted model against candidate `signatures` (rows, candidates) and the omnibus `basis` (rows, q)."""
+    """Test a fitted model against candidate `signatures` (rows, candidates) and the omnibus `basis` (rows, q).
+
+    With `limits` it also says how much of each candidate would be found.
+    """
     plain_floor = float(np.sqrt(np.mean(removed(rows[:, None], np.hstack([basis, slopes])) ** 2)))
     k, m = slopes.shape[1], signatures.shape[1]
-    stacked = whitened(np.hstack([rows[:, None], slopes, signatures, basis]), samples, unit.number, noise)
+    together = unit.number if unit.trusted else samples.run  # neighbouring blocks err together, loops hardly do
+    stacked = whitened(np.hstack([rows[:, None], slopes, signatures, basis]), samples, together, noise)
     e, j, z, o = stacked[:, 0], stacked[:, 1 : 1 + k], stacked[:, 1 + k : 1 + k + m], stacked[:, 1 + k + m :]
     curvature = np.linalg.pinv(j.T @ j + prior_slopes.T @ prior_slopes, rcond=1e-13, hermitian=True)
     step = curvature @ (j.T @ e + prior_slopes.T @ prior_rows)  # to the optimum of the whitened rows
@@ -195,9 +135,12 @@ def test(
     run = unit.runs(samples)
     signs = np.random.default_rng(seed).choice([-1.0, 1.0], size=(FLIPS, unit.count))
     by_unit, by_run = scores.under(signs), scores.under(signs[:, np.unique(run, return_inverse=True)[1]])
-    noise_scores = _by_unit(z_left * (e if by_unit.p > unit.level else clean)[:, None], unit) / kept
     q, freedom = np.sum(scores.omnibus.sum(0) ** 2), max(len(e) - k - o_left.shape[1], 1)
     ratio = (q / o_left.shape[1]) / (max(np.sum(e**2) - q, 1e-300) / freedom)
+    found = np.full(m, np.nan)
+    if limits:
+        alone = clean * np.sqrt(len(e) / freedom)
+        found = detectable(z_left / kept, alone, unit.number, signs, unit.level / 2, seed) / kept
     return Verdict(
         p=by_unit.p,
         p_runs=by_run.p,
@@ -206,7 +149,7 @@ def test(
         p_omnibus=by_unit.p_omnibus,
         ratio_p=float(stats.f.sf(ratio, o_left.shape[1], freedom)),
         floor=plain_floor,
-        detectable=detectable(z_left / kept, noise_scores, unit.number, signs, unit.level / 2) / kept,
+        detectable=found,
         left=kept / np.maximum(np.linalg.norm(z, axis=0), 1e-300),
         cosines=(z_left / kept).T @ (z_left / kept),
         rms=float(np.sqrt(np.mean(rows**2))),

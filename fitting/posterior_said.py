@@ -24,6 +24,7 @@ from fitting.posterior_target import Posed, prior_curvature, slopes_at
 from fitting.records import Experiment
 from fitting.residuals import Samples
 from fitting.uncertainty import clusters
+from fitting.working_noise import noise_from
 
 GATED = 3500  # readings that the test for anything missing looks at, as in a diagnosis
 NEAR_END, MANY = 0.01, 0.05  # more than this share of the draws so near an end of the range: the range cuts them off
@@ -95,11 +96,12 @@ def anything_missing(fit: Fit, seed: int) -> Missing | None:
     samples = _renumbered(fit.samples.where(kept))
     rows, slopes = (fit.residual / fit.samples.sigma)[kept], fit.slopes[kept]
     basis = omnibus.basis(samples)
-    noise = flips.noise_from(flips.removed(rows[:, None], np.hstack([basis, slopes]))[:, 0], samples)
+    noise = noise_from(rows, np.hstack([basis, slopes]), samples)
     priors = np.asarray(fit.problem.prior_rows(jnp.asarray(fit.vector)))
     none = np.zeros((len(rows), 0))  # no candidate is asked for: the basis that knows no effect decides
     unit = flips.units(samples, noise.memory)
-    verdict = flips.test(rows, slopes, priors, fit.slopes[len(fit.samples) :], none, basis, samples, unit, noise, seed)
+    own = rows, slopes, priors, fit.slopes[len(fit.samples) :]
+    verdict = flips.test(*own, none, basis, samples, unit, noise, seed, False)
     return Missing(verdict.p, verdict.level, verdict.rejected, unit.words)
 
 

@@ -14,9 +14,9 @@ from scipy import stats
 from scipy.linalg import cholesky, solve_triangular
 
 from fitting import flips, omnibus
-from fitting.flips import MEMORIES, Noise
 from fitting.foreseen import Candidates, Explained
 from fitting.residuals import Samples
+from fitting.working_noise import MEMORIES, PIECE, Noise, noise_from, orthonormal
 
 FLIPS = 799
 DRAWS = 100
@@ -35,7 +35,7 @@ class Whitener:
         parts = []
         for number in np.unique(unit):
             member = np.flatnonzero(unit == number)
-            for piece in np.array_split(member, int(np.ceil(len(member) / flips.PIECE))):
+            for piece in np.array_split(member, int(np.ceil(len(member) / PIECE))):
                 covariance = noise.covariance(samples.position[piece].astype(float))
                 parts.append((piece, cholesky(covariance, lower=True)))
         return cls(tuple(parts))
@@ -249,7 +249,7 @@ class Drawn:
         curvature = np.linalg.pinv(self.slopes.T @ self.slopes + self.prior, rcond=1e-13, hermitian=True)
         beside = lambda columns: columns - self.slopes @ (curvature @ (self.slopes.T @ columns))  # noqa: E731
         left, rows = beside(self.columns), beside(self.rows)
-        smooth = flips.orthonormal(beside(self.basis))
+        smooth = orthonormal(beside(self.basis))
         visible = np.linalg.norm(left, axis=0) > 1e-6 * np.linalg.norm(self.columns, axis=0)
         signs = random.choice([-1.0, 1.0], size=(FLIPS, self.units.number.max() + 1))
         p_max = self._largest(left[:, visible], rows, signs)
@@ -294,4 +294,4 @@ def noise_of_test(explained: Explained, planned: Candidates) -> Noise:
     """The working noise model, from what neither the parameters nor the smooth basis explain of the old rows."""
     samples = planned.samples.where(planned.old)
     beside = np.hstack([omnibus.basis(samples), explained.slopes[planned.old]])
-    return flips.noise_from(flips.removed(explained.rows[planned.old, None], beside)[:, 0], samples)
+    return noise_from(explained.rows[planned.old], beside, samples)

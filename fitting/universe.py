@@ -10,7 +10,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from fitting.held_out import REFIT_BELOW, left_out_rows
-from fitting.least_squares import Subset, solve
+from fitting.least_squares import Solved, Subset, solve
 from fitting.records import FORCE_TESTS, Experiment
 from fitting.residuals import LIGHT, Problem, Samples, problem
 from fitting.sizes import of_standard_size, widened
@@ -23,6 +23,8 @@ from mckibben_jax.muscle import quantities
 FREE = (14, 24, 36, 48)  # free parameters are padded to these counts, to compile once for each
 STEPS = 60  # of one search: what converges more slowly is of no use among many
 LOOK, NO_LOOK = np.array(True), np.array(False)  # arrays, so that they are not compiled in
+INSIDE = 0.1  # of a range: where a parameter is tried that ended at the end of it
+UNDECIDED = 2.0  # times the mean square, of half the sum of squares: two standard errors
 DENIED = 4.0  # standard errors of a stated measurement
 STARTS = 4  # of a new effect's hidden shape
 WORKERS = 2  # compiled code leaves the interpreter's lock alone
@@ -136,10 +138,21 @@ class Universe:
         count, k = self._count, len(names)
         all_rows, all_slopes = np.asarray(best.rows), np.asarray(best.slopes)[:, :k]
         vector = np.asarray(subset.vector(best.place))[: len(start)]
-        ends = at_bound(names, np.asarray(best.place)[:k])
+        ends = tuple(n for n in at_bound(names, np.asarray(best.place)[:k]) if self._held(subset, names.index(n), best))
         all_slopes = all_slopes * [name not in ends for name in names]  # what stands at its bound cannot give way
         rows, slopes = all_rows[self.real], all_slopes[self.real]
         return Trial(effects, vector, names, rows, slopes, all_rows[count:], all_slopes[count:], ends)
+
+    def _held(self, subset: Subset, at: int, found: Solved) -> bool:
+        """Whether the data hold one free parameter at the end of its range, or would as soon have it inside."""
+        place = np.asarray(found.place).copy()
+        place[at] = np.clip(place[at], INSIDE, 1 - INSIDE)
+        slot = len(self.layout.names)  # nothing reads it
+        free = jnp.where(jnp.arange(len(place)) == at, slot, subset.free)
+        rest = replace(subset, full=subset.vector(jnp.asarray(place)), free=free)
+        again = solve(self.problem, rest, rest.place(rest.full)[None], STEPS, NO_LOOK)
+        scatter = np.mean(np.asarray(found.rows)[: self._count][self.real] ** 2)
+        return float(again.cost) > float(found.cost) + UNDECIDED * float(scatter)
 
     def fit_all(self, sets: Sequence[tuple[frozenset[str], np.ndarray, Sequence[str]]]) -> list[Trial]:
         """Fit many sets, two at a time."""

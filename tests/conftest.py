@@ -1,9 +1,24 @@
-"""Strict settings for every test: 64 bit, and a warning raised by our own code is an error."""
+"""Strict settings for every test: 64 bit, a warning raised by our own code is an error, and no compiled program is
+kept longer than its file of tests."""
+
+import gc
 
 import jax
+import pytest
+from threadpoolctl import threadpool_limits
 
 jax.config.update("jax_enable_x64", True)
+threadpool_limits(1, "blas")  # as a diagnosis does: on small matrices a second thread costs a hundredfold
 
 
 def pytest_configure(config):
     config.addinivalue_line("filterwarnings", r"error:::(mckibben_jax|fitting)(\..*)?")
+
+
+@pytest.fixture(scope="module", autouse=True)
+def compiled_programs_are_dropped():
+    """XLA maps each compiled program into memory and Linux grants a process 65,530 maps: without this the compiler
+    crashed after some 3,000 tests."""
+    yield
+    jax.clear_caches()
+    gc.collect()

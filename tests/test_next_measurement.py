@@ -15,7 +15,6 @@ from fitting import next_measurement as nm
 from fitting.cli import main
 from fitting.diagnose import diagnose
 from fitting.diagnosis import Evidence
-from fitting.flips import Noise as Memory
 from fitting.foreseen import Varying
 from fitting.least_squares import fit
 from fitting.planning import plan_of, plan_result
@@ -24,6 +23,7 @@ from fitting.recordings import read_experiment
 from fitting.residuals import thinned
 from fitting.separation import Drawn, Outlook, Readings, Units, _of_means
 from fitting.sharper import sharper
+from fitting.working_noise import Noise as Memory
 from mckibben_jax.effect import name_of
 from mckibben_jax.effects import LIBRARY, CoulombFriction, IdealCylinder
 

@@ -296,7 +296,7 @@ class Screening:
     def tested(self, columns: np.ndarray) -> flips.Verdict:
         t, world, examiner = self.trial, self.world, self.examiner
         noise, own = examiner.noise(t), (t.rows, t.slopes, t.prior_rows, t.prior_slopes)
-        return flips.test(*own, columns, examiner.basis, world.samples, examiner.units, noise, 0)
+        return flips.test(*own, columns, examiner.basis, world.samples, examiner.units, noise, 0, False)
 
     def by_refits(self) -> np.ndarray:
         jobs = [(self.world.with_added([name]), self.trial.vector, [name]) for name in DOZEN]

@@ -75,16 +75,18 @@ def true_floor(case: Case, data: Dataset) -> float:
 
 def said(case: Case, folder: Path, base: list[str], rivals: bool) -> dict[str, Any]:
     """What the program says of a folder, as plain numbers and words."""
+    from fitting.diagnose import concluded, searched
     from fitting.recordings import read_experiment
     from mckibben_jax.effect import name_of
     from mckibben_jax.effects import LIBRARY
 
-    from .rivals import answers, watched
+    from .rivals import answers
 
     known = {name_of(kind): kind for kind in LIBRARY}
     began = time.perf_counter()
     experiment = read_experiment(folder)
-    found, search = watched([experiment], [known[name]() for name in base])
+    search = searched([experiment], [known[name]() for name in base])
+    found = concluded(search)
     seconds = time.perf_counter() - began
     record = verdict_of(found) | {"seconds": seconds}
     if case.group == "none":

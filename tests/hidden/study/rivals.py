@@ -10,7 +10,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from typing import Any
-from unittest.mock import patch
 
 import numpy as np
 
@@ -23,22 +22,6 @@ NAMES = {
     "lasso": "sparse regression, lasso path by BIC",
     "omp": "sparse regression, matching pursuit by loops left out",
 }
-
-
-def watched(experiments: Sequence[Any], effects: Sequence[Any]) -> tuple[Any, Any]:
-    """A diagnosis, and the search behind it with every set that it has fitted."""
-    from fitting import diagnose as module
-
-    kept: list[Any] = []
-    conclude = module._verdict
-
-    def keeping(search, *others):
-        kept.append(search)
-        return conclude(search, *others)
-
-    with patch.object(module, "_verdict", keeping):
-        found = module.diagnose(experiments, effects)
-    return found, kept[-1]
 
 
 def answers(search: Any) -> dict[str, list[str]]:

@@ -1,0 +1,114 @@
+"""The working noise model: white noise and slow wanders, estimated from what a fit and a smooth basis leave.
+
+It buys power only; that the test holds its level rests on flips, except where loops are too few to be flipped.
+"""
+
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from scipy.linalg import solve_triangular
+from scipy.optimize import nnls
+from scipy.signal import lfilter
+
+from fitting.residuals import Samples
+
+PIECE = 400  # samples whitened together
+MEMORIES = np.array([0.3, 0.5, 0.7, 0.8, 0.9, 0.95, 0.98, 0.99, 0.995, 0.999])
+LAGS = np.array([0, 1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64, 96, 128, 192])
+
+
+@dataclass(frozen=True)
+class Noise:
+    """White noise and a non-negative mixture of first-order autoregressions, in variances."""
+
+    white: float
+    shares: np.ndarray  # of `MEMORIES`
+
+    @property
+    def memory(self) -> float:
+        """Correlation of neighbouring samples."""
+        return float(self.shares @ MEMORIES / max(self.white + self.shares.sum(), 1e-300))
+
+    def covariance(self, position: np.ndarray) -> np.ndarray:
+        """Covariance of samples at these places of a run."""
+        apart = np.abs(position[:, None] - position[None, :])
+        correlated = sum(s * m**apart for s, m in zip(self.shares, MEMORIES, strict=True) if s > 0)
+        return correlated + self.white * np.eye(len(position))
+
+
+def noise_from(rows: np.ndarray, beside: np.ndarray, samples: Samples) -> Noise:
+    """The noise of `rows` from which the columns of `beside` (rows, q) have been removed.
+
+    What is removed takes slow noise with it. Autocovariances are therefore compared with those that each kind of noise
+    would have after the same removal, or slow noise would be taken for less than it is.
+    """
+    basis = orthonormal(beside)
+    residual = rows - basis @ (basis.T @ rows)
+    edges = [0, *(np.flatnonzero(np.diff(samples.run)) + 1), len(rows)]
+    runs = [slice(int(a), int(b)) for a, b in pairwise(edges)]
+    longest = max(run.stop - run.start for run in runs)
+    lags = [lag for lag in LAGS if longest > 2 * lag + 2] or [0]
+    found = np.array([_mean_product(residual[:, None], residual[:, None], runs, lag) for lag in lags])
+    kinds = np.stack([_left_of(memory, basis, runs, lags) for memory in (0.0, *MEMORIES)], axis=1)
+    weight = np.sqrt([sum(max(run.stop - run.start - lag, 0) for run in runs) for lag in lags])
+    shares = nnls(kinds * weight[:, None], found * weight)[0]
+    floor = 1e-3 * max(found[0], 1e-300)
+    return Noise(max(shares[0], floor), shares[1:])
+
+
+def _left_of(memory: float, basis: np.ndarray, runs: list[slice], lags: list[int]) -> np.ndarray:
+    """Autocovariances at these lags of noise of unit variance after removal of an orthonormal basis (rows, q).
+
+    With P = 1 - Q Q' and covariance C, those of P C P, summed along its diagonals run by run.
+    """
+    image = np.empty_like(basis)  # C Q
+    for run in runs:
+        image[run] = _correlated(memory, basis[run])
+    half = image - 0.5 * basis @ (basis.T @ image)
+    return np.array([memory**lag - 2 * _mean_product(basis, half, runs, lag, both=True) for lag in lags])
+
+
+def _correlated(memory: float, columns: np.ndarray) -> np.ndarray:
+    """A first-order autoregression's correlation matrix times columns: one filter forwards, one backwards."""
+    if memory == 0.0:
+        return columns
+    forwards = lfilter([1.0], [1.0, -memory], columns, axis=0)
+    backwards = lfilter([1.0], [1.0, -memory], columns[::-1], axis=0)[::-1]
+    return forwards + backwards - columns
+
+
+def _mean_product(a: np.ndarray, b: np.ndarray, runs: list[slice], lag: int, both: bool = False) -> float:
+    """Mean over pairs of rows `lag` apart of a_i . b_(i+lag); averaged with b_i . a_(i+lag) if `both`."""
+    total, count = 0.0, 0
+    for run in runs:
+        pairs = run.stop - run.start - lag
+        if pairs > 0:
+            first, second = slice(run.start, run.stop - lag), slice(run.start + lag, run.stop)
+            total += np.vdot(a[first], b[second]) + (np.vdot(b[first], a[second]) if both else 0.0)
+            count += pairs
+    return float(total / count / (2 if both else 1))
+
+
+def whitened(columns: np.ndarray, samples: Samples, unit: np.ndarray, noise: Noise) -> np.ndarray:
+    """Columns in which samples of one unit are no longer correlated, as far as the noise model knows."""
+    out = np.empty_like(columns)
+    order = np.argsort(unit, kind="stable")
+    edges = np.flatnonzero(np.diff(unit[order])) + 1
+    for member in np.split(order, edges):
+        for piece in np.array_split(member, int(np.ceil(len(member) / PIECE))):
+            factor = np.linalg.cholesky(noise.covariance(samples.position[piece].astype(float)))
+            out[piece] = solve_triangular(factor, columns[piece], lower=True)
+    return out
+
+
+def removed(columns: np.ndarray, basis: np.ndarray) -> np.ndarray:
+    """Columns without what a basis explains."""
+    return columns - basis @ np.linalg.lstsq(basis, columns, rcond=1e-10)[0]
+
+
+def orthonormal(columns: np.ndarray) -> np.ndarray:
+    """An orthonormal basis of the columns' span."""
+    scaled = columns / np.maximum(np.linalg.norm(columns, axis=0), 1e-300)
+    left, strength, _ = np.linalg.svd(scaled, full_matrices=False)
+    return left[:, strength > 1e-6 * strength[0]] if strength.size else left
