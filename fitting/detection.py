@@ -4,7 +4,7 @@ import numpy as np
 from scipy import stats
 
 POWER = 0.8
-DRAWS = 40  # of noise; one draw alone would scatter the limit by a quarter
+DRAWS = 24  # of noise; one draw alone would scatter the limit by a quarter
 FLIPS = 999
 ENTRIES = 1.2e7  # flips x columns x draws: what is held at a time
 HALVINGS = 8

@@ -80,7 +80,7 @@ class Examiner:
         self.basis = omnibus.basis(world.samples)
         self.units: Units = flips.units(world.samples, self.noise(base).memory)
         points = self.units.count == len(world.samples)  # of a static map: each was set by itself
-        self.few_runs = not points and apart.too_few(world.samples, self.units.level)
+        self.runs_apart = not points and len(np.unique(world.samples.run)) > 1
         self._left_out: dict[tuple[int, bool], np.ndarray] = {}
 
     @cached_property
@@ -96,38 +96,26 @@ class Examiner:
     @property
     def rests_on(self) -> str:
         """What the test rests on, in words."""
-        allowed = f"; runs are few, so each effect's parameters may differ by {apart.REPEATABLE:.0%} between them"
-        return self.units.words + (allowed if self.few_runs else "")
+        allowed = f"; each effect's parameters may differ from run to run, by {apart.REPEATABLE:.0%} at most"
+        return self.units.words + (allowed if self.runs_apart else "")
 
     def yielding(self, trial: Trial) -> Yielding:
         """How a fitted set may give way before anything is called missing from it."""
-        if self.few_runs:
+        if self.runs_apart:
             return apart.from_run_to_run(trial, self.world.layout, self.world.samples)
         return apart.together(trial)
 
     def left(self, trial: Trial) -> float:
-        """Sum of squares that a fitted set leaves, and would leave if its runs may differ."""
-        return self.yielding(trial).left(trial.rows) if self.few_runs else float(np.sum(trial.rows**2))
+        """Sum of squares that a fitted set leaves when its runs may differ a little."""
+        return self.yielding(trial).left(trial.rows)
 
     def stand(
         self, added: frozenset[str], trial: Trial, fitted: Mapping[frozenset[str], Trial], limits: bool = False
     ) -> Standing:
         """Test a fitted set against every candidate that could still be added, at several of its shapes."""
         names, signatures = self._columns(trial, fitted)
-        noise, yielding = self.noise(trial), self.yielding(trial)
-        verdict = flips.test(
-            trial.rows,
-            yielding.slopes,
-            yielding.prior_rows,
-            yielding.prior_slopes,
-            signatures,
-            self.basis,
-            self.world.samples,
-            self.units,
-            noise,
-            self.seed,
-            limits,
-        )
+        samples, noise, both = self.world.samples, self.noise(trial), (apart.together(trial), self.yielding(trial))
+        verdict = flips.test(trial.rows, *both, signatures, self.basis, samples, self.units, noise, self.seed, limits)
         in_newtons = self.world.in_newtons
         beside = removed(signatures, trial.slopes) * self.world.samples.sigma[:, None]
         rms = np.sqrt(np.mean(beside[in_newtons] ** 2, axis=0))

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import stats
 
+from fitting.apart import Yielding, as_far_as_seen, too_few
 from fitting.detection import detectable
 from fitting.residuals import Samples
 from fitting.working_noise import Noise, orthonormal, removed, whitened
@@ -74,7 +75,8 @@ class Verdict:
     """The test of one fitted model: is anything missing from it?"""
 
     p: float
-    p_runs: float  # the same, had only whole runs been flipped
+    p_units: float  # by flips of units, with runs that may differ a little
+    p_runs: float  # by flips of whole runs, which may differ as they like; 1 where they are too few
     spread: float  # how alike the units of one run err, beyond what all runs share
     p_effects: np.ndarray  # of each candidate column, corrected for all
     p_omnibus: float
@@ -100,9 +102,8 @@ class Verdict:
 
 def test(
     rows: np.ndarray,
-    slopes: np.ndarray,
-    prior_rows: np.ndarray,
-    prior_slopes: np.ndarray,
+    same: Yielding,
+    apart: Yielding,
     signatures: np.ndarray,
     basis: np.ndarray,
     samples: Samples,
@@ -113,48 +114,97 @@ def test(
 ) -> Verdict:
     """Test a fitted model against candidate `signatures` (rows, candidates) and the omnibus `basis` (rows, q).
 
-    With `limits` it also says how much of each candidate would be found.
+    Two tests, of which either may reject. Units smaller than a run are flipped after the model has given way `apart`,
+    with parameters a little different in every run; where there are enough runs, whole runs are flipped after it has
+    given way as the `same` in all, at half the level. With `limits` it is also said how much of each candidate would
+    be found.
     """
-    plain_floor = float(np.sqrt(np.mean(removed(rows[:, None], np.hstack([basis, slopes])) ** 2)))
-    k, m = slopes.shape[1], signatures.shape[1]
+    whole_floor = float(np.sqrt(np.mean(removed(rows[:, None], np.hstack([basis, same.slopes])) ** 2)))
     together = unit.number if unit.trusted else samples.run  # neighbouring blocks err together, loops hardly do
-    stacked = whitened(np.hstack([rows[:, None], slopes, signatures, basis]), samples, together, noise)
-    e, j, z, o = stacked[:, 0], stacked[:, 1 : 1 + k], stacked[:, 1 + k : 1 + k + m], stacked[:, 1 + k + m :]
-    curvature = np.linalg.pinv(j.T @ j + prior_slopes.T @ prior_slopes, rcond=1e-13, hermitian=True)
-    step = curvature @ (j.T @ e + prior_slopes.T @ prior_rows)  # to the optimum of the whitened rows
-    e = e - j @ step
-    z_left, z_prior = _beside(z, j, curvature, prior_slopes)
-    o_left = orthonormal(_beside(o, j, curvature, prior_slopes)[0])
-    kept = np.maximum(np.linalg.norm(z_left, axis=0), 1e-300)
-    scores = _Scores(
-        np.where(kept > 1e-6 * np.linalg.norm(z, axis=0), _by_unit(z_left * e[:, None], unit) / kept, 0.0),
-        z_prior.T @ (prior_rows - prior_slopes @ step) / kept,
-        _by_unit(o_left * e[:, None], unit),
-    )
-    clean = e - o_left @ (o_left.T @ e)
-    run = unit.runs(samples)
+    counts = (1, same.slopes.shape[1], apart.slopes.shape[1], signatures.shape[1])
+    columns = np.hstack([rows[:, None], same.slopes, apart.slopes, signatures, basis])
+    e, j, j_apart, z, o = np.split(whitened(columns, samples, together, noise), np.cumsum(counts), axis=1)
+    common = _projected(e[:, 0], j, z, o, same)
+    j_apart = as_far_as_seen(j_apart, apart.group, e[:, 0], orthonormal(np.hstack([j, o])))
+    own = _projected(e[:, 0], j_apart, z, o, apart)
     signs = np.random.default_rng(seed).choice([-1.0, 1.0], size=(FLIPS, unit.count))
-    by_unit, by_run = scores.under(signs), scores.under(signs[:, np.unique(run, return_inverse=True)[1]])
-    q, freedom = np.sum(scores.omnibus.sum(0) ** 2), max(len(e) - k - o_left.shape[1], 1)
-    ratio = (q / o_left.shape[1]) / (max(np.sum(e**2) - q, 1e-300) / freedom)
-    found = np.full(m, np.nan)
-    if limits:
-        alone = clean * np.sqrt(len(e) / freedom)
-        found = detectable(z_left / kept, alone, unit.number, signs, unit.level / 2, seed) / kept
+    by_unit = own.scores(unit.number).under(signs)
+    tests = [(own, unit.number, unit.level / 2)]
+    p_runs = 1.0
+    if not too_few(samples, unit.level / 2):
+        run = numbered(samples.run)
+        tests.append((common, run, unit.level / 4))
+        p_runs = common.scores(run).under(signs[:, : run.max() + 1]).p
+    found = [_found(*which, signs, seed) for which in tests] if limits else [np.full(z.shape[1], np.nan)]
     return Verdict(
-        p=by_unit.p,
-        p_runs=by_run.p,
-        spread=alike_within(_by_unit(o_left * clean[:, None], unit), run),
+        p=min(by_unit.p, 2 * p_runs, 1.0),
+        p_units=by_unit.p,
+        p_runs=p_runs,
+        spread=alike_within(_by_unit(common.o * common.clean[:, None], unit.number), unit.runs(samples)),
         p_effects=by_unit.p_effects,
         p_omnibus=by_unit.p_omnibus,
-        ratio_p=float(stats.f.sf(ratio, o_left.shape[1], freedom)),
-        floor=plain_floor,
-        detectable=found,
-        left=kept / np.maximum(np.linalg.norm(z, axis=0), 1e-300),
-        cosines=(z_left / kept).T @ (z_left / kept),
+        ratio_p=own.ratio_p,
+        floor=whole_floor,
+        detectable=np.min(found, axis=0),
+        left=common.kept / np.maximum(np.linalg.norm(z, axis=0), 1e-300),
+        cosines=(common.z / common.kept).T @ (common.z / common.kept),
         rms=float(np.sqrt(np.mean(rows**2))),
         level=unit.level,
     )
+
+
+@dataclass(frozen=True)
+class _Projected:
+    """Whitened rows, candidates and omnibus basis (orthonormal) beside what the model's parameters can make of them."""
+
+    e: np.ndarray
+    z: np.ndarray
+    z_prior: np.ndarray  # of each candidate and the rows, what falls on the rows of the priors
+    o: np.ndarray
+    kept: np.ndarray  # norm of each candidate
+    seen: np.ndarray  # which candidates the parameters do not take whole
+    parameters: int
+
+    @property
+    def clean(self) -> np.ndarray:
+        """Rows without what is smooth."""
+        return self.e - self.o @ (self.o.T @ self.e)
+
+    @property
+    def freedom(self) -> int:
+        """Rows that neither parameters nor basis use up."""
+        return max(len(self.e) - self.parameters - self.o.shape[1], 1)
+
+    @property
+    def ratio_p(self) -> float:
+        """Of the likelihood ratio of the basis, were the noise model right."""
+        smooth = np.sum((self.o.T @ self.e) ** 2)
+        ratio = (smooth / self.o.shape[1]) / (max(np.sum(self.e**2) - smooth, 1e-300) / self.freedom)
+        return float(stats.f.sf(ratio, self.o.shape[1], self.freedom))
+
+    def scores(self, number: np.ndarray) -> "_Scores":
+        """Unit by unit."""
+        effects = np.where(self.seen, _by_unit(self.z * self.e[:, None], number) / self.kept, 0.0)
+        return _Scores(effects, self.z_prior / self.kept, _by_unit(self.o * self.e[:, None], number))
+
+
+def _projected(e: np.ndarray, j: np.ndarray, z: np.ndarray, o: np.ndarray, by: Yielding) -> _Projected:
+    curvature = np.linalg.pinv(j.T @ j + by.prior_slopes.T @ by.prior_slopes, rcond=1e-13, hermitian=True)
+    step = curvature @ (j.T @ e + by.prior_slopes.T @ by.prior_rows)  # to the optimum of the whitened rows
+    z_left = z - j @ (curvature @ (j.T @ z))
+    z_prior = -by.prior_slopes @ (curvature @ (j.T @ z))
+    o_left = orthonormal(o - j @ (curvature @ (j.T @ o)))
+    kept = np.maximum(np.linalg.norm(z_left, axis=0), 1e-300)
+    seen = kept > 1e-6 * np.linalg.norm(z, axis=0)
+    never = z_prior.T @ (by.prior_rows - by.prior_slopes @ step)
+    return _Projected(e - j @ step, z_left, never, o_left, kept, seen, int(np.linalg.matrix_rank(j)))
+
+
+def _found(what: _Projected, number: np.ndarray, level: float, signs: np.ndarray, seed: int) -> np.ndarray:
+    """The amount of each candidate that flips of these units find."""
+    alone = what.clean * np.sqrt(len(what.e) / what.freedom)
+    unit_columns = what.z / what.kept
+    return detectable(unit_columns, alone, number, signs[:, : number.max() + 1], level, seed) / what.kept
 
 
 @dataclass(frozen=True)
@@ -194,17 +244,9 @@ def alike_within(scores: np.ndarray, run: np.ndarray) -> float:
     return float(products[pairs].sum() / both[pairs].sum()) if pairs.any() and both[pairs].sum() > 0 else 0.0
 
 
-def _beside(
-    columns: np.ndarray, slopes: np.ndarray, curvature: np.ndarray, prior_slopes: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """What the model's parameters, held by their priors, leave of columns; and what falls on the prior rows."""
-    taken = curvature @ (slopes.T @ columns)
-    return columns - slopes @ taken, -prior_slopes @ taken
-
-
-def _by_unit(products: np.ndarray, unit: Units) -> np.ndarray:
-    sums = np.zeros((unit.count, products.shape[1]))
-    np.add.at(sums, unit.number, products)
+def _by_unit(products: np.ndarray, number: np.ndarray) -> np.ndarray:
+    sums = np.zeros((number.max() + 1, products.shape[1]))
+    np.add.at(sums, number, products)
     return sums
 
 

@@ -7,6 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from fitting import flips, omnibus
+from fitting.apart import Yielding
 from fitting.least_squares import Fit
 from fitting.posterior_predict import bands
 from fitting.posterior_record import (
@@ -100,8 +101,8 @@ def anything_missing(fit: Fit, seed: int) -> Missing | None:
     priors = np.asarray(fit.problem.prior_rows(jnp.asarray(fit.vector)))
     none = np.zeros((len(rows), 0))  # no candidate is asked for: the basis that knows no effect decides
     unit = flips.units(samples, noise.memory)
-    own = rows, slopes, priors, fit.slopes[len(fit.samples) :]
-    verdict = flips.test(*own, none, basis, samples, unit, noise, seed, False)
+    own = Yielding(slopes, priors, fit.slopes[len(fit.samples) :], np.full(slopes.shape[1], -1))
+    verdict = flips.test(rows, own, own, none, basis, samples, unit, noise, seed, False)
     return Missing(verdict.p, verdict.level, verdict.rejected, unit.words)
 
 

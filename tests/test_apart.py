@@ -50,3 +50,29 @@ def test_the_muscle_is_the_same_in_every_run():
     found = trial(s, rows)
     both = apart.from_run_to_run(found, LAYOUT, s).left(rows), apart.together(found).left(rows)
     assert both[0] == pytest.approx(both[1], rel=1e-6)
+
+
+def agreeing(spread, random, runs=10):
+    """Ten runs of two loops of noise at five states, and what friction that differs by `spread` adds."""
+    run = np.repeat(np.arange(runs), 200)
+    columns = 100 * np.stack([np.where(run == r, np.tile([1.0, -1.0], 100 * runs), 0.0) for r in range(runs)], axis=1)
+    states = np.stack([columns[:, r] + columns[:, r + 1] for r in range(0, runs, 2)], axis=1)
+    rows = random.normal(size=len(run)) + columns @ (spread / apart.REPEATABLE * random.normal(size=runs))
+    return columns, rows, states / np.linalg.norm(states, axis=0)
+
+
+@pytest.mark.parametrize(("spread", "least", "most"), [(0.0, 0.0, 0.05), (0.01, 0.3, 1.0), (0.05, 1.0, 1.0)])
+def test_runs_may_differ_as_far_as_runs_of_one_state_do(spread, least, most):
+    random = np.random.default_rng(7)
+    shares = []
+    for _ in range(40):
+        columns, rows, states = agreeing(spread, random)
+        allowed = apart.as_far_as_seen(columns, np.zeros(10, int), rows, states)
+        shares.append(np.linalg.norm(allowed) / np.linalg.norm(columns))
+    assert np.mean(np.less_equal(least, np.array(shares) + 1e-9) & np.less_equal(shares, most)) >= 0.9
+
+
+def test_where_no_state_is_repeated_all_that_is_usual_is_allowed():
+    columns, rows, _ = agreeing(0.0, np.random.default_rng(8))
+    every = columns / np.linalg.norm(columns, axis=0)
+    np.testing.assert_array_equal(apart.as_far_as_seen(columns, np.zeros(10, int), rows, every), columns)

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from fitting import flips, held_out, omnibus, working_noise
+from fitting.apart import Yielding
 from fitting.residuals import Samples
 
 LOOPS, PER_HALF = 20, 40
@@ -52,8 +53,8 @@ def examined(rows: np.ndarray, s: Samples, seed: int) -> flips.Verdict:
     basis = omnibus.basis(s)
     noise = working_noise.noise_from(rows, np.hstack([basis, slopes]), s)
     unit = flips.units(s, noise.memory)
-    none = np.zeros((0, 3))
-    return flips.test(rows, slopes, np.zeros(0), none, columns, basis, s, unit, noise, seed, False)
+    same = Yielding(slopes, np.zeros(0), np.zeros((0, 3)), np.full(3, -1))
+    return flips.test(rows, same, same, columns, basis, s, unit, noise, seed, False)
 
 
 @pytest.mark.parametrize("memory", [0.0, 0.9, 0.97])

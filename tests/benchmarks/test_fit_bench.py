@@ -19,6 +19,7 @@ from rivals import Data, Rival
 from scipy.stats import qmc
 
 from fitting import flips
+from fitting.apart import together
 from fitting.examine import Examiner
 from fitting.least_squares import Subset, fit, free_names, solve, starting_places, subset_of
 from fitting.recordings import read_experiment
@@ -295,8 +296,8 @@ class Screening:
 
     def tested(self, columns: np.ndarray) -> flips.Verdict:
         t, world, examiner = self.trial, self.world, self.examiner
-        noise, own = examiner.noise(t), (t.rows, t.slopes, t.prior_rows, t.prior_slopes)
-        return flips.test(*own, columns, examiner.basis, world.samples, examiner.units, noise, 0, False)
+        noise, both = examiner.noise(t), (together(t), examiner.yielding(t))
+        return flips.test(t.rows, *both, columns, examiner.basis, world.samples, examiner.units, noise, 0, False)
 
     def by_refits(self) -> np.ndarray:
         jobs = [(self.world.with_added([name]), self.trial.vector, [name]) for name in DOZEN]
