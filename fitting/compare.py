@@ -85,8 +85,8 @@ class Comparison:
 
     @property
     def floor(self) -> float:
-        """The best known floor: from repeated loops, else the noise of one reading."""
-        return self.noise if self.noise_floor is None else self.noise_floor
+        """The best known floor: from repeated loops, else (or where these agree to the digit) one reading's noise."""
+        return self.noise_floor or self.noise
 
 
 def compare(fit: Fit, experiments: Sequence[Experiment]) -> Comparison:
@@ -102,7 +102,11 @@ def compare(fit: Fit, experiments: Sequence[Experiment]) -> Comparison:
     parity = cells(samples, residual, tests == "loop") if unit == "N" else None
     even, odd, speed = exponents(fit, mask) if parity is not None else (None, None, None)
     traces = Fingerprint(
-        None if parity is None else parity.odd_share, even, odd, speed, None if moved is None else moved / rmse
+        None if parity is None else parity.odd_share,
+        even,
+        odd,
+        speed,
+        None if moved is None else moved / max(rmse, 1e-300),
     )
     chosen = [score for score in scores if score.unit == unit]
     return Comparison(
@@ -192,9 +196,7 @@ def _branches(samples: Samples, residual: np.ndarray, tests: np.ndarray) -> Tabl
     return Table("branch", rows) if len(rows) > 1 else None
 
 
-def _runs(
-    samples: Samples, residual: np.ndarray, recordings: list[tuple[Experiment, Recording]]
-) -> Table | None:
+def _runs(samples: Samples, residual: np.ndarray, recordings: list[tuple[Experiment, Recording]]) -> Table | None:
     where = (lambda e, r: "") if len(recordings) == 1 else (lambda e, r: f"{e.name}, {r.file}, ")
     names = [f"{where(e, r)}run {run.name}" for e, r in recordings for run in r.runs]
     rows = (_row(name, residual[samples.run == k]) for k, name in enumerate(names))

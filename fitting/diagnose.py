@@ -28,6 +28,7 @@ from mckibben_jax.effects import LIBRARY
 
 ENOUGH_SAMPLES = 3500
 NEGLIGIBLE = 0.005  # of full scale
+SPARE = 5  # readings more than fitted numbers, or nothing is judged
 
 
 def diagnose(
@@ -116,6 +117,8 @@ def _verdict(search: Search) -> Diagnosis:
     evidence = {name: _evidence(search, name) for name in world.candidates}
     evidence |= {name: Evidence(name, reason=why) for name, why in world.untestable.items()}
     verdict, notes = _said(search, kept, evidence)
+    if verdict == "inconclusive":
+        kept, classes = [], ()
     tried = sorted((_explanation(search, added) for added in search.trials), key=lambda e: e.held_out_rmse)
     near = sorted(tried, key=lambda e: not e.plausible)  # stable: plausible ones first
     nearest = tuple(near[:3]) if verdict == "not in the library" else ()
@@ -143,11 +146,12 @@ def _verdict(search: Search) -> Diagnosis:
     )
 
 
-def _said(
-    search: Search, kept: Sequence[frozenset[str]], evidence: dict[str, Evidence]
-) -> tuple[str, tuple[str, ...]]:
+def _said(search: Search, kept: Sequence[frozenset[str]], evidence: dict[str, Evidence]) -> tuple[str, tuple[str, ...]]:
+    readings, numbers = len(search.world.samples), len(search.base.free)
+    if readings < numbers + SPARE:
+        return "inconclusive", (f"{readings} readings cannot judge a model with {numbers} fitted numbers: record more",)
     if not search.base_stands:
-        if not search.gate.rejected and not kept:
+        if not search.gate.rejected:
             return "inconclusive", ("an added effect lowers the error, but the test does not see that one is missing",)
         return ("not in the library", "missing", "one of")[min(len(kept), 2)], ()
     if search.gate.test.runs_differ:

@@ -78,6 +78,9 @@ def floor_in_words(c: Comparison) -> str:
 
 def judged(c: Comparison) -> str:
     """One sentence on whether the model is good enough."""
+    readings, numbers = sum(score.count for score in c.by_recording), len(c.fit.free)
+    if readings <= numbers:
+        return f"{readings} readings cannot judge a model with {numbers} fitted numbers: record more."
     if c.rmse <= NEAR_FLOOR * c.floor:
         return f"The model describes these data nearly to their noise: {amount(c.rmse, c.unit)} of error left."
     times = f"{c.rmse / c.floor:.0f} times" if c.rmse > 2.5 * c.floor else f"{c.rmse / c.floor:.1f} times"
