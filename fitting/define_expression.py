@@ -277,7 +277,12 @@ def _plain(part: Any, node: ast.expr, text: str) -> Any:
 
 def in_words(dimension: Any) -> str:
     """A dimension by its SI unit, for messages."""
-    return units.in_si(str(dimension_unit(dimension)))[0] if dimension else "plain numbers"
+    if not dimension:
+        return "plain numbers"
+    try:
+        return units.in_si(dimension_unit(dimension))[0]
+    except InputError:  # powers that no unit has
+        return dimension_unit(dimension)
 
 
 def dimension_unit(dimension: Any) -> str:

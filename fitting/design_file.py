@@ -22,6 +22,8 @@ TOP_KEYS = ("name", "muscle", "model", "variables", "objective", "constraint", "
 OF_A_DESIGN = ("tolerance", "uncertainty", "pareto")
 OF_A_SWEEP = ("grid", "sample", "outputs", "keep", "at", "histogram")  # the same file may also say what a sweep does
 EXAMPLES = {"contraction": "contraction = 0.1", "pressure": 'pressure = "5 bar"'}
+MOST = {"starts": 10_000, "best": 1_000_000, "bins": 100_000}  # what memory has room for
+LARGEST_COUNT = 10**12
 SAME_AS = {"hardness": "shear_modulus", "turns": "braid_angle", "cord_length": "braid_angle"}
 
 
@@ -87,9 +89,11 @@ def muscle_and_effects(file: File, ranges: dict[str, tuple[float, float]]) -> tu
 def whole_number(file: File, key: str, default: int, table: dict[str, Any] | None = None, least: int = 1) -> int:
     """A count, or its default."""
     found = (file.table if table is None else table).get(key, default)
-    if isinstance(found, bool) or not isinstance(found, int) or found < least:
-        raise InputError(f"{key} is not a whole number from {least} on", file.path, file.line(key), value=found,
-                         cure=f"write {key} = {max(default, least)}")  # fmt: skip
+    most = MOST.get(key, LARGEST_COUNT)
+    if isinstance(found, bool) or not isinstance(found, int) or not least <= found <= most:
+        problem = f"{key} is not a whole number from {least} to {most:.6g}"
+        cure = f"write {key} = {max(default, least)}"
+        raise InputError(problem, file.path, file.line(key), value=found, cure=cure)
     return found
 
 
@@ -178,9 +182,11 @@ def objective(table: dict[str, Any], path: Path, raw: bytes) -> tuple[str, bool,
 
 def quantity_named(name: Any, path: Path, row: int | None) -> str:
     """A quantity by its name, or the nearest."""
+    if not isinstance(name, str):
+        raise InputError("a quantity is not named", path, row, value=name, cure=f"write one of {', '.join(QUANTITIES)}")
     if name not in QUANTITIES:
-        raise unknown_name("quantity", str(name), QUANTITIES, path, row=row)
-    return str(name)
+        raise unknown_name("quantity", name, QUANTITIES, path, row=row)
+    return name
 
 
 def conditions(given: Any, quantity: str, path: Path, row: int | None) -> dict[str, float]:
@@ -215,8 +221,10 @@ def constraints(table: dict[str, Any], path: Path, raw: bytes) -> tuple[Limit, .
     return tuple(_constraint(entry, path, row) for entry, row in zip(entries, rows, strict=False))
 
 
-def _constraint(entry: dict[str, Any], path: Path, row: int | None) -> Limit:
+def _constraint(entry: Any, path: Path, row: int | None) -> Limit:
     keys = ("quantity", "at", "min", "max")
+    if not isinstance(entry, dict):
+        raise InputError("a constraint is not a table", path, row, value=entry, cure="write [[constraint]]")
     for key in entry:
         if key not in keys:
             raise unknown_name("key in [[constraint]]:", key, keys, path, row=row)

@@ -24,15 +24,15 @@ class InputError(Exception):
 
     def __str__(self) -> str:
         where = self._where()
-        met = "" if self.value is None else f" (found: {str(self.value)!r})"
-        cure = f" Cure: {self.cure}" if self.cure else ""
-        return f"{where}{': ' if where else ''}{self.problem}{met}.{cure}"
+        met = "" if self.value is None else f" (found: {_shown(_text(self.value))!r})"
+        cure = f" Cure: {_shown(self.cure, 600)}" if self.cure else ""
+        return f"{where}{': ' if where else ''}{_shown(self.problem, 300)}{met}.{cure}"
 
     def _where(self) -> str:
         parts = (
-            str(self.file) if self.file is not None else "",
+            _shown(str(self.file), 1000) if self.file is not None else "",
             f"row {self.row}" if self.row is not None else "",
-            f"column '{self.column}'" if self.column is not None else "",
+            f"column '{_shown(self.column)}'" if self.column is not None else "",
         )
         return ", ".join(part for part in parts if part)
 
@@ -43,9 +43,22 @@ class InputError(Exception):
             "file": None if self.file is None else str(self.file),
             "row": self.row,
             "column": self.column,
-            "value": None if self.value is None else str(self.value),
+            "value": None if self.value is None else _text(self.value),
             "cure": self.cure,
         }
+
+
+def _text(value: Any) -> str:
+    try:
+        return str(value)
+    except RecursionError:
+        return "lists in lists in lists ..."
+
+
+def _shown(text: str, longest: int = 160) -> str:
+    """Text of a user's for one line of a terminal: not endless, and without the characters that steer the screen."""
+    short = text if len(text) <= longest else f"{text[: longest - 4]} ..."
+    return "".join(letter if letter.isprintable() else ascii(letter)[1:-1] for letter in short)
 
 
 def nearest(name: str, known: Iterable[str], alike: float = 0.6) -> str | None:
@@ -59,7 +72,7 @@ def unknown_name(
     what: str, name: str, known: Iterable[str], file: str | Path | None = None, **place: Any
 ) -> InputError:
     """The error for a name that nothing answers to: with the nearest known name, or all of them."""
-    known = tuple(known)
+    name, known = str(name), tuple(known)
     like = nearest(name, known)
     cure = f"did you mean '{like}'?" if like else f"known: {', '.join(known)}"
     return InputError(f"unknown {what} '{name}'", file, cure=cure, **place)

@@ -17,7 +17,7 @@ from fitting.least_squares import Fit
 from fitting.muscle_file import line_of, read_toml
 from fitting.own_effects import with_line
 from fitting.posterior_priors import Prior, stated_priors
-from fitting.program import program_version
+from fitting.program import NAME, program_version
 from fitting.records import Experiment
 from mckibben_jax.effect import Effect, name_of
 from mckibben_jax.muscle import Muscle, quantities
@@ -65,14 +65,14 @@ def read_model(path: Path | str, known: dict[str, type[Effect]]) -> ModelFile:
     measured = {name: unit for name, (unit, _) in quantities().items()}
     sizes = _read_table(table.get("muscle", {}), measured, path, raw, states, "muscle")
     values |= {f"muscle.{name}": value for name, value in sizes.items()}
-    for dataset, more in table.get("muscle_of", {}).items():
+    for dataset, more in _subtable(table, "muscle_of", path, raw).items():
         found = _read_table(more, measured, path, raw, {}, "muscle")
         values |= {f"muscle.{name}@{dataset}": value for name, value in found.items()}
     entries = table.get("effect", [])
     if not isinstance(entries, list) or not entries:
         raise InputError("the model has no effect", path, cure='add [[effect]] and below it name = "ideal_cylinder"')
     effects = tuple(_read_effect(entry, known, path, raw, values, states) for entry in entries)
-    data = table.get("fitted_to", {}).get("data", {})
+    data = _subtable(_subtable(table, "fitted_to", path, raw), "data", path, raw)
     return ModelFile(
         path,
         str(table.get("name", path.resolve().parent.name)),
@@ -85,18 +85,34 @@ def read_model(path: Path | str, known: dict[str, type[Effect]]) -> ModelFile:
     )
 
 
+def _subtable(table: dict[str, Any], key: str, path: Path, raw: bytes) -> dict[str, Any]:
+    """A table inside a table; empty where there is none."""
+    found = table.get(key, {})
+    if not isinstance(found, dict):
+        cure = "take it out, or write it as the program does"
+        raise InputError(f"{key} is not a table", path, line_of(raw, key), value=found, cure=cure)
+    return found
+
+
 def _check_format(table: dict[str, Any], path: Path, raw: bytes) -> None:
     found = table.get("format", FORMAT)
-    if not isinstance(found, int) or isinstance(found, bool):
-        raise InputError("format is not a whole number", path, line_of(raw, "format"), value=found, cure="format = 1")
+    if not isinstance(found, int) or isinstance(found, bool) or found < 1:
+        cure = f"write format = {FORMAT}"
+        raise InputError("format is not a whole number from 1 on", path, line_of(raw, "format"), value=found, cure=cure)
     if found > FORMAT:
         raise InputError(
             f"the file was written by a newer program (format {found}, program {table.get('program', 'unknown')}); "
             f"this is program {program_version()}, which reads format {FORMAT}",
             path,
             line_of(raw, "format"),
-            cure="update the program, or fit again with --baseline",
+            cure=f"{_newer(table.get('program'))}, or fit again with --baseline",
         )
+
+
+def _newer(program: Any) -> str:
+    """The command that installs the program which wrote a file, as far as the file says which."""
+    known = isinstance(program, str) and re.fullmatch(r"\d+(\.\d+){0,3}((a|b|rc|\.dev|\.post)\d+)?", program)
+    return f"pip install '{NAME}>={program}'" if known else f"pip install --upgrade {NAME}"
 
 
 def _read_effect(

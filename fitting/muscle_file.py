@@ -14,15 +14,14 @@ from mckibben_jax.rubber import shear_modulus_of_hardness
 
 TOP_KEYS = ("name", "muscle", "recording", "source")
 INSTEAD = ("cord_length", "turns", "hardness")  # other ways to say the braid angle and the shear modulus
+LARGEST = 1_000_000  # bytes of a file that people write
+TOO_MUCH = "a file of this kind has some dozens of lines; is it another file?"
 REQUIRED = {"length": "300 mm", "radius": "7.0 +/- 0.1 mm", "braid_angle": "20 +/- 0.5 deg"}  # with an example
 
 
 def read_toml(path: Path) -> tuple[dict[str, Any], bytes]:
     """The table in a TOML file and the file's bytes."""
-    try:
-        raw = path.read_bytes()
-    except OSError:
-        raise InputError("no such file", path, cure=f"'mckibben init {path.parent}' writes one to fill in") from None
+    raw = _raw(path)
     try:
         return tomllib.loads(raw.decode("utf-8-sig").replace("\r\n", "\n")), raw
     except UnicodeDecodeError:
@@ -32,12 +31,26 @@ def read_toml(path: Path) -> tuple[dict[str, Any], bytes]:
         problem = re.sub(r"\s*\(at .*\)", "", str(error))
         cure = 'every value stands in quotes, with its unit: length = "300 mm"'
         raise InputError(f"not valid TOML: {problem}", path, int(row[1]) if row else None, cure=cure) from None
+    except (ValueError, RecursionError):  # a number of thousands of digits, or brackets a thousand deep
+        raise InputError("not valid TOML: something in it is too long or too deep", path, cure=TOO_MUCH) from None
+
+
+def _raw(path: Path) -> bytes:
+    try:
+        if not path.is_file():
+            raise OSError
+        if path.stat().st_size > LARGEST:
+            size = f"{path.stat().st_size / 1e6:.1f} MB"
+            raise InputError(f"the file is larger than {LARGEST / 1e6:g} MB", path, value=size, cure=TOO_MUCH)
+        return path.read_bytes()
+    except (OSError, ValueError):
+        raise InputError("no such file", path, cure=f"'mckibben init {path.parent}' writes one to fill in") from None
 
 
 def line_of(raw: bytes, key: str) -> int | None:
     """Line that sets `key`, as an editor counts; None where no line does, or several."""
     pattern = re.compile(rf"\s*[\"']?{re.escape(key)}[\"']?\s*(=|$)")
-    lines = raw.decode("utf-8-sig", "replace").splitlines()
+    lines = raw.decode("utf-8-sig", "replace").split("\n")
     found = [number for number, line in enumerate(lines, 1) if pattern.match(line)]
     return found[0] if len(found) == 1 else None
 

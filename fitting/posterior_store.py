@@ -8,6 +8,8 @@ is, number for number, the one that would have grown without the kill.
 
 import io
 import sqlite3
+import zipfile
+import zlib
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -16,12 +18,17 @@ from pathlib import Path
 import numpy as np
 
 from fitting.errors import InputError
+from fitting.program import NAME, program_version
 
 TABLES = """
 CREATE TABLE IF NOT EXISTS frame (run TEXT PRIMARY KEY, arrays BLOB NOT NULL);
 CREATE TABLE IF NOT EXISTS block (run TEXT NOT NULL, number INTEGER NOT NULL, arrays BLOB NOT NULL,
                                   PRIMARY KEY (run, number));
 """
+# what reading an archive of arrays ends in where the bytes are not one
+DAMAGED = (ValueError, TypeError, KeyError, OSError, EOFError, OverflowError, MemoryError, SyntaxError, RuntimeError,
+           zipfile.BadZipFile, zlib.error)  # fmt: skip
+FORMAT = 1  # of the file; 0 is that of files written before there was a number, which is the same
 Arrays = dict[str, np.ndarray]
 
 
@@ -40,7 +47,7 @@ class Store:
         """The coordinates of this run, if it was begun before."""
         with self._open() as file:
             found = file.execute("SELECT arrays FROM frame WHERE run = ?", (self.run,)).fetchone()
-        return None if found is None else _arrays(found[0])
+        return None if found is None else self._arrays(found[0])
 
     def begin(self, frame: Arrays) -> None:
         """Keep the coordinates of this run, and nothing that was kept of it before."""
@@ -52,7 +59,7 @@ class Store:
         """All that was kept of this run, in order."""
         with self._open() as file:
             found = file.execute("SELECT arrays FROM block WHERE run = ? ORDER BY number", (self.run,)).fetchall()
-        return [_arrays(row[0]) for row in found]
+        return [self._arrays(row[0]) for row in found]
 
     def append(self, number: int, arrays: Arrays) -> None:
         """Keep one more block; once this returns a kill cannot lose it."""
@@ -70,12 +77,32 @@ class Store:
         try:
             file = sqlite3.connect(self.path)
             try:
-                file.executescript(TABLES)
+                self._check_format(file.execute("PRAGMA user_version").fetchone()[0])
+                file.executescript(f"{TABLES} PRAGMA user_version = {FORMAT};")
                 yield file
             finally:
                 file.close()
         except sqlite3.Error as error:
             raise self._explained(error) from None
+        except UnicodeDecodeError:  # in a message of the library's about a damaged file
+            raise self._damaged() from None
+
+    def _check_format(self, found: int) -> None:
+        if found > FORMAT:
+            problem = f"these chains are of format {found}, and this is program {program_version()}, of format {FORMAT}"
+            cure = f"pip install --upgrade {NAME}, or name another file by --chains"
+            raise InputError(problem, self.path, cure=cure)
+
+    def _arrays(self, raw: bytes) -> Arrays:
+        """What was kept; each array has a checksum, so that damage is noticed."""
+        try:
+            with np.load(io.BytesIO(raw), allow_pickle=False) as found:
+                return dict(found)
+        except DAMAGED:
+            raise self._damaged() from None
+
+    def _damaged(self) -> InputError:
+        return InputError("the chains in this file are damaged", self.path, cure="name another file by --chains")
 
     def _explained(self, error: sqlite3.Error) -> InputError:
         said = str(error)
@@ -95,8 +122,3 @@ def _bytes(arrays: Arrays) -> bytes:
     out = io.BytesIO()
     np.savez(out, allow_pickle=False, **arrays)  # type: ignore[arg-type]
     return out.getvalue()
-
-
-def _arrays(raw: bytes) -> Arrays:
-    with np.load(io.BytesIO(raw), allow_pickle=False) as found:
-        return dict(found)

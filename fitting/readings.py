@@ -109,7 +109,9 @@ def _usable(columns: dict[str, np.ndarray], valid: dict[str, Any], table: Table,
     usable = np.ones(len(table.row), dtype=bool)
     for name, values in columns.items():
         missing = np.isnan(values)
-        counts[f"no reading in '{table.heads[name]}'"] += int(np.count_nonzero(missing & usable))
+        counts[f"no reading in '{table.heads[name]}'{_rows(table, missing & usable)}"] += int(
+            np.count_nonzero(missing & usable)
+        )
         usable &= ~missing
     for name, limits in valid.items():
         if name not in columns:
@@ -119,6 +121,13 @@ def _usable(columns: dict[str, np.ndarray], valid: dict[str, Any], table: Table,
         counts[f"{name} outside {limits[0]} .. {limits[1]}"] += int(np.count_nonzero(outside))
         usable &= ~outside
     return usable
+
+
+def _rows(table: Table, which: np.ndarray) -> str:
+    """' (row 17)', ' (rows 17, 18, 21, ...)': where to look."""
+    rows = [str(row) for row in table.row[which][:4]]
+    more = ["..."] if len(rows) > 3 else []
+    return f" (row{'s' * (len(rows) > 1)} {', '.join(rows[:3] + more)})" if rows else ""
 
 
 def _limits(name: str, limits: Any) -> tuple[float, float]:

@@ -7,10 +7,13 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from fitting import units
 from fitting.errors import InputError, unknown_name
 from fitting.muscle_file import line_of, muscle_of, name_of, read_muscle, read_toml, source_of
-from fitting.readings import POSITIONS, read_runs
+from fitting.plausible import check_plausible, without_copies
+from fitting.readings import FEWEST_SAMPLES, POSITIONS, read_runs
 from fitting.records import FORCE_TESTS, TESTS, Experiment, Recording, Run
 from fitting.runs import run_of
 from fitting.tables import Table, read_table
@@ -19,6 +22,7 @@ from mckibben_jax.muscle import Muscle
 __all__ = ["read_experiment", "read_muscle", "read_recording", "read_single"]
 
 TURNED_BY = {"loop": "length", "isometric": "pressure", "isotonic": "pressure"}
+ONE_PRESSURE = 0.05  # share by which pressures differ that are one
 OPTIONS = ("file", "test", "noise", "columns", "units", "valid", "pressure", "force_sign")
 
 
@@ -46,8 +50,10 @@ def read_experiment(folder: Path | str) -> Experiment:
         recording, content = _recording_of(entry, folder, path, raw, muscle)
         recordings.append(recording)
         digest.update(content)
-    return Experiment(
-        name_of(table, path), folder, muscle, tuple(recordings), priors, digest.hexdigest(), source_of(table, path)
+    return without_copies(
+        Experiment(
+            name_of(table, path), folder, muscle, tuple(recordings), priors, digest.hexdigest(), source_of(table, path)
+        )
     )
 
 
@@ -65,7 +71,7 @@ def read_single(
     recording, content = _read(path, test, muscle, dict(options or {}), path.name)
     described = Path(muscle_file) / "muscle.toml" if Path(muscle_file).is_dir() else Path(muscle_file)
     digest = hashlib.sha256(described.read_bytes() + content).hexdigest()
-    return Experiment(name, path.parent, muscle, (recording,), priors, digest, source)
+    return without_copies(Experiment(name, path.parent, muscle, (recording,), priors, digest, source))
 
 
 def _recording_of(
@@ -103,6 +109,7 @@ def _read(path: Path, test: str, muscle: Muscle, options: dict[str, Any], name: 
     table = read_table(path, options.get("columns"), options.get("units"))
     counts: Counter[str] = Counter()
     parts = read_runs(table, test, muscle, options, counts)
+    odd = check_plausible(parts, table, test, muscle, options.get("valid"))
     runs = tuple(run_of(part, test) for part in parts)
     for part in parts:
         counts.update(part.counts)
@@ -111,7 +118,7 @@ def _read(path: Path, test: str, muscle: Muscle, options: dict[str, Any], name: 
         raise InputError(
             f"no sample is left that carries weight: {why}", table.file, cure="widen `valid`, or record more"
         )
-    notes = _notes(counts, table, test, runs)
+    notes = (*_notes(counts, table, test, runs), *odd, *_limits_of(runs, test))
     position = next(column for column in POSITIONS if column in table)
     return Recording(name, test, runs, noise, notes, position), table.raw
 
@@ -170,3 +177,26 @@ def _notes(counts: Counter[str], table: Table, test: str, runs: tuple[Run, ...])
     if test in ("loop", "isotonic"):
         notes.append("speed derived from the position by local parabolas that stop at turning points")
     return tuple(notes)
+
+
+def _limits_of(runs: tuple[Run, ...], test: str) -> list[str]:
+    """What these data cannot say whatever the model: one direction, one pressure."""
+    notes = []
+    signs = {int(sign) for run in runs for sign in np.unique(run.branch[run.weight > 0])} - {0}
+    if test in TURNED_BY and len(signs) == 1:
+        way = "inflating" if test != "loop" else "contracting"
+        back = "deflating" if test != "loop" else "elongating"
+        notes.append(
+            f"only {way if 1 in signs else back} was recorded: friction cannot be told from a force that does not "
+            "depend on the direction; record the way back too"
+        )
+    pressures = np.concatenate([run.pressure[run.weight > 0] for run in runs])
+    if len(pressures) < FEWEST_SAMPLES:
+        notes.append(f"only {len(pressures)} readings count: any model with that many parameters meets them")
+    lowest, highest = float(pressures.min()), float(pressures.max())
+    if test in ("loop", "static") and highest - lowest < ONE_PRESSURE * abs(highest):
+        notes.append(
+            f"one pressure only, {units.show(float(np.median(pressures)), 'Pa')}: how anything depends on the pressure "
+            "is the model's word; record a second one"
+        )
+    return notes

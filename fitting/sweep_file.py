@@ -8,6 +8,7 @@ from typing import Any
 from fitting import units
 from fitting.design_file import (
     EXAMPLES,
+    LARGEST_COUNT,
     File,
     Known,
     check_needs,
@@ -106,6 +107,9 @@ def _grid(file: File, table: dict[str, Any]) -> Space:
         counts.append(count)
     if not counts:
         raise InputError("[grid] has no variable", file.path, cure=AXIS)
+    if math.prod(counts) > LARGEST_COUNT:
+        problem = f"[grid] has {math.prod(counts):.3g} designs, more than {LARGEST_COUNT:.0e}"
+        raise InputError(problem, file.path, file.line("[grid]"), cure="take fewer, or write [sample] with n = 1000000")
     return Space(ranges, math.prod(counts), tuple(counts))
 
 

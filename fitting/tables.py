@@ -1,7 +1,5 @@
-"""CSV files as tables in SI: separators, headers, units, and every cell checked before it becomes a number."""
+"""CSV files as tables in SI: which column is what, its unit, and every cell checked before it becomes a number."""
 
-import csv
-import io
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -13,21 +11,25 @@ import pandas as pd
 
 from fitting import units
 from fitting.errors import InputError, nearest, unknown_name
+from fitting.table_cells import NUMBER, cells_of, heads_of, lines_of, separator_of
+from fitting.table_text import text_of
 
 # SI unit of every column; None: a label, "load": newtons or a mass
 COLUMNS = {"run": None, "time": "s", "pressure": "Pa", "set_pressure": "Pa", "contraction": "1", "length": "m",
            "displacement": "m", "force": "N", "load": "load", "branch": None}  # fmt: skip
 USUAL = {"s": "s", "Pa": "kPa", "1": "1", "m": "mm", "N": "N", "load": "kg"}  # what such a column is mostly given in
+LARGEST_NUMBER = 1e30  # SI: what is squared and summed later stays finite
 OPTIONAL = ("run", "branch", "set_pressure")
-_HEADER = re.compile(r"^(.*?)\s*(?:\[([^\]]*)\]|\(([^)]*)\))?$")
+_HEADER = re.compile(r"^(.*?)\s*(?:\[([^\]]*)\]|\(([^)]*)\))?$", re.DOTALL)
 
 
 class _Place(NamedTuple):
-    """Where cells stand: the file, the line of its header, the line of each row."""
+    """Where cells stand: the file, the line of its header, the line of each row; and its decimal mark."""
 
     path: Path
     header_row: int
     rows: np.ndarray
+    decimal: str
 
 
 @dataclass(frozen=True)
@@ -57,17 +59,17 @@ def read_table(
     path: Path, called: Mapping[str, str] | None = None, given_units: Mapping[str, str] | None = None
 ) -> Table:
     """Read and check a CSV; `called` maps names to what the file calls them, `given_units` states units."""
-    text, raw = _text(path)
-    header_row, header, lines, rows = _lines(text, path)
-    separator = _separator(header, path)
-    heads = _heads(header, separator)
+    text, raw = text_of(path)
+    header_row, header, lines, rows = lines_of(text, path, _is_head)
+    separator = separator_of(header, path)
+    heads = heads_of(header, separator, path)
     called, given_units = called or {}, given_units or {}
     where, unused = _columns(heads, called, path, header_row)
-    frame = _cells(lines, rows, heads, separator, path)
+    cells, decimal = cells_of(lines, rows, heads, separator, path)
     _check_units_used(given_units, where, path)
-    place = _Place(path, header_row, rows)
+    place = _Place(path, header_row, rows, decimal)
     columns = {
-        name: _column(name, frame[at], heads[at], _unit_of(name, heads[at], called, given_units), place)
+        name: _column(name, cells[at], heads[at], _unit_of(name, heads[at], called, given_units), place)
         for name, at in where.items()
     }
     return Table(
@@ -77,108 +79,8 @@ def read_table(
 
 def read_heads(path: Path) -> list[str]:
     """The header cells of a CSV as they stand there."""
-    _, header, _, _ = _lines(_text(path)[0], path)
-    return _heads(header, _separator(header, path))
-
-
-# ------------------------------------------------------------------------------------------------------ text to cells
-
-
-def _heads(header: str, separator: str) -> list[str]:
-    return [head.strip() for head in next(csv.reader([header], delimiter=separator, skipinitialspace=True))]
-
-
-def _text(path: Path) -> tuple[str, bytes]:
-    """The file as text whatever common encoding a logger or spreadsheet wrote it in."""
-    try:
-        raw = path.read_bytes()
-    except OSError:
-        raise InputError("no such file, or it cannot be read", path, cure="check `file` in muscle.toml") from None
-    if raw[:4] in (b"PK\x03\x04", b"\xd0\xcf\x11\xe0"):
-        raise InputError("this is a spreadsheet, not a CSV", path, cure="save the sheet as CSV (UTF-8)")
-    encoding = "utf-16" if raw[:2] in (b"\xff\xfe", b"\xfe\xff") else "utf-8-sig"
-    try:
-        text = raw.decode(encoding)
-    except UnicodeDecodeError:
-        text = raw.decode("latin-1")
-    if "\x00" in text:
-        raise InputError("this is not a text file", path, cure="export the recording as CSV")
-    return text, raw
-
-
-def _lines(text: str, path: Path) -> tuple[int, str, list[str], np.ndarray]:
-    """Header line and data lines with their numbers in the file; comments and blank lines are left out."""
-    kept = [
-        (number, line)
-        for number, line in enumerate(text.replace("\r\n", "\n").replace("\r", "\n").split("\n"), 1)
-        if line and not line.isspace() and not line.lstrip().startswith("#")
-    ]
-    if not kept:
-        raise InputError("the file is empty", path, cure="begin with a header: 'time [s],pressure [kPa],...'")
-    (header_row, header), *body = kept
-    if not body:
-        raise InputError("there is a header but no row of readings", path, header_row, cure="export the readings too")
-    return header_row, header, [line for _, line in body], np.array([number for number, _ in body])
-
-
-def _separator(header: str, path: Path) -> str:
-    bare = re.sub(r"\[[^\]]*\]|\([^)]*\)|\"[^\"]*\"", "", header)
-    found = max(";\t,", key=bare.count)
-    if bare.count(found):
-        return found
-    if "|" in bare or len(bare.split()) > 1:
-        raise InputError(
-            "the columns are not separated by commas",
-            path,
-            value=header[:60],
-            cure="separate the cells by commas (semicolons and tabs are read too)",
-        )
-    return ","
-
-
-def _cells(lines: list[str], rows: np.ndarray, heads: list[str], separator: str, path: Path) -> list[pd.Series]:
-    """The cells column by column, numbers where every cell is one; decimal commas where commas do not separate."""
-    open_quote = next((at for at, line in enumerate(lines) if line.count('"') % 2), None)
-    if open_quote is not None:
-        raise InputError("a quotation mark is not closed", path, int(rows[open_quote]), cure="close or delete it")
-    width = _checked_width(lines, rows, len(heads), separator, path)
-    decimal = "," if separator != "," and _has_decimal_commas(lines) else "."
-    frame = pd.read_csv(
-        io.StringIO("\n".join(lines)),
-        sep=separator,
-        header=None,
-        names=list(range(width)),
-        decimal=decimal,
-        skipinitialspace=True,
-        skip_blank_lines=False,
-        low_memory=False,
-    )
-    return [pd.Series(frame[at]) for at in range(len(heads))]
-
-
-def _has_decimal_commas(lines: list[str]) -> bool:
-    return any(re.search(r"\d,\d", line) for line in lines[:1000])
-
-
-def _checked_width(lines: list[str], rows: np.ndarray, width: int, separator: str, path: Path) -> int:
-    """Cells in every row, as many as the header has; one empty cell more, in all rows, is a trailing separator."""
-    counts = np.array([_width(line, separator) for line in lines])
-    if (counts == width + 1).all() and all(line.rstrip(" ").endswith(separator) for line in lines):
-        return width + 1
-    wrong = np.flatnonzero(counts != width)
-    if not wrong.size:
-        return width
-    at = wrong[0]
-    cure = "complete or delete the row"
-    if separator == "," and (counts > width).mean() > 0.5:
-        cure = "if these are decimal commas, separate the cells by semicolons, or write decimal points"
-    raise InputError(
-        f"the row has {counts[at]} cells, the header {width}", path, int(rows[at]), value=lines[at][:80], cure=cure
-    )
-
-
-def _width(line: str, separator: str) -> int:
-    return line.count(separator) + 1 if '"' not in line else len(next(csv.reader([line], delimiter=separator)))
+    _, header, _, _ = lines_of(text_of(path)[0], path, _is_head)
+    return heads_of(header, separator_of(header, path), path)
 
 
 # --------------------------------------------------------------------------------------------------- names and units
@@ -194,6 +96,10 @@ def split_head(head: str) -> tuple[str, str | None]:
 def plain_name(head: str) -> str:
     """'Set pressure [bar]' -> 'set_pressure'."""
     return re.sub(r"[\s\-]+", "_", split_head(head)[0].lower())
+
+
+def _is_head(cell: str) -> bool:
+    return plain_name(cell) in COLUMNS
 
 
 def _columns(heads: list[str], called: Mapping[str, str], path: Path, row: int) -> tuple[dict[str, int], list[str]]:
@@ -222,6 +128,9 @@ def _called(name: str, head: str, heads: list[str], path: Path) -> int:
     """The column that `columns` names: by the whole header cell, or by its name without the unit."""
     for same in (lambda h: h == head.strip(), lambda h: split_head(h)[0] == split_head(head)[0]):
         found = [at for at, h in enumerate(heads) if same(h)]
+        if len(found) > 1:
+            cure = "give each a name of its own"
+            raise InputError(f"{len(found)} columns are called '{head}', which is to be {name}", path, cure=cure)
         if found:
             return found[0]
     raise unknown_name(f"column for {name}:", head, heads, path)
@@ -255,9 +164,15 @@ def _column(name: str, cells: pd.Series, head: str, unit: str | None, place: _Pl
         cure = f"write '{name} [{example}]' in the header, or in muscle.toml units = {{ {name} = \"{example}\" }}"
         raise InputError("the column has no unit", place.path, place.header_row, head, cure=cure)
     try:
-        return numbers * (units.load_factor(unit) if si == "load" else units.factor(unit, si))
+        factor = units.load_factor(unit) if si == "load" else units.factor(unit, si)
     except InputError as error:
         raise InputError(error.problem, place.path, place.header_row, head, cure=error.cure) from None
+    beyond = np.abs(numbers) > LARGEST_NUMBER / factor
+    if beyond.any():
+        at = int(np.argmax(beyond))
+        cure = "write a reading that can be measured; leave the cell empty where one is missing"
+        raise InputError("the number is too large", place.path, int(place.rows[at]), head, numbers[at], cure)
+    return numbers * factor
 
 
 def _labels(cells: pd.Series, head: str, place: _Place) -> np.ndarray:
@@ -266,7 +181,7 @@ def _labels(cells: pd.Series, head: str, place: _Place) -> np.ndarray:
         raise InputError(
             "the cell is empty", place.path, int(place.rows[np.argmax(empty)]), head, cure="fill it in every row"
         )
-    if pd.api.types.is_float_dtype(cells) and (cells % 1 == 0).all():
+    if pd.api.types.is_float_dtype(cells) and ((cells % 1 == 0) & (cells.abs() < 2**53)).all():
         cells = cells.astype(int)
     return cells.astype(str).str.strip().to_numpy(dtype=object)
 
@@ -274,12 +189,17 @@ def _labels(cells: pd.Series, head: str, place: _Place) -> np.ndarray:
 def _numbers(cells: pd.Series, head: str, place: _Place) -> np.ndarray:
     """Cells as numbers; infinite ones are missing; text is an error."""
     if not pd.api.types.is_numeric_dtype(cells) or pd.api.types.is_bool_dtype(cells):
-        numbers = pd.Series(pd.to_numeric(cells.astype(str).str.strip().where(cells.notna()), errors="coerce"))
+        texts = cells.astype(str).str.strip()
+        if place.decimal == ",":  # a point may then stand for thousands: no number
+            texts = texts.str.replace(".", "?").str.replace(",", ".")
+        numbers = pd.Series(pd.to_numeric(texts.where(cells.notna()), errors="coerce"))
         wrong = np.asarray(numbers.isna() & cells.notna())
         if wrong.any():
             at = int(np.argmax(wrong))
             text = str(cells.iloc[at])
-            raise InputError("not a number", place.path, int(place.rows[at]), head, text, _number_cure(text))
+            raise InputError(
+                "not a number", place.path, int(place.rows[at]), head, text, _number_cure(text, place.decimal, at == 0)
+            )
         cells = numbers
     numbers = cells.to_numpy(dtype=float, copy=True)
     numbers[~np.isfinite(numbers)] = np.nan
@@ -290,7 +210,16 @@ def _numbers(cells: pd.Series, head: str, place: _Place) -> np.ndarray:
     return numbers
 
 
-def _number_cure(text: str) -> str:
+def _number_cure(text: str, decimal: str, first: bool) -> str:
+    """What to do about a cell that is no number; `first`: it stands in the row below the header."""
+    if decimal == "," and NUMBER.fullmatch(text):
+        return "write a decimal comma as in the other cells, and nothing between thousands"
     if re.fullmatch(r"\s*[+-]?\d+,\d+\s*", text):
-        return "write a decimal point, or separate the cells by semicolons throughout"
+        return "write decimal points throughout, or decimal commas throughout and semicolons between the cells"
+    if re.fullmatch(r"\s*(?:[\d./-]+[ T])?\d+:\d+(?::\d+(?:[.,]\d+)?)?\s*", text):
+        return "write the time in seconds from the beginning of the test"
+    if found := re.fullmatch(r"\s*[+-]?\d+\.?\d*\s*([A-Za-zµ°%]+[/\w]*)\s*", text):
+        return f"write the number alone, and its unit in the header: [{found[1]}]"
+    if first and not re.search(r"\d", text):
+        return "if this row holds the units, write them in the header, as in 'force [N]', and delete the row"
     return "write a number; leave the cell empty where a reading is missing; begin comment lines with '#'"

@@ -3,6 +3,7 @@
 import functools
 import math
 import re
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 from fitting.errors import InputError
@@ -13,6 +14,10 @@ ATMOSPHERE = 101325.0  # Pa
 _NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
 _VALUE = re.compile(rf"\s*({_NUMBER})\s*(.*?)\s*$")
 _PLUS_MINUS = re.compile(r"\+/-|\+-|±")
+# What a unit is made of. The units library also takes 'mm!' for mm, and works out 'mm**9**9**9' for ever.
+_POWER = r"(?:\s*(?:\^|\*\*)\s*[+-]?\d{1,2}(?:\.\d{1,6})?|[⁻¹²³]+)?"
+_PIECE = re.compile(rf"(?:1|%|°|[A-Za-zµμ_][A-Za-zµμ_0-9]*){_POWER}|[*/·() ]")
+_LONGEST_UNIT = 60  # characters
 
 _EXAMPLES = {
     "m": "300 mm",
@@ -28,6 +33,9 @@ _EXAMPLES = {
 _USUAL = ("m", "mm", "cm", "deg", "rad", "Pa", "hPa", "kPa", "MPa", "GPa", "bar", "mbar", "psi", "N", "kN", "mN", "kgf",
           "kg", "g", "s", "ms", "us", "min", "Hz", "J", "inch", "%")  # fmt: skip
 _SPELLED = {"": "1", "1": "1", "-": "1", "%": "percent", "°": "deg", "µs": "us", "barg": "bar", "psig": "psi"}
+_ABSOLUTE = {"bara": "bar", "psia": "psi", "kpaa": "kPa", "mbara": "mbar"}  # say in their name that they are absolute
+_ANGLES = ("radian", "degree", "turn", "arcminute", "arcsecond")
+_COUNTS = ("count", "bit", "byte")  # plain numbers to the library, but no share of anything
 
 
 class Measured(NamedTuple):
@@ -44,36 +52,62 @@ def _registry() -> Any:
     return pint.UnitRegistry(cache_folder=None)
 
 
-@functools.cache
+@functools.lru_cache(maxsize=1024)
 def _unit(text: str) -> Any:
     """The unit library's object for a unit as people write it; InputError if there is no such unit."""
     spelled = _SPELLED.get(text.strip(), text.strip())
+    if len(spelled) > _LONGEST_UNIT or _PIECE.sub("", spelled):
+        raise InputError(f"'{text[:_LONGEST_UNIT]}' is not a unit", cure=_spelling(text))
     try:
-        return _registry().Unit("" if spelled == "1" else spelled)
+        unit = _registry().Unit("" if spelled == "1" else spelled)
+        straight = all(_registry()._units[name].converter.is_multiplicative for name in unit._units)
     except Exception:  # the library raises many kinds for nonsense; all mean the same to the user
         raise InputError(f"'{text}' is not a unit", cure=_spelling(text)) from None
+    if not straight:  # decibels, degrees Celsius
+        cure = "give the quantity in a unit that is 0 where the quantity is 0"
+        raise InputError(f"a quantity is no multiple of '{text}'", cure=cure)
+    return unit
 
 
 def _spelling(text: str) -> str:
+    gauge = _ABSOLUTE.get(text.strip().lower())
+    if gauge:
+        return f"write '{gauge}', and for a column of absolute readings pressure = \"absolute\" in its [[recording]]"
     same = [unit for unit in _USUAL if unit.lower() == text.strip().lower()]
     return f"did you mean '{same[0]}'?" if same else "write for example mm, deg, kPa, bar, N, kg, s, %"
 
 
 def _is_angle(unit: Any) -> bool:
-    return any(name in ("radian", "degree", "turn", "arcminute", "arcsecond") for name in unit._units)
+    return any(name in _ANGLES for name in unit._units)
 
 
-@functools.cache
+def _is_count(unit: Any) -> bool:
+    return any(name in _COUNTS for name in unit._units)
+
+
+@functools.lru_cache(maxsize=1024)
 def factor(unit: str, si: str) -> float:
     """What a number in `unit` is multiplied with to be in `si`; InputError if the dimensions differ.
 
     The units library takes angles and per cent for plain numbers; here an angle is not a contraction.
     """
     given, wanted = _unit(unit), _unit(si)
-    if given.dimensionality != wanted.dimensionality or _is_angle(given) != _is_angle(wanted):
+    alike = given.dimensionality == wanted.dimensionality and _is_angle(given) == _is_angle(wanted)
+    if not alike or _is_count(given):
         cure = f"give it in a unit like that of '{example(si)}'"
         raise InputError(f"'{unit}' cannot be the unit of {quantity(si)}", cure=cure)
-    return float(_registry().Quantity(1.0, given).to(wanted).magnitude)
+    return _finite(lambda: _registry().Quantity(1.0, given).to(wanted).magnitude, unit)
+
+
+def _finite(size: Callable[[], Any], unit: str) -> float:
+    """How much one unit is; InputError where that is beyond all numbers, as of 'Gm^99'."""
+    try:
+        found = float(size())
+    except OverflowError:
+        found = math.inf
+    if not math.isfinite(found) or found == 0:
+        raise InputError(f"'{unit}' is beyond all numbers", cure="write a unit that things are measured in")
+    return found
 
 
 def dimension(unit: str) -> Any:
@@ -84,7 +118,7 @@ def dimension(unit: str) -> Any:
 def in_si(unit: str) -> tuple[str, float]:
     """The SI unit of the same dimension as declarations write it ("N s/m"), and how much of it one `unit` is."""
     given = _unit(unit)
-    factor = float(_registry().Quantity(1.0, given).to_base_units().magnitude)
+    factor = _finite(lambda: _registry().Quantity(1.0, given).to_base_units().magnitude, unit)
     powers = dict(given.dimensionality)
     if not set(powers) <= {"[mass]", "[length]", "[time]"}:
         cure = "give it in units of length, mass, time, force and pressure"
@@ -143,21 +177,26 @@ def to_si(text: Any, si: str, what: str = "value") -> float:
     if isinstance(text, bool) or not isinstance(text, (str, int, float)):
         raise InputError(f"{what} is not a value with a unit", value=text, cure=f'write it as "{example(si)}"')
     number, unit = split_value(str(text), what)
-    if not math.isfinite(number):
-        raise InputError(f"{what} is not finite", value=text, cure=f'write it as "{example(si)}"')
     if si != "1" and not unit:
         cure = f'write the unit behind the number, as in "{example(si)}"'
         raise InputError(f"{what} has no unit", value=text, cure=cure)
     try:
-        return number * factor(unit or "1", si)
+        size = factor(unit or "1", si)
     except InputError as error:
         raise InputError(f"{what}: {error.problem}", value=text, cure=error.cure) from None
+    return _checked(number * size, si, text, what)
+
+
+def _checked(value: float, si: str, text: Any, what: str) -> float:
+    if not math.isfinite(value):
+        raise InputError(f"{what} is not finite", value=text, cure=f'write it as "{example(si)}"')
+    return value
 
 
 def load_to_si(text: Any, si: str, what: str = "load") -> float:
     """A load as written ('20 kg' or '200 N') in newtons; `si` is there to be called like `to_si`."""
     number, unit = split_value(str(text), what)
-    return number * load_factor(unit) if unit else to_si(text, "N", what)
+    return _checked(number * load_factor(unit), "N", text, what) if unit else to_si(text, "N", what)
 
 
 def measured(text: Any, si: str, what: str = "value") -> Measured:

@@ -1,10 +1,16 @@
 """Everything wrong in a folder is refused: one message with file, row, column, value and a cure, never a traceback."""
 
+import sqlite3
+from contextlib import closing
+
 import numpy as np
 import pytest
 from folders import MUSCLE, folder_of, loop_columns, loop_csv, muscle_with, recording, release_columns, table
 
 from fitting.errors import InputError
+from fitting.model_file import read_model
+from fitting.own_effects import library
+from fitting.posterior_store import Store
 from fitting.recordings import read_experiment, read_muscle
 
 pytestmark = pytest.mark.filterwarnings("error")
@@ -108,6 +114,53 @@ BAD_TABLES = {
     "gauge for absolute": (lambda: loop_csv(pressure=-1.5), "", ("pressure below vacuum", "gauge or absolute")),
     "blanks separate": (lambda: loop_csv().replace(",", " "), "", ("not separated by commas",)),
     "a spreadsheet": (lambda: b"PK\x03\x04 and so on", "", ("spreadsheet", "save the sheet as CSV")),
+    "packed": (lambda: b"\x1f\x8b\x08", "", ("packed file", "unpack")),
+    "UTF-16 that breaks off": (lambda: loop_csv().encode("utf-16")[:-1], "", ("UTF-16", "breaks off")),
+    "UTF-32": (lambda: loop_csv().encode("utf-32"), "", ("not a text file",)),
+    "steering the screen": (changed("force", "f\x1b[31morce"), "", ("row 1", "cannot be printed", "x1b")),
+    "no header": (lambda: loop_csv().split("\n", 1)[1], "", ("no header", "begins with numbers")),
+    "lines before the header": (
+        lambda: "Logger 3\nDate,1 May\n" + loop_csv(),
+        "",
+        ("row 3", "not the first line", "'#'"),
+    ),
+    "units below the header": (
+        lambda: loop_csv().replace("\n", "\ns,bar,%,N\n", 1),
+        "",
+        ("row 2", "'time [s]'", "holds the units", "write them in the header"),
+    ),
+    "time of day": (cell(17, 0, "12:30:05.1"), "", ("row 17", "'12:30:05.1'", "in seconds")),
+    "unit in a cell": (cell(17, 3, "17 N"), "", ("row 17", "'17 N'", "in the header: [N]")),
+    "too large": (cell(17, 3, "1e200"), "", ("row 17", "'force [N]'", "too large", "'1e+200'")),
+    "points among decimal commas": (
+        lambda: loop_csv().replace(",", ";").replace(".", ",").replace(";200,0\n", ";1.200\n", 1),
+        "",
+        ("row 2", "'force [N]'", "'1.200'", "decimal comma"),
+    ),
+    "commas among decimal points": (
+        lambda: loop_csv().replace(",", ";").replace(";200.0\n", ";200,0\n", 1),
+        "",
+        ("row 2", "'force [N]'", "'200,0'", "decimal points throughout"),
+    ),
+    "absolute by its unit": (
+        changed("[bar]", "[bara]"),
+        "",
+        ("'bara' is not a unit", "'bar'", 'pressure = "absolute"'),
+    ),
+    "decibels": (changed("[N]", "[dB]"), "", ("row 1", "no multiple of 'dB'")),
+    "counts": (changed("[%]", "[counts]"), "", ("'counts' cannot be the unit of a plain number",)),
+    "a unit that takes for ever": (changed("[N]", "[mm**9**9**9]"), "", ("row 1", "is not a unit")),
+    "columns: one name twice": (
+        lambda: loop_csv().replace("pressure [bar]", "F [N]").replace("force [N]", "F [N]"),
+        'columns = { force = "F" }',
+        ("2 columns are called 'F'",),
+    ),
+    "columns: a name over two lines": (
+        loop_csv,
+        'columns = { force = "a\\nb" }',
+        ("unknown column for force", "a\\nb", "known: time [s]"),
+    ),
+    "a long cell": (cell(17, 3, "x" * 9000), "", ("row 17", "not a number", "xxx ...")),
     "not text": (lambda: b"time\x00\x01\n1\n", "", ("not a text file",)),
     "unknown branch": (
         lambda: table(loop_columns() | {"branch": "inflat"}),
@@ -167,6 +220,12 @@ def test_a_recording_of_the_wrong_kind(tmp_path, test, columns, said):
 
 
 BAD_MUSCLES = {
+    "brackets a thousand deep": ("a = " + "[" * 5000, ("not valid TOML", "too deep")),
+    "a number of thousands of digits": ("a = " + "9" * 5000, ("not valid TOML", "too long")),
+    "another file altogether": ("# " + "x" * 2_000_000, ("larger than 1 MB", "2.0 MB")),
+    "lists in lists": (muscle_with(length="[" * 200 + "]" * 200), ("row 2", "not a value", "[[[ ...")),
+    "beyond all numbers": (muscle_with(length='"1e300 Gm"'), ("row 2", "is not finite")),
+    "a screen that is steered": (muscle_with(length='"3 \\u001b[2Jmm"'), ("row 2", "x1b[2Jmm")),
     "not TOML": ("[muscle\n", ("row 1", "not valid TOML")),
     "bare unit": ("[muscle]\nlength = 300 mm\n", ("row 2", "not valid TOML", 'length = "300 mm"')),
     "no muscle": ('name = "x"\n', ("no [muscle] table",)),
@@ -228,6 +287,21 @@ def test_no_folder_and_no_muscle_file(tmp_path):
         read_experiment(tmp_path)
 
 
+def test_a_value_too_deep_to_be_printed_is_still_told():
+    deep = []
+    for _ in range(100_000):
+        deep = [deep]
+    error = InputError("not a value", "muscle.toml", 2, value=deep, cure="write one")
+    assert "lists in lists" in str(error)
+    assert "lists in lists" in error.as_dict()["value"]
+
+
+def test_nothing_of_a_users_steers_the_screen_or_fills_it():
+    error = InputError("unknown \x1b[2J" + "x" * 9999, "a\x07b.csv", 2, "\x9b1m", "y\n" * 9999, "z" * 9999)
+    assert str(error).isprintable()
+    assert len(str(error)) < 2000
+
+
 @pytest.mark.parametrize("seed", range(200))
 def test_damaged_files_never_end_in_a_traceback(tmp_path, seed):
     rng = np.random.default_rng(seed)
@@ -244,3 +318,63 @@ def test_damaged_files_never_end_in_a_traceback(tmp_path, seed):
     except InputError as error:
         refused = error
     assert refused is None or (refused.cure and refused.file)
+
+
+# ---------------------------------------------------------------------------------------------------- versions of files
+
+PROGRAM = 'program = "9.1.2"\n'
+EFFECT = '[[effect]]\nname = "ideal_cylinder"\n'
+
+
+@pytest.mark.parametrize(
+    ("head", "said"),
+    [
+        (
+            "format = 2\n" + PROGRAM,
+            ("row 1", "newer program (format 2, program 9.1.2)", "install 'mckibben-jax>=9.1.2'"),
+        ),
+        ("format = 2\n", ("row 1", "newer program", "pip install --upgrade mckibben-jax")),
+        ('format = 2\nprogram = "1; rm -rf"\n', ("row 1", "newer program", "pip install --upgrade mckibben-jax")),
+        ("format = 2\n[new]\nkey = 1\n", ("row 1", "newer program")),
+        ("format = 0\n", ("row 1", "not a whole number from 1 on")),
+        ('format = "1"\n', ("row 1", "not a whole number from 1 on")),
+        ("fitted_to = 3\n", ("row 1", "fitted_to is not a table")),
+        ("muscle_of = 3\n", ("row 1", "muscle_of is not a table")),
+    ],
+)
+def test_a_model_file_of_another_version_is_refused_with_the_one_to_install(tmp_path, head, said):
+    path = tmp_path / "model.toml"
+    path.write_text(head + EFFECT)
+    with pytest.raises(InputError) as caught:
+        read_model(path, library())
+    assert all(part in str(caught.value) for part in said), str(caught.value)
+
+
+def test_model_files_of_this_and_of_no_stated_version_are_read(tmp_path):
+    path = tmp_path / "model.toml"
+    for head in ("format = 1\n", ""):
+        path.write_text(head + EFFECT)
+        assert len(read_model(path, library()).effects) == 1
+
+
+def test_chains_of_a_newer_version_are_refused_and_older_ones_read(tmp_path):
+    store = Store(tmp_path / "run.chains", "run")
+    store.begin({"centre": np.arange(3.0)})
+    for version, readable in ((0, True), (1, True), (2, False)):
+        with closing(sqlite3.connect(store.path)) as file:
+            file.execute(f"PRAGMA user_version = {version}")
+        if readable:
+            assert (store.frame() or {})["centre"].tolist() == [0, 1, 2]
+            continue
+        with pytest.raises(InputError, match=r"format 2.*pip install --upgrade mckibben-jax"):
+            store.frame()
+
+
+def test_damaged_chains_are_refused(tmp_path):
+    store = Store(tmp_path / "run.chains", "run")
+    store.begin({"centre": np.arange(300.0)})
+    raw = store.path.read_bytes()
+    at = raw.index(np.arange(300.0).tobytes()[800:880])
+    store.path.write_bytes(raw[:at] + b"\x01" + raw[at + 1 :])
+    with pytest.raises(InputError, match="the chains in this file are damaged"):
+        store.frame()

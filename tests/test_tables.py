@@ -1,10 +1,14 @@
 """What loggers and spreadsheets write: encodings, line ends, separators, decimal commas, comments."""
 
-import pytest
-from folders import folder_of, loop_columns, loop_csv, only_run
+import os
 
+import pytest
+from folders import folder_of, loop_columns, loop_csv, only_run, recording
+
+from fitting import table_text
 from fitting.errors import InputError
 from fitting.recordings import read_experiment
+from fitting.tables import read_table
 
 pytestmark = pytest.mark.filterwarnings("error")
 
@@ -23,14 +27,21 @@ pytestmark = pytest.mark.filterwarnings("error")
         lambda text: text.replace(",", ", ").encode(),
         lambda text: text.replace("\n", ",\n").encode(),
         lambda text: text.rstrip("\n").encode(),
+        lambda text: text.encode("utf-16-le"),
+        lambda text: text.encode("utf-16-be"),
+        lambda text: ("sep=;\n" + text.replace(",", ";")).encode(),
+        lambda text: (text + "\x1a").encode(),
+        lambda text: text.replace("time", "# \u00b0C \u2028\ntime").encode(),
+        lambda text: text.replace("time", "# 20 \u00b0C\ntime").encode("latin-1"),
     ],
     ids=["BOM", "UTF-16", "CRLF", "CR", "semicolons", "tabs", "decimal commas", "tabs, decimal commas", "spaces",
-         "trailing commas", "no last newline"],
+         "trailing commas", "no last newline", "UTF-16 LE without mark", "UTF-16 BE without mark", "sep=", "Ctrl-Z",
+         "odd line ends in a comment", "Latin-1"],
 )  # fmt: skip
 def test_what_loggers_and_spreadsheets_write_is_read(tmp_path, change):
     _, run = only_run(folder_of(tmp_path, change(loop_csv())))
     assert run.measured == pytest.approx(loop_columns()["force [N]"])
-    assert run.row[-1] == 203
+    assert run.row[-1] - run.row[0] == 201
 
 
 def test_comments_and_blank_lines_do_not_shift_the_rows(tmp_path):
@@ -40,3 +51,23 @@ def test_comments_and_blank_lines_do_not_shift_the_rows(tmp_path):
     with pytest.raises(InputError) as caught:
         read_experiment(folder_of(tmp_path, text))
     assert caught.value.row == text.splitlines().index(next(line for line in text.splitlines() if "two" in line)) + 1
+
+
+def test_a_file_beyond_the_limit_is_refused_before_it_is_read(tmp_path):
+    with (tmp_path / "data.csv").open("wb") as file:
+        file.truncate(5 * table_text.LARGEST)  # a hole: takes no room on the disk
+    with pytest.raises(InputError, match=r"larger than 100 MB.*500 MB.*keep every 5th row"):
+        read_table(tmp_path / "data.csv")
+
+
+@pytest.mark.parametrize("name", ["/dev/zero", "/dev/stdin", ".", "a\\u0000b", "../gone.csv"])
+def test_what_is_no_file_is_not_waited_for(tmp_path, name):
+    with pytest.raises(InputError, match="no such file"):
+        read_experiment(folder_of(tmp_path, loop_csv(), toml=recording(file=name)))
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="no named pipes on this system")
+def test_a_pipe_is_not_waited_for(tmp_path):
+    os.mkfifo(tmp_path / "pipe.csv")
+    with pytest.raises(InputError, match="no such file"):
+        read_experiment(folder_of(tmp_path, toml=recording(file="pipe.csv")))

@@ -1,5 +1,6 @@
 """`mckibben sweep`: designs by the million."""
 
+import importlib.util
 import os
 from contextlib import suppress
 from pathlib import Path
@@ -33,6 +34,7 @@ def command(
     from fitting.sweep_words import describe, to_json
 
     with errors_for_machines(given["json"]):
+        _need_parquet()
         order = read_sweep(spec, library(effect_file))
         work = _work(scheduler, effect_file)
         folder = Path(out) if out else Path(spec).with_name(f"{Path(spec).stem}_sweep")
@@ -46,6 +48,13 @@ def command(
         from fitting.page import write_words
 
         write_words(given["html"], "Sweep", [words])
+
+
+def _need_parquet() -> None:
+    from fitting.errors import InputError
+
+    if importlib.util.find_spec("pyarrow") is None:
+        raise InputError("a sweep writes Parquet, which needs pyarrow", cure="pip install 'mckibben-jax[sweep]'")
 
 
 def _use_all_cores() -> None:
