@@ -35,3 +35,13 @@ $(READY): pyproject.toml constraints.txt
 
 clean:
 	rm -rf $(VENV) build dist .pytest_cache .ruff_cache .hypothesis
+
+# Wheel and source archive into dist/: the same bytes from the same sources.
+.PHONY: wheel docs
+wheel: $(READY)
+	$(BIN)/python -m hatchling build -d dist
+
+# The documentation into build/site, every link checked; opens from disk.
+docs: $(READY)
+	$(BIN)/python -m pip install --quiet --editable '.[docs]' --constraint constraints.txt
+	NO_MKDOCS_2_WARNING=1 $(BIN)/python -m mkdocs build --quiet --config-file notebooks/site/mkdocs.yml

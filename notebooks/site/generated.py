@@ -1,0 +1,185 @@
+"""Pages of the site that are made from the program itself when it is built: nothing in them is copied by hand.
+
+A hook of MkDocs. Effects and equations come from their declarations, commands from their options, Python from docstrings
+(by mkdocstrings), the rest from files that stand elsewhere in the project.
+"""
+
+import ast
+import re
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import click
+
+from fitting import units
+from fitting.catalogue import STAGES, meaning
+from fitting.cli import COMMANDS, main
+from fitting.equation_words import STATUS, called
+from mckibben_jax.effect import Effect, name_of
+from mckibben_jax.effects import LIBRARY, SUPPLIES
+from mckibben_jax.parameter import parameters
+from mckibben_jax.review import EQUATIONS
+
+ROOT = Path(__file__).resolve().parents[2]
+EFFECTS = (*LIBRARY, *SUPPLIES)
+BORROWED = {"contributing.md": "CONTRIBUTING.md", "changes.md": "CHANGELOG.md", "data.md": "data/README.md",
+            "benchmarks.md": "tests/benchmarks/README.md"}  # fmt: skip
+
+
+def on_files(files: Any, config: Any) -> Any:
+    """Add the generated pages to those that are written."""
+    from mkdocs.structure.files import File  # the pages themselves can be made, and tested, without the generator
+
+    for place, text in pages():
+        files.append(File.generated(config, place, content=text))
+    picture = ROOT / "notebooks" / "error_falling.svg"
+    files.append(File.generated(config, "error_falling.svg", content=picture.read_text(encoding="utf-8")))
+    return files
+
+
+def pages() -> Iterator[tuple[str, str]]:
+    """Every generated page: its place and its Markdown."""
+    yield "effects/index.md", effects_page()
+    for kind in EFFECTS:
+        yield f"effects/{name_of(kind)}.md", f"---\nsearch:\n  boost: 2\n---\n\n{effect_page(kind)}"
+    yield "errata.md", errata_page()
+    yield "commands.md", commands_page()
+    yield "python.md", python_page()
+    yield "notebooks.md", notebooks_page()
+    for place, source in BORROWED.items():
+        yield place, (ROOT / source).read_text(encoding="utf-8")
+
+
+# Effects ---------------------------------------------------------------------------------------------------------------
+
+
+def cell(text: str) -> str:
+    """Text that may stand in a cell of a table."""
+    return " ".join(text.split()).replace("|", "\\|").replace("<", "&lt;")
+
+
+def effects_page() -> str:
+    """All effects by stage."""
+    told = ["# Effects", f"{len(EFFECTS)} effects. A model is a set of them; an effect of your own counts like any other."]
+    for stage, question in STAGES.items():
+        told += [f"## {stage}: {question}", "| effect | parameters | what it is |\n|---|---|---|"]
+        rows = [f"| [`{name_of(k)}`]({name_of(k)}.md) | {', '.join(f'`{p.name}`' for p in parameters(k))} | "
+                f"{cell(meaning(k).split('. ')[0].rstrip('.'))} |" for k in EFFECTS if k.stage == stage]  # fmt: skip
+        told[-1] += "\n" + "\n".join(rows)
+    return "\n\n".join(told) + "\n"
+
+
+def effect_page(kind: type[Effect]) -> str:
+    """One effect in full, as it declares itself."""
+    told = [f"# {name_of(kind)}", cell(meaning(kind))]
+    if kind.suspect:
+        told += [f"**When to suspect it:** {cell(kind.suspect)}"]
+    own = parameters(kind)
+    if own:
+        rows = [f"| `{p.name}` | {cell(p.meaning)} | {units.show(p.default, p.unit)} | {units.show(p.lower, p.unit)} to "
+                f"{units.show(p.upper, p.unit)} |" for p in own]  # fmt: skip
+        told += ["| parameter | meaning | unless fitted | range |\n|---|---|---|---|\n" + "\n".join(rows)]
+    told += [f"**Stage:** {kind.stage}, {STAGES[kind.stage]}"]
+    if kind.family:
+        rivals = [name_of(k) for k in EFFECTS if k.family == kind.family and k is not kind]
+        listed = ", ".join(f"[`{name}`]({name}.md)" for name in rivals) or "none in the library"
+        told += [f"**Replaces and is replaced by** (family *{kind.family}*): {listed}"]
+    told += [f"**Needs:** {', '.join(kind.needs).replace('_', ' ')}"] if kind.needs else []
+    told += ["**Rival:** a printed law that is unsound; a candidate only on request"] if kind.rival else []
+    told += [f"**Tested:** {cell(kind.on_request)}"] if kind.on_request else []
+    told += [f"**Constants in the law:** {', '.join(kind.fixed)}"] if kind.fixed else []
+    told += [f"**Source:** {cell(kind.source)}"] if kind.source else []
+    told += [f"```sh\nmckibben effects {name_of(kind)}\n```", f"In Python: `{kind.__module__}.{kind.__name__}`"]
+    return "\n\n".join(told) + "\n"
+
+
+# Equations -------------------------------------------------------------------------------------------------------------
+
+
+def errata_page() -> str:
+    """The review's equations with what is wrong in print, and what the program computes instead."""
+    wrong = [e for e in EQUATIONS if e.status in ("misprint", "questionable")]
+    told = [
+        "# Equations of Tondu 2012, and errata",
+        f"The program reproduces {len(EQUATIONS)} equations of the review and of its sources. {len(wrong)} of them are "
+        "misprinted or questionable; those that differ from print keep the printed form under a name of its own, so that "
+        "the two can be compared. `mckibben equations 25` shows one in the terminal.",
+        "| equation | quantity | in print |\n|---|---|---|\n"
+        + "\n".join(f"| [{e.number}](#{anchor(e.number)}) | {cell(e.quantity)} | {STATUS[e.status]} |" for e in EQUATIONS),
+    ]
+    for e in EQUATIONS:
+        told += [f"## {e.number}: {cell(e.quantity)} {{ #{anchor(e.number)} }}", f"`{e.formula}`", f"*{cell(e.symbols)}*"]
+        told += [f"**In print: {STATUS[e.status] or 'correct'}.** {cell(e.correction)}"]
+        told += [f"Call `{called(e.function)}`" + (f"; as printed `{called(e.printed)}`" if e.printed else "")]
+    return "\n\n".join(told) + "\n"
+
+
+def anchor(number: str) -> str:
+    """The place of an equation on its page."""
+    return "eq-" + re.sub(r"\W+", "-", number.lower())
+
+
+# Commands and Python ---------------------------------------------------------------------------------------------------
+
+
+def commands_page() -> str:
+    """Every command with its options, as the command line declares them."""
+    told = ["# Commands", "Exit status: 0 done, 2 bad input (one message, with its cure), 3 ran but did not converge."]
+    for name in COMMANDS:
+        command = main.get_command(click.Context(main), name)
+        assert command is not None
+        context = click.Context(command, info_name=f"mckibben {name}")
+        told += [f"## mckibben {name}", cell(command.help or ""), f"```\n{command.get_usage(context)}\n```"]
+        records = [record for p in command.params if (record := p.get_help_record(context))]
+        if records:
+            rows = [f"| `{cell(option)}` | {cell(words)} |" for option, words in records]
+            told += ["| option | |\n|---|---|\n" + "\n".join(rows)]
+    return "\n\n".join(told) + "\n"
+
+
+def python_names() -> list[str]:
+    """The stable names, from the test that keeps them stable."""
+    tree = ast.parse((ROOT / "tests" / "test_public_api.py").read_text(encoding="utf-8"))
+    table = next(n.value for n in tree.body if isinstance(n, ast.Assign) and ast.unparse(n.targets[0]) == "PYTHON")
+    return list(ast.literal_eval(table))
+
+
+def python_page() -> str:
+    """The stable names with their docstrings."""
+    told = ["# Python", "Names that are kept from version to version (`tests/test_public_api.py`). Everything is in SI units."]
+    package = ""
+    for name in python_names():
+        if name.split(".")[0] != package:
+            package = name.split(".")[0]
+            told += [f"## {package}"]
+        told += [f"::: {name}"]
+    return "\n\n".join(told) + "\n"
+
+
+# Notebooks -------------------------------------------------------------------------------------------------------------
+
+
+def notebooks_page() -> str:
+    """The notebooks by name, each with its title and first words."""
+    told = [
+        "# Notebooks",
+        "They lie in `notebooks/` and are plain Python files: `marimo edit notebooks/1_five_minutes.py` opens one to work "
+        "in, `python notebooks/1_five_minutes.py` prints its answer. Those with a number are for people who start, in this "
+        "order; the others are studies of questions that the review left open.",
+    ]
+    for path in sorted((ROOT / "notebooks").glob("*.py")):
+        title, words = first_words(path)
+        if title:
+            told += [f"## {title}", words, f"`notebooks/{path.name}`"]
+    return "\n\n".join(told) + "\n"
+
+
+def first_words(path: Path) -> tuple[str, str]:
+    """Title and first paragraph of a notebook, from its first cell with a heading; empty for what has none."""
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Constant) and isinstance(node.value, str):
+            found = re.match(r"\s*# (.+?)\n\s*\n(.*?)(\n\s*\n|\Z)", node.value, re.DOTALL)
+            if found:
+                return found[1].strip(), " ".join(found[2].split()) if "$$" not in found[2] else ""
+    return "", ""

@@ -1,0 +1,280 @@
+"""The public interface does not change by accident: names, arguments, effects, commands and their options.
+
+Adding is free: an argument with a default, an effect, a parameter, a command, an option. What stands here may be
+renamed, reordered or removed only with an entry under "Changed" in CHANGELOG.md that says what to write instead.
+"""
+
+import importlib
+import inspect
+from typing import Any
+
+import click
+import pytest
+
+from fitting.cli import COMMANDS, main
+from mckibben_jax.effect import name_of
+from mckibben_jax.effects import LIBRARY, SUPPLIES
+from mckibben_jax.model import Model
+from mckibben_jax.parameter import parameters
+
+# Arguments in their order; "=" marks a default, after "*" they are given by name alone.
+PYTHON = {
+    "mckibben_jax.muscle.Muscle": (
+        "length, radius, braid_angle, wall_thickness=, wall_outside=, shear_modulus=, mooney_c10=, "
+        "mooney_c01=, strand_width=, strand_modulus=, strand_poisson=, breaking_stress=, moving_mass="
+    ),
+    "mckibben_jax.state.State": (
+        "contraction, pressure, rate=, pressure_rate=, stretch=, stretch_rate=, time=, memory="
+    ),
+    "mckibben_jax.parameter.parameter": "default, unit, meaning, range, starts=",
+    "mckibben_jax.parameter.parameters": "thing",
+    "mckibben_jax.effect.name_of": "effect",
+    "mckibben_jax.effect.Felt.felt": "self, muscle, state, pull",
+    "mckibben_jax.effect.Energy.energy": "self, muscle, state",
+    "mckibben_jax.effect.Energy.force": "self, muscle, state",
+    "mckibben_jax.effect.Pulling.force": "self, muscle, state",
+    "mckibben_jax.effect.Lost.lose": "self, muscle, state, loss",
+    "mckibben_jax.effect.Read.read": "self, signal, time",
+    "mckibben_jax.model.model": "muscle, *effects",
+    "mckibben_jax.model.contributions": "given, run",
+    "mckibben_jax.motion.release": "model, *, load, pressure, times, start=, mass=, step=",
+    "mckibben_jax.motion.step_response": "model, *, load, pressure, times, start=, mass=, step=",
+    "mckibben_jax.review.lookup": "number",
+    "mckibben_jax.design.Task": (
+        "muscle, variables, objective, at=, constraints=, effects=, maximise=, starts=, seed="
+    ),
+    "mckibben_jax.design.Limit": "quantity, at=, min=, max=",
+    "mckibben_jax.design.design": "task",
+    "mckibben_jax.pareto.front": "task, second",
+    "mckibben_jax.braid.ideal_force": "contraction, pressure, radius, braid_angle",
+    "mckibben_jax.braid.contact_surface": "contraction, length, radius, braid_angle",
+    "mckibben_jax.braid.radius_ratio": "contraction, braid_angle",
+    "mckibben_jax.braid.largest_contraction": "braid_angle",
+    "mckibben_jax.reynolds.affine": "pressure, at_rest, per_pascal",
+    "mckibben_jax.reynolds.free_motion": "time, start, rest, mass, damping, stiffness",
+    "mckibben_jax.reynolds.rest_position": "load, contractile_force, stiffness",
+    "fitting.prepare.prepare": "",
+    "fitting.recordings.read_experiment": "folder",
+    "fitting.recordings.read_recording": "path, test, muscle, options=",
+    "fitting.init.write_muscle_file": "folder",
+    "fitting.shipped.shipped": "name",
+    "fitting.shipped.sealed": "name",
+    "fitting.shipped.shipped_names": "",
+    "fitting.least_squares.fit": "experiments, effects, *, fix=, free=, own=, start=, starts=, seed=",
+    "fitting.evaluate.evaluate": "experiments, effects, values, free, own=",
+    "fitting.compare.compare": "fit, experiments",
+    "fitting.diagnose.diagnose": "experiments, effects, *, candidates=, fix=, free=, own=, seed=, progress=",
+    "fitting.discover.discover": "experiments, effects, *, candidates, fix=, free=, own=, seed=, progress=",
+    "fitting.discover.with_added": "present, new",
+    "fitting.next_measurement.next_measurement": "diagnosis, experiments, *, known=, fix=, free=, own=, seed=",
+    "fitting.posterior.sample": (
+        "fit, experiments=, *, seed=, walkers=, ensembles=, max_steps=, limit_s=, rows=, priors=, noise=, "
+        "chains=, again=, progress="
+    ),
+    "fitting.posterior_quick.quick_look": "fit, experiments=, *, seed=, draws=, rows=, priors=, noise=",
+    "fitting.hill.releases": "experiments",
+    "fitting.hill.curves": "experiments",
+    "fitting.define.defined": "line",
+    "fitting.own_effects.library": "effect_file=, define=",
+    "fitting.own_effects.named": "names, known",
+    "fitting.model_file.read_model": "path, known",
+    "fitting.model_file.write_model": "path, fit, experiments",
+    "fitting.figures.traces": "c, experiments",
+    "fitting.figures.waterfall": "stages, floor, unit=",
+    "fitting.figures.effects_picture": "d, floor, unit=",
+    "fitting.figures_posterior.pairs": "posterior",
+    "fitting.figures_hill.speed_over_load": "curves",
+    "fitting.figures_design.to_scale": "muscle, contraction, pressure",
+    "fitting.errors.InputError": "problem, file=, row=, column=, value=, cure=",
+}
+MODEL = ("names", "force", "pull", "feel", "lost", "add", "drop", "cite")
+# Parameters by effect. With "effect.parameter" they are the names of model files, options and JSON keys.
+EFFECTS = {
+    "pressure_offset": "P_off",
+    "pressure_gain": "g",
+    "contraction_offset": "eps_off",
+    "supply_lag": "tau",
+    "pressure_drop": "tau",
+    "dead_band": "P_th",
+    "radial_gap": "gap",
+    "series_compliance": "k_s",
+    "tip": "k",
+    "tip_pressure": "b_k a_k P_k",
+    "strand_stretch": "EA",
+    "ideal_cylinder": "",
+    "conical_ends": "k_c",
+    "reduced_length": "factor",
+    "bladder_neo_hookean": "G",
+    "bladder_mooney_rivlin": "C10 C01",
+    "bladder_thin_mooney_rivlin": "C10 C01",
+    "bladder_schulte": "k_e",
+    "strand_bending": "c_b",
+    "end_stop": "K eps_s",
+    "linear_spring": "K",
+    "weight": "m",
+    "wall_shielding": "",
+    "conical_ends_printed": "k_c",
+    "bladder_axial_printed": "G",
+    "coulomb_friction": "f_s",
+    "textile_friction": "f_s beta",
+    "hertz_friction": "f_s",
+    "schulte_friction": "f",
+    "crossing_friction": "mu_R",
+    "constant_friction": "F_c",
+    "kinetic_friction": "ratio v_s",
+    "bladder_hysteresis": "eta_b",
+    "presliding": "x_s",
+    "maxwell_slip": "x_s spread",
+    "viscous_damping": "B",
+    "hill": "a_over_F0 b",
+    "creep": "K1 tau",
+    "mullins": "m w",
+    "force_gain": "g",
+    "force_offset": "F_off",
+    "time_delay": "tau",
+    "supply_orifice": "C b n V_d",
+    "liquid_line": "R",
+    "supply_delay": "tau",
+}
+OPTIONS = {
+    "demo": "--html --json --quiet --reveal --seed",
+    "init": "--html --json --quiet --seed",
+    "compare": (
+        "--alike --baseline --define --effect-file --effects --fix --free --html --json --model --muscle "
+        "--own --quiet --seed --set --starts --test"
+    ),
+    "fit": (
+        "--baseline --define --effect-file --effects --fix --free --html --json --model --muscle --no-save "
+        "--own --quiet --save --seed --set --starts --test"
+    ),
+    "diagnose": (
+        "--baseline --candidates --define --effect-file --effects --fix --free --html --json --model --muscle "
+        "--own --propose --quiet --rivals --seed --set --test"
+    ),
+    "add": (
+        "--baseline --define --effect-file --effects --fix --free --html --json --model --muscle --no-save "
+        "--own --quiet --save --seed --set --starts --test"
+    ),
+    "drop": (
+        "--baseline --define --effect-file --effects --fix --free --html --json --model --muscle --no-save "
+        "--own --quiet --save --seed --set --starts --test"
+    ),
+    "discover": (
+        "--baseline --candidates --define --effect-file --effects --fix --free --html --json --model --muscle "
+        "--no-save --own --quiet --rivals --save --seed --set --starts --test"
+    ),
+    "plan": (
+        "--baseline --candidates --define --effect-file --effects --fix --free --html --json --model --muscle "
+        "--own --quiet --rivals --seed --set --test"
+    ),
+    "posterior": (
+        "--again --baseline --chains --define --effect-file --effects --fix --free --html --json --limit "
+        "--model --muscle --netcdf --no-chains --own --quick --quiet --sampler --seed --set --starts --steps "
+        "--test"
+    ),
+    "report": (
+        "--baseline --candidates --define --effect-file --effects --fix --free --html --json --model --muscle "
+        "--no-diagnosis --own --quiet --rivals --seed --set --starts --test"
+    ),
+    "hill": (
+        "--baseline --define --effect-file --effects --fix --free --html --json --model --muscle --no-motion "
+        "--own --quiet --seed --set --starts --test"
+    ),
+    "simulate": (
+        "--contraction --duration --effect-file --html --json --load --muscle --noise --out --pressure "
+        "--pressures --quiet --rate --seed --speed --test --turns"
+    ),
+    "export": (
+        "--contraction --effect-file --html --json --muscle --out --points --pressure --quiet --seed --to --without"
+    ),
+    "design": "--effect-file --html --json --picture --posterior --quiet --save --seed",
+    "sweep": "--effect-file --html --json --out --quiet --scheduler --seed",
+    "effects": "--effect-file --html --json --quiet --seed",
+    "equations": "--html --json --quiet --seed",
+    "cite": (
+        "--baseline --define --effect-file --effects --fix --free --html --json --model --muscle --own "
+        "--quiet --seed --set --test"
+    ),
+    "workbench": "--candidates --host --no-browser --port --token",
+}
+
+
+def found(name: str) -> Any:
+    """What a dotted name stands for: modules as far as they go, then what is in them."""
+    parts = name.split(".")
+    thing = importlib.import_module(parts[0])
+    for count, part in enumerate(parts[1:], 2):
+        thing = getattr(thing, part) if hasattr(thing, part) else importlib.import_module(".".join(parts[:count]))
+    return thing
+
+
+def written(thing: Any) -> list[str]:
+    """The arguments of a function or class, as they are written in the table."""
+    told, starred = [], False
+    for p in inspect.signature(thing).parameters.values():
+        if p.kind is p.KEYWORD_ONLY and not starred:
+            told.append("*")
+        starred = starred or p.kind in (p.KEYWORD_ONLY, p.VAR_POSITIONAL)
+        told.append(("*" if p.kind is p.VAR_POSITIONAL else "") + p.name + ("" if p.default is p.empty else "="))
+    return told
+
+
+def broken(promised: list[str], now: list[str]) -> list[str]:
+    """What a caller who wrote for `promised` would trip over: moved, gone, or newly asked for."""
+    in_order = promised[: promised.index("*")] if "*" in promised else promised
+    moved = [one for k, one in enumerate(in_order) if now[k : k + 1] not in ([one], [f"{one}="])]
+    gone = [one for one in promised if one not in now and f"{one}=" not in now and one != "*"]
+    asked = [one for one in now if one not in promised and not one.endswith("=") and one != "*"]
+    return sorted({*moved, *gone, *asked})
+
+
+@pytest.mark.parametrize("name", PYTHON)
+def test_a_name_and_its_arguments_are_kept(name):
+    promised = [one for one in PYTHON[name].split(", ") if one]
+    assert broken(promised, written(found(name))) == []
+
+
+def test_what_a_model_can_do_is_kept():
+    assert set(MODEL) <= set(dir(Model))
+
+
+def test_effects_and_their_parameters_are_kept():
+    now = {name_of(kind): {p.name for p in parameters(kind)} for kind in (*LIBRARY, *SUPPLIES)}
+    for name, own in EFFECTS.items():
+        assert set(own.split()) <= now[name], name
+
+
+def test_every_effect_is_listed_here():
+    assert {name_of(kind) for kind in (*LIBRARY, *SUPPLIES)} == set(EFFECTS)
+
+
+def test_every_command_is_listed_here():
+    assert set(COMMANDS) == set(OPTIONS)
+
+
+@pytest.mark.parametrize("name", OPTIONS)
+def test_options_are_kept(name):
+    command = main.get_command(click.Context(main), name)
+    assert command is not None
+    now = {option for parameter in command.params for option in parameter.opts}
+    assert set(OPTIONS[name].split()) <= now
+
+
+# ------------------------------------------------------------------------------------------------ the check can tell
+
+
+@pytest.mark.parametrize(
+    ("promised", "now", "trips"),
+    [
+        (["a", "b="], ["a", "b=", "c="], []),
+        (["a", "b"], ["a", "b="], []),
+        (["a", "*", "k="], ["a", "*", "j=", "k="], []),
+        (["a", "b"], ["b", "a"], ["a", "b"]),
+        (["a"], ["a", "b"], ["b"]),
+        (["a", "b="], ["a", "b"], ["b", "b="]),
+        (["a", "*", "k="], ["a", "*"], ["k="]),
+        (["a"], ["x"], ["a", "x"]),
+    ],
+)
+def test_a_broken_promise_is_noticed(promised, now, trips):
+    assert broken(promised, now) == trips

@@ -1,0 +1,102 @@
+"""The documentation is complete: every effect, equation and command, and nothing that the program does not have."""
+
+import importlib.util
+import os
+import re
+import shlex
+import subprocess
+import sys
+from pathlib import Path
+
+import click
+import pytest
+
+from fitting.cli import COMMANDS, main
+from mckibben_jax.effect import name_of
+from mckibben_jax.effects import LIBRARY, SUPPLIES
+from mckibben_jax.parameter import parameters
+from mckibben_jax.review import EQUATIONS
+
+ROOT = Path(__file__).parents[1]
+SITE = ROOT / "notebooks" / "site"
+WRITTEN = sorted((SITE / "pages").glob("*.md"))
+
+
+@pytest.fixture(scope="module")
+def pages():
+    place = importlib.util.spec_from_file_location("generated", SITE / "generated.py")
+    module = importlib.util.module_from_spec(place)
+    place.loader.exec_module(module)
+    return dict(module.pages())
+
+
+@pytest.mark.parametrize("kind", [*LIBRARY, *SUPPLIES], ids=name_of)
+def test_every_effect_has_a_page_that_says_what_it_declares(pages, kind):
+    page = pages[f"effects/{name_of(kind)}.md"]
+    for p in parameters(kind):
+        assert re.search(rf"^\| `{p.name}` \| .+ \| .+ \| .+ to .+ \|$", page, re.MULTILINE), p.name
+    assert f"]({name_of(kind)}.md)" in pages["effects/index.md"]
+    assert not kind.source or "**Source:**" in page
+    assert not kind.suspect or "**When to suspect it:**" in page
+
+
+def test_every_equation_is_there_with_its_erratum(pages):
+    page = " ".join(pages["errata.md"].split())
+    for e in EQUATIONS:
+        assert f"## {e.number}: " in page
+        assert " ".join(e.correction.split()).replace("|", "\\|").replace("<", "&lt;") in page
+
+
+def test_every_command_is_there_with_its_options(pages):
+    for name in COMMANDS:
+        command = main.get_command(click.Context(main), name)
+        section = pages["commands.md"].split(f"## mckibben {name}\n")[1].split("\n## ")[0]
+        for p in command.params:
+            if isinstance(p, click.Option) and not p.hidden:
+                assert p.opts[0] in section, f"{name} {p.opts[0]}"
+
+
+def test_every_numbered_notebook_is_named(pages):
+    for path in (ROOT / "notebooks").glob("[0-9]_*.py"):
+        assert f"`notebooks/{path.name}`" in pages["notebooks.md"]
+
+
+def lines_to_type():
+    """Every command line of the pages that are written by hand."""
+    for page in WRITTEN:
+        for block in re.findall(r"```sh\n(.*?)```", page.read_text(encoding="utf-8"), re.DOTALL):
+            for line in block.splitlines():
+                if line.startswith("mckibben "):
+                    yield pytest.param(line, id=line[:60])
+
+
+@pytest.mark.parametrize("line", list(lines_to_type()))
+def test_a_command_of_the_documentation_would_be_understood(line):
+    name, *rest = shlex.split(line)[1:]
+    command = main.get_command(click.Context(main), name)
+    assert command is not None
+    command.make_context(name, rest)  # parses, and raises at an unknown option or a missing argument
+
+
+def test_effects_that_the_pages_name_exist():
+    known = {name_of(kind) for kind in (*LIBRARY, *SUPPLIES)}
+    for page in WRITTEN:
+        text = page.read_text(encoding="utf-8")
+        assert set(re.findall(r"\(effects/(?!index)(\w+)\.md\)", text)) <= known
+        assert {effect for effect in re.findall(r"([a-z_]+)\.[a-zA-Z]\w*=", text) if "_" in effect} <= known
+
+
+def test_the_site_builds_with_every_link_checked_and_fetches_nothing(tmp_path):
+    if not all(importlib.util.find_spec(name) for name in ("mkdocs", "material", "mkdocstrings")):
+        pytest.skip("the extra 'docs' is not installed: the site is not built")
+    run = subprocess.run(
+        [sys.executable, "-m", "mkdocs", "build", "--strict", "-f", str(SITE / "mkdocs.yml"), "-d", str(tmp_path)],
+        capture_output=True, text=True, timeout=300, env={**os.environ, "PYTHONPATH": str(ROOT)},
+    )  # fmt: skip
+    assert run.returncode == 0, run.stderr[-3000:]
+    for page in tmp_path.rglob("*.html"):
+        text = page.read_text(encoding="utf-8")
+        assert not re.search(r"<(script|img|iframe)[^>]+src=[\"']?(https?:)?//", text), page
+        assert not re.search(r"<link[^>]+stylesheet[^>]+https?:", text), page
+    for sheet in tmp_path.rglob("*.css"):
+        assert not re.search(r"(@import|url\()\s*[\"']?(https?:)?//", sheet.read_text(encoding="utf-8")), sheet
