@@ -15,7 +15,7 @@ import numpy as np
 
 from fitting.errors import InputError
 from fitting.least_squares import Fit
-from fitting.noise import noise_of
+from fitting.reading.noise import noise_of
 from fitting.records import FORCE_TESTS, Experiment, Run
 from fitting.residuals import thinned
 from mckibben_jax.effect import Effect, name_of

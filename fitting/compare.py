@@ -6,12 +6,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from fitting.bins import Bins, bins, by_run
-from fitting.fingerprint import Fingerprint, exponents
+from fitting.diagnosis.fingerprint import Fingerprint, exponents
+from fitting.diagnosis.parity import Cells, cells, pressure_bins
 from fitting.least_squares import Fit
-from fitting.noise import noise_of
-from fitting.parity import Cells, cells, pressure_bins
+from fitting.reading.noise import noise_of
+from fitting.reading.repeats import drift, noise_floor, repeated
 from fitting.records import Experiment, Recording
-from fitting.repeats import drift, noise_floor, repeated
 from fitting.residuals import Samples
 
 PRESSURE_LED = ("isometric", "isotonic", "step")  # tests in which the pressure moves

@@ -11,18 +11,18 @@ from dataclasses import replace
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from fitting.diagnosis import Diagnosis, Evidence, Explanation
+from fitting.diagnosis.examine import Examiner
+from fitting.diagnosis.held_out import difference
+from fitting.diagnosis.likes import foretelling, leading_of, plausible, simplest
+from fitting.diagnosis.record import Diagnosis, Evidence, Explanation
+from fitting.diagnosis.search import Progress, Search
+from fitting.diagnosis.universe import Trial, Universe, universe
 from fitting.errors import InputError
-from fitting.examine import Examiner
-from fitting.held_out import difference
 from fitting.least_squares import fit
-from fitting.likes import foretelling, leading_of, plausible, simplest
 from fitting.precision import require_x64
 from fitting.records import FORCE_TESTS, Experiment
 from fitting.residuals import thinned
-from fitting.search import Progress, Search
-from fitting.uncertainty import clusters, covariances
-from fitting.universe import Trial, Universe, universe
+from fitting.solving.uncertainty import clusters, covariances
 from mckibben_jax.effect import Effect
 from mckibben_jax.effects import LIBRARY
 

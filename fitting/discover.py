@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from fitting.diagnose import Progress, diagnose
-from fitting.diagnosis import Diagnosis
+from fitting.diagnosis.record import Diagnosis
 from fitting.records import Experiment
 from mckibben_jax.effect import Effect, name_of
 

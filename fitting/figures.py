@@ -10,9 +10,9 @@ import numpy as np
 
 from fitting import units
 from fitting.compare import Comparison, branch_name
-from fitting.diagnosis import Diagnosis
-from fitting.panels import Panel, panels
+from fitting.diagnosis.record import Diagnosis
 from fitting.records import Experiment
+from fitting.showing.panels import Panel, panels
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -11,11 +11,11 @@ import optimistix as optx
 from jaxtyping import ArrayLike
 from scipy.stats import qmc
 
-from fitting.box import BoxLevenbergMarquardt
 from fitting.precision import require_x64
 from fitting.residuals import Problem, Samples, problem
-from fitting.uncertainty import at_bound, clusters, covariances, ties
-from fitting.unknowns import Unknowns, unknowns
+from fitting.solving.box import BoxLevenbergMarquardt
+from fitting.solving.uncertainty import at_bound, clusters, covariances, ties
+from fitting.solving.unknowns import Unknowns, unknowns
 
 BLIND = 1e-7  # of the strongest column: a parameter whose whole range moves the rows by less cannot be seen
 MAX_STEPS = 150

@@ -14,12 +14,12 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from fitting.diagnose import ENOUGH_SAMPLES, of_force
-from fitting.diagnosis import Diagnosis
-from fitting.foreseen import Candidates, Explained, Varying, candidates, explained
-from fitting.protocols import Protocol, Shown, grid, in_words, on_specimen, shown, specimens
+from fitting.diagnosis.record import Diagnosis
+from fitting.planning.candidates import Protocol, Shown, grid, in_words, on_specimen, shown, specimens
+from fitting.planning.foreseen import Candidates, Explained, Varying, candidates, explained
+from fitting.planning.separation import Outlook, Readings, noise_of_test
 from fitting.records import Experiment
 from fitting.residuals import thinned
-from fitting.separation import Outlook, Readings, noise_of_test
 from mckibben_jax.effect import Effect, name_of
 from mckibben_jax.effects import LIBRARY
 

@@ -23,15 +23,15 @@ import numpy as np
 
 from fitting.errors import InputError
 from fitting.least_squares import Fit
-from fitting.posterior_moves import MOVES, Snooker
-from fitting.posterior_noise import PARTS
-from fitting.posterior_priors import Prior
-from fitting.posterior_record import Posterior, describe, effective_samples, save, settled, to_json
-from fitting.posterior_said import concluded
-from fitting.posterior_store import Arrays, Store
-from fitting.posterior_target import Posed, log_probs, posed
 from fitting.precision import require_x64
 from fitting.records import Experiment
+from fitting.sampling.moves import MOVES, Snooker
+from fitting.sampling.noise import PARTS
+from fitting.sampling.priors import Prior
+from fitting.sampling.record import Posterior, describe, effective_samples, save, settled, to_json
+from fitting.sampling.said import concluded
+from fitting.sampling.store import Arrays, Store
+from fitting.sampling.target import Posed, log_probs, posed
 
 ROWS = 4000  # readings that are enough; more are thinned
 ENSEMBLES = 4  # walkers of one ensemble are not independent chains, ensembles are

@@ -11,12 +11,12 @@ import numpy as np
 
 from fitting import units
 from fitting.errors import InputError, unknown_name
-from fitting.muscle_file import line_of, muscle_of, name_of, read_muscle, read_toml, source_of
-from fitting.plausible import check_plausible, without_copies
-from fitting.readings import FEWEST_SAMPLES, POSITIONS, read_runs
+from fitting.reading.muscle_file import line_of, muscle_of, name_of, read_muscle, read_toml, source_of
+from fitting.reading.plausible import check_plausible, without_copies
+from fitting.reading.readings import FEWEST_SAMPLES, POSITIONS, read_runs
+from fitting.reading.runs import run_of
+from fitting.reading.tables import Table, read_table
 from fitting.records import FORCE_TESTS, TESTS, Experiment, Recording, Run
-from fitting.runs import run_of
-from fitting.tables import Table, read_table
 from mckibben_jax.muscle import Muscle
 
 __all__ = ["read_experiment", "read_muscle", "read_recording", "read_single"]

@@ -9,11 +9,12 @@ from rich.text import Text
 from fitting import units
 from fitting.compare import Comparison
 from fitting.compare import Table as ErrorTable
-from fitting.diagnosis import Diagnosis, Evidence
+from fitting.console.task import Task
+from fitting.diagnosis.record import Diagnosis, Evidence
 from fitting.figures import Stage
 from fitting.least_squares import Fit
 from fitting.results import shown_names
-from fitting.sentences import (
+from fitting.showing.sentences import (
     amount,
     data_in_words,
     effect_set,
@@ -28,7 +29,6 @@ from fitting.sentences import (
     verdict_in_words,
     with_error,
 )
-from fitting.task import Task
 
 WIDTH = 110  # where the output is no terminal
 BAR = 24

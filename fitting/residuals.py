@@ -8,10 +8,10 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from fitting.noise import noise_of
-from fitting.positions import predicted, starts, steps_of
+from fitting.reading.noise import noise_of
 from fitting.records import FORCE_TESTS, Experiment, Recording, Run
-from fitting.unknowns import Unknowns, filled
+from fitting.solving.positions import predicted, starts, steps_of
+from fitting.solving.unknowns import Unknowns, filled
 from mckibben_jax.model import Model
 from mckibben_jax.state import State
 

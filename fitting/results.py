@@ -9,15 +9,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fitting.compare import Comparison
-from fitting.diagnosis import Diagnosis, Evidence, Explanation
+from fitting.console.program import command_line, versions
+from fitting.console.task import Task
+from fitting.diagnosis.fingerprint import Fingerprint
+from fitting.diagnosis.record import Diagnosis, Evidence, Explanation
 from fitting.errors import InputError
-from fitting.evaluate import rmse
 from fitting.figures import Stage
-from fitting.fingerprint import Fingerprint
 from fitting.least_squares import Fit
-from fitting.model_file import state_of
-from fitting.program import command_line, versions
-from fitting.task import Task
+from fitting.reading.model_file import state_of
+from fitting.solving.evaluate import rmse
 
 if TYPE_CHECKING:
     from fitting.next_measurement import NextMeasurement

@@ -11,11 +11,11 @@ import numpy as np
 import tomlkit
 
 from fitting import units
+from fitting.console.program import program_version
 from fitting.errors import InputError
-from fitting.program import program_version
-from fitting.readings import CONTRACTIONS
+from fitting.reading.readings import CONTRACTIONS
+from fitting.reading.runs import AT_REST
 from fitting.records import FORCE_TESTS
-from fitting.runs import AT_REST
 from mckibben_jax.model import Model
 from mckibben_jax.muscle import Muscle, quantities
 from mckibben_jax.state import State

@@ -10,9 +10,9 @@ with app.setup:
     from fitting.diagnose import diagnose
     from fitting.figures import Stage, waterfall
     from fitting.least_squares import fit
-    from fitting.prepare import prepare
+    from fitting.console.prepare import prepare
     from fitting.recordings import read_experiment
-    from fitting.shipped import shipped
+    from fitting.console.shipped import shipped
     from mckibben_jax.effects import (
         BladderNeoHookean,
         CoulombFriction,

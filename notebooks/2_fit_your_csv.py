@@ -12,12 +12,12 @@ with app.setup:
 
     from fitting.compare import compare
     from fitting.errors import InputError
-    from fitting.init import write_muscle_file
+    from fitting.reading.init import write_muscle_file
     from fitting.least_squares import fit
-    from fitting.prepare import prepare
+    from fitting.console.prepare import prepare
     from fitting.recordings import read_experiment
-    from fitting.sentences import error_in_words, kind_in_words, with_error
-    from fitting.shipped import shipped
+    from fitting.showing.sentences import error_in_words, kind_in_words, with_error
+    from fitting.console.shipped import shipped
     from mckibben_jax.effects import CoulombFriction, IdealCylinder
 
     prepare()

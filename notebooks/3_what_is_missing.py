@@ -12,11 +12,11 @@ with app.setup:
     from fitting.discover import with_added
     from fitting.figures import effects_picture
     from fitting.least_squares import fit
-    from fitting.own_effects import library, named
-    from fitting.prepare import prepare
+    from fitting.reading.own_effects import library, named
+    from fitting.console.prepare import prepare
     from fitting.recordings import read_experiment
-    from fitting.sentences import kind_in_words, leading_in_words, verdict_in_words
-    from fitting.shipped import sealed, shipped
+    from fitting.showing.sentences import kind_in_words, leading_in_words, verdict_in_words
+    from fitting.console.shipped import sealed, shipped
     from mckibben_jax.effects import CoulombFriction, IdealCylinder
 
     prepare()

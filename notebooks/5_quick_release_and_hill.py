@@ -9,12 +9,12 @@ with app.setup:
     import numpy as np
 
     from fitting.figures import BLUE, GREEN, GREY, VERMILION
-    from fitting.figures_hill import speed_over_load
-    from fitting.hill import curves, releases
+    from fitting.releases.figures import speed_over_load
+    from fitting.releases.hill import curves, releases
     from fitting.least_squares import fit
-    from fitting.prepare import prepare
+    from fitting.console.prepare import prepare
     from fitting.recordings import read_experiment
-    from fitting.shipped import sealed, shipped
+    from fitting.console.shipped import sealed, shipped
     from mckibben_jax.effects import BladderNeoHookean, Hill, IdealCylinder, KineticFriction, TextileFriction
 
     prepare()

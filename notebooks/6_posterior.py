@@ -7,12 +7,12 @@ with app.setup:
     import marimo as mo
 
     from fitting import units
-    from fitting.figures_posterior import pairs
+    from fitting.sampling.figures import pairs
     from fitting.least_squares import fit
     from fitting.posterior import sample
-    from fitting.prepare import prepare
+    from fitting.console.prepare import prepare
     from fitting.recordings import read_experiment
-    from fitting.shipped import sealed, shipped
+    from fitting.console.shipped import sealed, shipped
     from mckibben_jax.effects import CoulombFriction, IdealCylinder, TextileFriction
 
     prepare()

@@ -10,10 +10,10 @@ with app.setup:
     import matplotlib.pyplot as plt
     import numpy as np
 
-    from fitting.design_words import describe, prices
+    from fitting.designs.words import describe, prices
     from fitting.figures import BLUE, GREY, VERMILION
-    from fitting.figures_design import stroke_of, to_scale
-    from fitting.prepare import prepare
+    from fitting.designs.figures import stroke_of, to_scale
+    from fitting.console.prepare import prepare
     from mckibben_jax.design import DESIGN_BASELINE, Limit, Task, design
     from mckibben_jax.merit import QUANTITIES, built
     from mckibben_jax.muscle import Muscle

@@ -6,7 +6,7 @@ from matplotlib.figure import Figure
 
 from fitting.figures import BLUE, GREEN, GREY, ORANGE, SKY, VERMILION
 from fitting.least_squares import Fit
-from fitting.panels import Panel, panels
+from fitting.showing.panels import Panel, panels
 from fitting.records import Experiment
 
 COLOURS = (BLUE, SKY, GREEN, ORANGE, VERMILION)

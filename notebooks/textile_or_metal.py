@@ -14,8 +14,8 @@ with app.setup:
     from scipy.optimize import least_squares
 
     from fitting.figures import BLUE, GREEN, GREY, ORANGE, SKY, VERMILION
-    from fitting.hill import Reading, hill_curve
-    from fitting.prepare import prepare
+    from fitting.releases.hill import Reading, hill_curve
+    from fitting.console.prepare import prepare
     from mckibben_jax import biology, braid, reynolds, textile
     from mckibben_jax.effects import CoulombFriction, IdealCylinder, KineticFriction
     from mckibben_jax.model import model

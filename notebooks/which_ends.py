@@ -12,7 +12,7 @@ with app.setup:
 
     from fitting.figures import BLUE, GREEN, GREY, ORANGE, SKY, VERMILION
     from fitting.recordings import read_experiment
-    from fitting.shipped import shipped
+    from fitting.console.shipped import shipped
     from mckibben_jax import braid
     from mckibben_jax.effects import (
         BladderMooneyRivlin,

@@ -17,7 +17,7 @@ with app.setup:
     from fitting.least_squares import fit
     from fitting.recordings import read_experiment
     from fitting.residuals import thinned
-    from fitting.shipped import shipped, shipped_folder
+    from fitting.console.shipped import shipped, shipped_folder
     from mckibben_jax import braid, textile
     from mckibben_jax.effects import BladderNeoHookean, IdealCylinder, KineticFriction, TextileFriction
 

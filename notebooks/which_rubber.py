@@ -15,12 +15,12 @@ with app.setup:
     from scipy import stats
 
     from fitting.figures import BLUE, GREEN, GREY, VERMILION
-    from fitting.held_out import difference
+    from fitting.diagnosis.held_out import difference
     from fitting.least_squares import Fit, fit_problem
     from fitting.recordings import read_experiment
     from fitting.residuals import problem
-    from fitting.shipped import shipped
-    from fitting.unknowns import unknowns
+    from fitting.console.shipped import shipped
+    from fitting.solving.unknowns import unknowns
     from mckibben_jax.effects import BladderAxialPrinted, BladderMooneyRivlin, BladderThinMooneyRivlin, IdealCylinder
     from mckibben_jax.model import model
     from mckibben_jax.state import State

@@ -15,18 +15,18 @@ with app.setup:
 
     import marimo as mo
 
-    from fitting.prepare import prepare
+    from fitting.console.prepare import prepare
 
     prepare()
-    from fitting import workbench as bench
-    from fitting import workbench_data as dropping
-    from fitting import workbench_words as words
+    from fitting.workbench import session as bench
+    from fitting.workbench import data as dropping
+    from fitting.workbench import words
     from fitting.errors import InputError
-    from fitting.fall import fall_html
-    from fitting.job import Job
-    from fitting.options import Asked
-    from fitting.serving import asked, data_folder
-    from fitting.shipped import shipped_names
+    from fitting.showing.fall import fall_html
+    from fitting.workbench.job import Job
+    from fitting.console.options import Asked
+    from fitting.workbench.serving import asked, data_folder
+    from fitting.console.shipped import shipped_names
 
     EXAMPLE = "screw = A*sin(2*pi*x/p), A = 1 N (-20..20), p = 12 mm (5..30)"
 

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from test_flips import samples, two_runs
 
-from fitting import apart
-from fitting.universe import Trial
-from fitting.unknowns import Unknown, Unknowns
+from fitting.diagnosis import apart
+from fitting.diagnosis.universe import Trial
+from fitting.solving.unknowns import Unknown, Unknowns
 
 FRICTION = Unknown("coulomb_friction.f_s", "1", 0.0, 0.2, 0.02, (0.02,), None)
 RADIUS = Unknown("muscle.radius", "m", 0.006, 0.008, 0.007, (0.007,), None)

@@ -9,8 +9,8 @@ from click.testing import CliRunner
 from small_muscle import loops, write
 
 from fitting.cli import COMMANDS, main
-from fitting.diagnosis import Diagnosis, Evidence, Explanation
-from fitting.options import _spread
+from fitting.console.options import _spread
+from fitting.diagnosis.record import Diagnosis, Evidence, Explanation
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -195,7 +195,7 @@ def test_diagnose_writes_the_promised_keys(data, tmp_path, monkeypatch):
             {"linear_spring": evidence}, (best,), base, base.residual,
         )  # fmt: skip
 
-    monkeypatch.setattr("fitting.diagnosing.diagnose", diagnose)
+    monkeypatch.setattr("fitting.console.diagnosing.diagnose", diagnose)
     out = tmp_path / "d.json"
     words = run("diagnose", data, "--json", out, "--html", tmp_path / "d.html").stdout
     assert "linear_spring is missing." in words

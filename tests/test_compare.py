@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 from small_muscle import loops, surface, write
 
-from fitting.baseline import baseline
 from fitting.bins import bins
 from fitting.compare import compare
-from fitting.evaluate import evaluate, left_out_rmse, rmse
+from fitting.console.baseline import baseline
 from fitting.least_squares import fit
 from fitting.recordings import read_experiment
+from fitting.solving.evaluate import evaluate, left_out_rmse, rmse
 
 
 def compared(folder, missing, **options):

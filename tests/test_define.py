@@ -14,13 +14,13 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from small_muscle import loops, write
 
-from fitting import define_expression
-from fitting.define import EXAMPLE, VARIABLES, defined
+from fitting.console.options import Asked
+from fitting.console.task import fitted, task_of
 from fitting.errors import InputError
-from fitting.model_file import read_model, write_model
-from fitting.options import Asked
-from fitting.own_effects import library
-from fitting.task import fitted, task_of
+from fitting.reading import define_expression
+from fitting.reading.define import EXAMPLE, VARIABLES, defined
+from fitting.reading.model_file import read_model, write_model
+from fitting.reading.own_effects import library
 from mckibben_jax.effect import name_of
 from mckibben_jax.parameter import parameters
 from mckibben_jax.state import State

@@ -10,13 +10,13 @@ import numpy as np
 import pytest
 from scipy.integrate import quad, solve_ivp
 
-from fitting.design_answer import model_text
-from fitting.design_file import read_design
-from fitting.design_order import read_order
-from fitting.design_words import describe
+from fitting.designs.answer import model_text
+from fitting.designs.file import read_design
+from fitting.designs.order import read_order
+from fitting.designs.words import describe
 from fitting.errors import InputError
-from fitting.model_file import read_model
-from fitting.own_effects import library
+from fitting.reading.model_file import read_model
+from fitting.reading.own_effects import library
 from mckibben_jax import braid, gas, rubber
 from mckibben_jax.design import Limit, Task, design, quantities_of, to_json
 from mckibben_jax.effects import (
@@ -370,7 +370,7 @@ def test_sensitivities_are_exponents():
 
 
 def test_the_picture_is_to_scale(tmp_path):
-    from fitting.figures_design import to_scale
+    from fitting.designs.figures import to_scale
 
     figure = to_scale(MUSCLE, 0.25, 3 * BAR)
     rest, contracted = (axes.patches[0] for axes in figure.axes)

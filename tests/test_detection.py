@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from fitting.detection import by_unit, detectable
-from fitting.flips import SPREAD, alike_within
+from fitting.diagnosis.detection import by_unit, detectable
+from fitting.diagnosis.flips import SPREAD, alike_within
 
 UNITS, EACH, LEVEL = 20, 50, 0.005
 NUMBER = np.repeat(np.arange(UNITS), EACH)

@@ -15,8 +15,8 @@ from click.testing import CliRunner
 
 from fitting.cli import main
 from fitting.errors import InputError
-from fitting.export import forces, memory_names, python_module
-from fitting.numpy_source import UnknownOperation, numpy_source
+from fitting.exporting.files import forces, memory_names, python_module
+from fitting.exporting.numpy_source import UnknownOperation, numpy_source
 from fitting.recordings import read_experiment
 from mckibben_jax.effect import Pulling, name_of
 from mckibben_jax.effects import LIBRARY, CoulombFriction, IdealCylinder, Mullins, TimeDelay

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from fitting import flips, held_out, omnibus, working_noise
-from fitting.apart import Yielding
+from fitting.diagnosis import flips, held_out, omnibus, working_noise
+from fitting.diagnosis.apart import Yielding
 from fitting.residuals import Samples
 
 LOOPS, PER_HALF = 20, 40

@@ -10,8 +10,8 @@ from scipy.constants import g
 
 from fitting.cli import main
 from fitting.errors import InputError
-from fitting.hill import curves, dry_curve, hill_curve, releases, straight_part
 from fitting.recordings import read_experiment
+from fitting.releases.hill import curves, dry_curve, hill_curve, releases, straight_part
 
 ISOMETRIC, CURVATURE, LARGEST = 900.0, 0.3, 1.6  # N, 1, m/s
 STROKE, FRICTION = 0.09, 40.0  # m, N
@@ -64,7 +64,7 @@ def test_inertia_with_dry_friction_is_not_taken_for_viscosity(tmp_path):
 
 def test_what_dry_friction_reads_as_is_the_published_number():
     """Fifty loads from 0.1 to 0.95 of the heaviest: a/F0 = 0.226, as computed from eq 47 solved."""
-    from fitting.hill import Reading
+    from fitting.releases.hill import Reading
 
     w = np.linspace(0.1, 0.95, 50)
     read = [Reading("", float(x), 5e5, float((1 - x) / np.sqrt(x)), 0.0, 0.0, 1.0) for x in w]
@@ -125,10 +125,10 @@ def test_the_command_warns_and_writes(tmp_path):
 @pytest.mark.slow
 def test_the_motion_itself_gives_hills_numbers(tmp_path):
     """Releases of the program's own muscle with Hill's force, fitted without and with it."""
-    from fitting.hill import motions
-    from fitting.options import Asked
+    from fitting.console.options import Asked
+    from fitting.console.task import task_of
+    from fitting.releases.hill import motions
     from fitting.simulate import loaded_courses, write_data_set
-    from fitting.task import task_of
     from mckibben_jax.effects import CoulombFriction, Hill, IdealCylinder
     from mckibben_jax.model import model
     from mckibben_jax.muscle import Muscle

@@ -4,7 +4,7 @@ import pytest
 from folders import isometric_columns, loop_csv, release_columns, table
 
 from fitting.errors import InputError
-from fitting.init import write_muscle_file
+from fitting.reading.init import write_muscle_file
 from fitting.recordings import read_experiment
 
 pytestmark = pytest.mark.filterwarnings("error")

@@ -10,10 +10,10 @@ from hidden.simulator import Muscle as TrueMuscle
 from hidden.simulator import Noise, Truth, dataset, loops, with_baseline, write
 from scipy.optimize import least_squares
 
-from fitting.box import BoxLevenbergMarquardt
 from fitting.least_squares import fit
 from fitting.recordings import read_experiment
-from fitting.uncertainty import covariances, ties
+from fitting.solving.box import BoxLevenbergMarquardt
+from fitting.solving.uncertainty import covariances, ties
 from mckibben_jax.effects import CoulombFriction, EndStop, ForceOffset, IdealCylinder, Presliding, Tip
 
 

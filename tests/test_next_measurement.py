@@ -14,16 +14,16 @@ from threadpoolctl import threadpool_limits
 from fitting import next_measurement as nm
 from fitting.cli import main
 from fitting.diagnose import diagnose
-from fitting.diagnosis import Evidence
-from fitting.foreseen import Varying
+from fitting.diagnosis.record import Evidence
+from fitting.diagnosis.working_noise import Noise as Memory
 from fitting.least_squares import fit
-from fitting.planning import plan_of, plan_result
-from fitting.protocols import FASTER, NODES, grid, shown, simulation
+from fitting.planning.candidates import FASTER, NODES, grid, shown, simulation
+from fitting.planning.foreseen import Varying
+from fitting.planning.protocol import plan_of, plan_result
+from fitting.planning.separation import Drawn, Outlook, Readings, Units, _of_means
+from fitting.planning.sharper import sharper
 from fitting.recordings import read_experiment
 from fitting.residuals import thinned
-from fitting.separation import Drawn, Outlook, Readings, Units, _of_means
-from fitting.sharper import sharper
-from fitting.working_noise import Noise as Memory
 from mckibben_jax.effect import name_of
 from mckibben_jax.effects import LIBRARY, CoulombFriction, IdealCylinder
 

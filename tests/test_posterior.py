@@ -12,8 +12,8 @@ from scipy import stats
 from fitting.errors import InputError
 from fitting.least_squares import fit
 from fitting.posterior import Snooker, describe, sample, save, to_json
-from fitting.posterior_noise import chosen, noise_of_rows
 from fitting.records import Experiment, Recording, Run
+from fitting.sampling.noise import chosen, noise_of_rows
 from mckibben_jax.effects import BladderNeoHookean, CoulombFriction, ForceOffset, IdealCylinder
 from mckibben_jax.model import model
 from mckibben_jax.muscle import Muscle

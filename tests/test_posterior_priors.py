@@ -6,9 +6,9 @@ from scipy import stats
 
 from fitting.errors import InputError
 from fitting.least_squares import fit
-from fitting.model_file import read_model
 from fitting.posterior import sample
-from fitting.posterior_priors import Prior, read_prior, spread
+from fitting.reading.model_file import read_model
+from fitting.sampling.priors import Prior, read_prior, spread
 from mckibben_jax.effects import ForceOffset, IdealCylinder
 from tests.test_posterior import loops
 

@@ -14,7 +14,7 @@ import pytest
 
 from fitting.errors import InputError
 from fitting.posterior import sample
-from fitting.posterior_store import Store
+from fitting.sampling.store import Store
 from tests.test_posterior import straight_line
 
 STEPS = 1000

@@ -9,9 +9,9 @@ from scipy import stats
 
 from fitting.least_squares import fit
 from fitting.posterior import sample
-from fitting.posterior_nuts import sample_nuts
-from fitting.posterior_priors import Prior
-from fitting.posterior_quick import quick_look
+from fitting.sampling.nuts import sample_nuts
+from fitting.sampling.priors import Prior
+from fitting.sampling.quick import quick_look
 from mckibben_jax.effects import (
     BladderNeoHookean,
     CoulombFriction,
@@ -173,7 +173,7 @@ def test_readings_lie_in_the_band_as_often_as_they_should():
 
 def test_the_quick_look_fails_its_own_check_where_it_must(monkeypatch):
     """Draws from far too narrow a proposal, rightly weighted: a few of them carry everything."""
-    monkeypatch.setattr("fitting.posterior_moves.SCALE", 0.1)
+    monkeypatch.setattr("fitting.sampling.moves.SCALE", 0.1)
     posterior = quick_look(straight_line()[0], draws=1000)
     assert not posterior.settled
     assert "fails its own check" in posterior.warnings[0]

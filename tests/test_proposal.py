@@ -6,9 +6,9 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from fitting.define import VARIABLES, defined
-from fitting.proposal import Misfit, proposal_in_words, proposal_result, propose, proposed
-from fitting.proposal_terms import line_of, terms
+from fitting.diagnosis.proposal import Misfit, proposal_in_words, proposal_result, propose, proposed
+from fitting.diagnosis.proposal_terms import line_of, terms
+from fitting.reading.define import VARIABLES, defined
 from mckibben_jax.muscle import Muscle
 from mckibben_jax.parameter import parameters
 from mckibben_jax.state import State

@@ -8,10 +8,10 @@ import pytest
 from folders import MUSCLE, folder_of, loop_columns, loop_csv, muscle_with, recording, release_columns, table
 
 from fitting.errors import InputError
-from fitting.model_file import read_model
-from fitting.own_effects import library
-from fitting.posterior_store import Store
+from fitting.reading.model_file import read_model
+from fitting.reading.own_effects import library
 from fitting.recordings import read_experiment, read_muscle
+from fitting.sampling.store import Store
 
 pytestmark = pytest.mark.filterwarnings("error")
 

@@ -8,21 +8,22 @@ import numpy as np
 import pytest
 from small_muscle import loops, write
 
-from fitting import figures, maps
+from fitting import figures
 from fitting.compare import compare
-from fitting.diagnosis import Diagnosis, Evidence, Explanation, Leading
+from fitting.console.options import Asked
+from fitting.console.task import fitted, task_of
+from fitting.diagnosis.record import Diagnosis, Evidence, Explanation, Leading
 from fitting.errors import InputError
 from fitting.figures import Stage
-from fitting.loops_picture import frame
-from fitting.model_file import is_edited, read_model, write_model
-from fitting.options import Asked
-from fitting.own_effects import library
-from fitting.page import page
-from fitting.panels import Panel, panels
+from fitting.reading.model_file import is_edited, read_model, write_model
+from fitting.reading.own_effects import library
 from fitting.records import Run
 from fitting.report import comparison_report, console, diagnosis_report, fit_report
-from fitting.sentences import amount, kind_in_words, next_command, verdict_in_words, with_error
-from fitting.task import fitted, task_of
+from fitting.showing import maps
+from fitting.showing.loops_picture import frame
+from fitting.showing.page import page
+from fitting.showing.panels import Panel, panels
+from fitting.showing.sentences import amount, kind_in_words, next_command, verdict_in_words, with_error
 
 EVIL = "<script>alert(1)</script> & $x_1 'it'"
 

@@ -6,8 +6,8 @@ import time as clock
 import numpy as np
 import pytest
 
-from fitting import motion_signals as signals
-from fitting.runs import Readings, run_of
+from fitting.reading import motion_signals as signals
+from fitting.reading.runs import Readings, run_of
 
 pytestmark = pytest.mark.filterwarnings("error")
 

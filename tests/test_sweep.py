@@ -13,9 +13,9 @@ import pyarrow.parquet as pq
 import pytest
 from scipy.stats import qmc
 
+from fitting.designs.sweep import here, sweep
+from fitting.designs.sweep_file import read_sweep
 from fitting.errors import InputError
-from fitting.sweep import here, sweep
-from fitting.sweep_file import read_sweep
 from mckibben_jax.batch import Engine, Space
 
 TOP = """
@@ -170,7 +170,7 @@ def cut_after(count):
 
 @pytest.mark.parametrize("keep", [BEST, ALL])
 def test_a_sweep_that_was_cut_goes_on(tmp_path, keep, monkeypatch):
-    monkeypatch.setattr("fitting.sweep.SAVE_EVERY", 0.0)
+    monkeypatch.setattr("fitting.designs.sweep.SAVE_EVERY", 0.0)
     whole = sweep(order(tmp_path, keep), tmp_path / "whole", piece=500)
     with pytest.raises(Cut):
         sweep(order(tmp_path, keep), tmp_path / "cut", work=cut_after(4), piece=500)
@@ -245,7 +245,7 @@ def test_several_devices_find_the_same(tmp_path):
 @pytest.mark.parametrize("keep", [BEST, ALL])
 def test_a_cluster_loses_and_doubles_nothing_when_a_worker_is_killed(tmp_path, keep):
     distributed = pytest.importorskip("distributed")
-    from fitting.sweep_scheduler import on
+    from fitting.designs.sweep_scheduler import on
 
     whole = sweep(order(tmp_path, keep), tmp_path / "whole", piece=250)
     with distributed.LocalCluster(n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None) as cluster:
@@ -268,7 +268,7 @@ def test_a_cluster_loses_and_doubles_nothing_when_a_worker_is_killed(tmp_path, k
 
 def test_a_scheduler_that_does_not_answer_is_said(monkeypatch):
     pytest.importorskip("distributed")
-    from fitting.sweep_scheduler import on
+    from fitting.designs.sweep_scheduler import on
 
     with pytest.raises(InputError, match="no Dask scheduler answers"):
         on("tcp://127.0.0.1:9")

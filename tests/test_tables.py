@@ -5,10 +5,10 @@ import os
 import pytest
 from folders import folder_of, loop_columns, loop_csv, only_run, recording
 
-from fitting import table_text
 from fitting.errors import InputError
+from fitting.reading import table_text
+from fitting.reading.tables import read_table
 from fitting.recordings import read_experiment
-from fitting.tables import read_table
 
 pytestmark = pytest.mark.filterwarnings("error")
 

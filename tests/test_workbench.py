@@ -17,15 +17,15 @@ import pytest
 from browser import Watched, browser, violations
 from small_muscle import LENGTH, loops, write
 
-from fitting import workbench as bench
-from fitting import workbench_data as dropping
+from fitting.console.options import Asked
 from fitting.errors import InputError
-from fitting.job import Job
-from fitting.model_file import read_model
-from fitting.options import Asked
-from fitting.own_effects import library
-from fitting.serving import is_loopback, is_own, listening
-from fitting.workbench_words import evidence, headline, offered
+from fitting.reading.model_file import read_model
+from fitting.reading.own_effects import library
+from fitting.workbench import data as dropping
+from fitting.workbench import session as bench
+from fitting.workbench.job import Job
+from fitting.workbench.serving import is_loopback, is_own, listening
+from fitting.workbench.words import evidence, headline, offered
 
 CANDIDATES = ("linear_spring", "viscous_damping")
 COMMAND = (sys.executable, "-m", "fitting.cli", "workbench", "--no-browser")

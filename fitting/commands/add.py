@@ -4,8 +4,8 @@ from typing import Any
 
 import click
 
-from fitting.options import Command, fit_options, output_options, save_options, study_options
-from fitting.study import begin
+from fitting.console.options import Command, fit_options, output_options, save_options, study_options
+from fitting.console.study import begin
 
 
 @click.command("add", cls=Command)
@@ -19,10 +19,10 @@ def command(arguments: tuple[str, ...], **given: Any) -> None:
 
     An argument that is an existing path is data, the others are effects. A rival of the same family is replaced.
     """
-    from fitting.arguments import split
+    from fitting.console.arguments import split
 
     data, names = split(arguments)
     study = begin({**given, "data": data})
-    from fitting.changing import run, with_added
+    from fitting.console.changing import run, with_added
 
     run(study, names, with_added)

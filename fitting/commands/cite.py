@@ -4,8 +4,8 @@ from typing import Any
 
 import click
 
-from fitting.options import Command, output_options, study_options
-from fitting.study import errors_for_machines
+from fitting.console.options import Command, output_options, study_options
+from fitting.console.study import errors_for_machines
 
 
 @click.command("cite", cls=Command)
@@ -14,12 +14,12 @@ from fitting.study import errors_for_machines
 @output_options
 def command(**given: Any) -> None:
     """Say what to cite: the review, the model's effects, the data, the methods."""
-    from fitting.citations import citations
-    from fitting.options import Asked
-    from fitting.prepare import prepare
+    from fitting.console.options import Asked
+    from fitting.console.prepare import prepare
+    from fitting.console.task import cited_task
     from fitting.report import console, headed, lines
     from fitting.results import write_json
-    from fitting.task import cited_task
+    from fitting.showing.citations import citations
 
     prepare()
     asked = Asked.of(given)
@@ -33,6 +33,6 @@ def command(**given: Any) -> None:
     if asked.json:
         write_json(asked.json, found)
     if asked.html:
-        from fitting.page import write_words
+        from fitting.showing.page import write_words
 
         write_words(asked.html, "What to cite", shown)

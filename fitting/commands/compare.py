@@ -4,8 +4,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from fitting.options import Command, data_argument, fit_options, output_options, study_options
-from fitting.study import Study, begin
+from fitting.console.options import Command, data_argument, fit_options, output_options, study_options
+from fitting.console.study import Study, begin
 
 if TYPE_CHECKING:
     from fitting.alike import Knowable
@@ -24,12 +24,12 @@ def command(alike: bool, **given: Any) -> None:
     Values that a model file gives are kept; what has no fitted value yet is fitted first.
     """
     study = begin(given)
-    from fitting.alike_words import alike_report, alike_result, known_report, known_result
     from fitting.compare import compare
+    from fitting.console.task import as_known
     from fitting.report import comparison_report, headed, lines
     from fitting.results import comparison_result, fit_result
-    from fitting.sentences import fit_in_words
-    from fitting.task import as_known
+    from fitting.showing.alike_words import alike_report, alike_result, known_report, known_result
+    from fitting.showing.sentences import fit_in_words
 
     with study.working("fitting and comparing"):
         fit, fitted_here = as_known(study.task)
@@ -38,7 +38,7 @@ def command(alike: bool, **given: Any) -> None:
     more = {} if can_be_known is None else {"alike": alike_result(can_be_known)}
     study.write(comparison_result(found) | {"fit": fit_result(fit), "known": known_result(fit)} | more)
     if study.asked.html:
-        from fitting.page import write_page
+        from fitting.showing.page import write_page
 
         write_page(study.asked.html, study.task, found)
     if fitted_here:

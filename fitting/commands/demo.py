@@ -4,8 +4,8 @@ from typing import Any
 
 import click
 
-from fitting.options import Command, output_options
-from fitting.study import begin
+from fitting.console.options import Command, output_options
+from fitting.console.study import begin
 
 PAGE = "mckibben_demo.html"
 
@@ -16,22 +16,22 @@ PAGE = "mckibben_demo.html"
 @output_options
 def command(name: str, reveal: bool, **given: Any) -> None:
     """Compare, diagnose, add, watch the error fall, write a report; NAME is a shipped data set (muscle_a)."""
-    from fitting.shipped import shipped
+    from fitting.console.shipped import shipped
 
     folder = shipped(name)
     if reveal:
         _reveal(name, given)
         return
     study = begin({**given, "data": (str(folder),), "baseline": True, "html": given["html"] or PAGE})
-    from fitting.demonstration import demonstrate
+    from fitting.console.demonstration import demonstrate
 
     demonstrate(study)
 
 
 def _reveal(name: str, given: dict[str, Any]) -> None:
+    from fitting.console.shipped import sealed
     from fitting.report import console, lines
     from fitting.results import write_json
-    from fitting.shipped import sealed
 
     truth = sealed(name)
     hidden = truth.get("hidden")

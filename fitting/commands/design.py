@@ -6,9 +6,9 @@ from typing import Any
 
 import click
 
-from fitting.options import Command, output_options
-from fitting.prepare import prepare
-from fitting.study import check_places, errors_for_machines, progress_bar
+from fitting.console.options import Command, output_options
+from fitting.console.prepare import prepare
+from fitting.console.study import check_places, errors_for_machines, progress_bar
 
 
 @click.command("design", cls=Command)
@@ -25,9 +25,9 @@ def command(
     """Find the muscle that does best what SPEC.toml asks for, within what rubber and braid can bear."""
     prepare()
     check_places(given["json"], given["html"], picture)
-    from fitting.design_answer import answer
-    from fitting.design_order import read_draws, read_order
-    from fitting.own_effects import library
+    from fitting.designs.answer import answer
+    from fitting.designs.order import read_draws, read_order
+    from fitting.reading.own_effects import library
     from fitting.report import console
     from fitting.results import write_json
 
@@ -44,7 +44,7 @@ def command(
     if given["json"]:
         write_json(given["json"], found.result)
     if given["html"]:
-        from fitting.page import write_words
+        from fitting.showing.page import write_words
 
         write_words(given["html"], "Design", [found.words])
     sys.exit(0 if found.converged else 3)

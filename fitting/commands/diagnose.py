@@ -4,8 +4,8 @@ from typing import Any
 
 import click
 
-from fitting.options import Command, candidate_options, data_argument, output_options, study_options
-from fitting.study import begin
+from fitting.console.options import Command, candidate_options, data_argument, output_options, study_options
+from fitting.console.study import begin
 
 
 @click.command("diagnose", cls=Command)
@@ -17,11 +17,11 @@ from fitting.study import begin
 def command(propose: bool, **given: Any) -> None:
     """Say which effect is missing from the model, or that these data cannot say."""
     study = begin(given)
-    from fitting.diagnosing import candidates_of, diagnosed, following
-    from fitting.proposal import proposal_in_words, proposal_result, proposed, require_sparse_regression
+    from fitting.console.diagnosing import candidates_of, diagnosed, following
+    from fitting.diagnosis.proposal import proposal_in_words, proposal_result, proposed, require_sparse_regression
     from fitting.report import diagnosis_report, headed
     from fitting.results import diagnosis_result
-    from fitting.sentences import error_in_words, measurement_in_words, next_command
+    from fitting.showing.sentences import error_in_words, measurement_in_words, next_command
 
     candidates = candidates_of(study.task, given["candidates"], given["rivals"])
     if propose:
@@ -32,7 +32,7 @@ def command(propose: bool, **given: Any) -> None:
         form = proposed(found, told) if propose else None
     study.write(diagnosis_result(found, compared, planned) | ({"proposal": proposal_result(form)} if form else {}))
     if study.asked.html:
-        from fitting.page import write_page
+        from fitting.showing.page import write_page
 
         write_page(study.asked.html, study.task, compared, found, planned=planned)
     study.print(diagnosis_report(found, compared.unit))

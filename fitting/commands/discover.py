@@ -4,7 +4,7 @@ from typing import Any
 
 import click
 
-from fitting.options import (
+from fitting.console.options import (
     Command,
     candidate_options,
     data_argument,
@@ -13,7 +13,7 @@ from fitting.options import (
     save_options,
     study_options,
 )
-from fitting.study import begin
+from fitting.console.study import begin
 
 
 @click.command("discover", cls=Command)
@@ -26,13 +26,13 @@ from fitting.study import begin
 def command(**given: Any) -> None:
     """Diagnose, add what is missing, and again, until nothing more can be said."""
     study = begin(given)
-    from fitting.diagnosing import all_candidates, candidates_of
-    from fitting.discovering import discovered
-    from fitting.page import write_page
+    from fitting.console.diagnosing import all_candidates, candidates_of
+    from fitting.console.discovering import discovered
+    from fitting.console.saving import save
     from fitting.report import diagnosis_report, fit_report, headed, steps_report
     from fitting.results import diagnosis_result, fit_result, steps_result
-    from fitting.saving import save
-    from fitting.sentences import amount, judged
+    from fitting.showing.page import write_page
+    from fitting.showing.sentences import amount, judged
 
     candidates = candidates_of(study.task, given["candidates"], given["rivals"]) or all_candidates(study.task)
     with study.working("diagnosing") as told:

@@ -4,9 +4,9 @@ from typing import Any
 
 import click
 
-from fitting.options import Command, output_options
-from fitting.prepare import prepare
-from fitting.study import errors_for_machines
+from fitting.console.options import Command, output_options
+from fitting.console.prepare import prepare
+from fitting.console.study import errors_for_machines
 
 
 @click.command("effects", cls=Command)
@@ -16,10 +16,10 @@ from fitting.study import errors_for_machines
 def command(names: tuple[str, ...], effect_file: str | None, quiet: bool, **given: Any) -> None:
     """List the effects that a model may have, or explain some of them."""
     prepare()
-    from fitting.catalogue import effect_report, effects_report, effects_result
-    from fitting.own_effects import library, named
+    from fitting.reading.own_effects import library, named
     from fitting.report import console
     from fitting.results import write_json
+    from fitting.showing.catalogue import effect_report, effects_report, effects_result
 
     with errors_for_machines(given["json"]):
         known = library(effect_file)
@@ -31,6 +31,6 @@ def command(names: tuple[str, ...], effect_file: str | None, quiet: bool, **give
     if given["json"]:
         write_json(given["json"], effects_result(chosen))
     if given["html"]:
-        from fitting.page import write_words
+        from fitting.showing.page import write_words
 
         write_words(given["html"], "Effects", shown)

@@ -4,8 +4,8 @@ from typing import Any
 
 import click
 
-from fitting.options import Command, output_options
-from fitting.study import errors_for_machines
+from fitting.console.options import Command, output_options
+from fitting.console.study import errors_for_machines
 
 
 @click.command("equations", cls=Command)
@@ -13,9 +13,9 @@ from fitting.study import errors_for_machines
 @output_options
 def command(numbers: tuple[str, ...], quiet: bool, **given: Any) -> None:
     """List the equations of Tondu 2012, or explain some: formula, symbols, what is wrong in print, what to call."""
-    from fitting.equation_words import chosen, equation_report, equations_report, equations_result
     from fitting.report import console
     from fitting.results import write_json
+    from fitting.showing.equation_words import chosen, equation_report, equations_report, equations_result
 
     with errors_for_machines(given["json"]):
         found = chosen(numbers)
@@ -26,6 +26,6 @@ def command(numbers: tuple[str, ...], quiet: bool, **given: Any) -> None:
     if given["json"]:
         write_json(given["json"], equations_result(found))
     if given["html"]:
-        from fitting.page import write_words
+        from fitting.showing.page import write_words
 
         write_words(given["html"], "Equations of Tondu 2012", shown)

@@ -4,8 +4,8 @@ from typing import Any
 
 import click
 
-from fitting.options import Command, output_options
-from fitting.study import errors_for_machines
+from fitting.console.options import Command, output_options
+from fitting.console.study import errors_for_machines
 
 
 @click.command("export", cls=Command)
@@ -25,13 +25,13 @@ def command(**given: Any) -> None:
 
     The module has step(state, pressure, displacement, dt), force, stiffness, linearise and pressure_for.
     """
-    from fitting.prepare import prepare
+    from fitting.console.prepare import prepare
     from fitting.report import console, headed
     from fitting.results import write_json
 
     prepare()
     with errors_for_machines(given["json"]):
-        from fitting.export_orders import exported
+        from fitting.exporting.orders import exported
 
         file, result, words = exported(given)
     out = console(given["quiet"])
@@ -41,6 +41,6 @@ def command(**given: Any) -> None:
     if given["json"]:
         write_json(given["json"], result)
     if given["html"]:
-        from fitting.page import write_words
+        from fitting.showing.page import write_words
 
         write_words(given["html"], "mckibben export", shown)

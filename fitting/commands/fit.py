@@ -4,8 +4,8 @@ from typing import Any
 
 import click
 
-from fitting.options import Command, data_argument, fit_options, output_options, save_options, study_options
-from fitting.study import begin
+from fitting.console.options import Command, data_argument, fit_options, output_options, save_options, study_options
+from fitting.console.study import begin
 
 
 @click.command("fit", cls=Command)
@@ -18,18 +18,18 @@ def command(**given: Any) -> None:
     """Fit the model to the data: values with robust errors, bounds, and what can make up for what."""
     study = begin(given)
     from fitting.compare import compare
+    from fitting.console.saving import save
+    from fitting.console.task import fitted
     from fitting.report import fit_report, headed
     from fitting.results import comparison_result, fit_result
-    from fitting.saving import save
-    from fitting.sentences import error_in_words, judged
-    from fitting.task import fitted
+    from fitting.showing.sentences import error_in_words, judged
 
     with study.working("fitting"):
         fit = fitted(study.task)
         found = compare(fit, study.task.experiments)
     study.write(fit_result(fit) | {"comparison": comparison_result(found)})
     if study.asked.html:
-        from fitting.page import write_page
+        from fitting.showing.page import write_page
 
         write_page(study.asked.html, study.task, found)
     study.print([headed("RESULT", judged(found), "bold"), headed("ERROR", error_in_words(found)), *fit_report(fit)])

@@ -4,8 +4,8 @@ from typing import Any
 
 import click
 
-from fitting.options import Command, data_argument, fit_options, output_options, study_options
-from fitting.study import begin
+from fitting.console.options import Command, data_argument, fit_options, output_options, study_options
+from fitting.console.study import begin
 
 
 @click.command("hill", cls=Command)
@@ -17,8 +17,8 @@ from fitting.study import begin
 def command(no_motion: bool, **given: Any) -> None:
     """Speed over load from quick releases: Hill's a/F0 and b, and whether dry friction alone gives the same curve."""
     study = begin(given)
-    from fitting.hill import curves, motions
-    from fitting.hill_words import hill_report, hill_result
+    from fitting.releases.hill import curves, motions
+    from fitting.releases.words import hill_report, hill_result
 
     with study.working("reading speeds"):
         found = curves(study.task.experiments)
@@ -28,8 +28,8 @@ def command(no_motion: bool, **given: Any) -> None:
     study.print(shown)
     if study.asked.html:
         from fitting.figures import as_svg
-        from fitting.figures_hill import speed_over_load
-        from fitting.page import Section, write_words
+        from fitting.releases.figures import speed_over_load
+        from fitting.showing.page import Section, write_words
 
         picture = Section("Steady speed over load", picture=as_svg(speed_over_load(found), "hill"))
         write_words(study.asked.html, "mckibben hill", shown, [picture])

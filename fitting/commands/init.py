@@ -4,8 +4,8 @@ from typing import Any
 
 import click
 
-from fitting.options import Command, output_options
-from fitting.study import errors_for_machines
+from fitting.console.options import Command, output_options
+from fitting.console.study import errors_for_machines
 
 
 @click.command("init", cls=Command)
@@ -14,7 +14,7 @@ from fitting.study import errors_for_machines
 def command(folder: str, quiet: bool, **given: Any) -> None:
     """Look at the CSV files of a folder and write a muscle.toml to fill in."""
     with errors_for_machines(given["json"]):
-        from fitting.init import write_muscle_file
+        from fitting.reading.init import write_muscle_file
         from fitting.report import console, headed
         from fitting.results import write_json
 
@@ -30,6 +30,6 @@ def command(folder: str, quiet: bool, **given: Any) -> None:
     if given["json"]:
         write_json(given["json"], {"written": str(path)})
     if given["html"]:
-        from fitting.page import write_words
+        from fitting.showing.page import write_words
 
         write_words(given["html"], "mckibben init", shown)

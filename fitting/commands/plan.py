@@ -4,8 +4,8 @@ from typing import Any
 
 import click
 
-from fitting.options import Command, candidate_options, data_argument, output_options, study_options
-from fitting.study import begin
+from fitting.console.options import Command, candidate_options, data_argument, output_options, study_options
+from fitting.console.study import begin
 
 
 @click.command("plan", cls=Command)
@@ -16,10 +16,10 @@ from fitting.study import begin
 def command(**given: Any) -> None:
     """Say which recordings would tell apart what these data leave tied, and with what power."""
     study = begin(given)
-    from fitting.diagnosing import candidates_of, diagnosed
-    from fitting.planning import plan_of, plan_report, plan_result
+    from fitting.console.diagnosing import candidates_of, diagnosed
+    from fitting.planning.protocol import plan_of, plan_report, plan_result
     from fitting.report import headed
-    from fitting.sentences import verdict_in_words
+    from fitting.showing.sentences import verdict_in_words
 
     candidates = candidates_of(study.task, given["candidates"], given["rivals"])
     with study.working("diagnosing") as told:
@@ -29,7 +29,7 @@ def command(**given: Any) -> None:
     study.write(plan_result(plan, found))
     report = [headed("VERDICT", verdict_in_words(found)), *plan_report(plan)]
     if study.asked.html:
-        from fitting.page import write_words
+        from fitting.showing.page import write_words
 
         write_words(study.asked.html, "mckibben plan", report)
     study.print(report)

@@ -4,13 +4,13 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from fitting.options import Command, data_argument, fit_options, output_options, study_options
-from fitting.study import Study, begin, check_places
+from fitting.console.options import Command, data_argument, fit_options, output_options, study_options
+from fitting.console.study import Study, begin, check_places
 
 if TYPE_CHECKING:
+    from fitting.console.study import Progress
     from fitting.least_squares import Fit
     from fitting.posterior import Posterior
-    from fitting.study import Progress
 
 SAMPLERS = ("emcee", "nuts")
 CHAINS = "posterior.chains"
@@ -36,15 +36,15 @@ def command(**given: Any) -> None:
     """
     check_places(given["netcdf"])
     study = begin(given)
-    from fitting.posterior_record import describe, save, to_json
-    from fitting.task import fitted
+    from fitting.console.task import fitted
+    from fitting.sampling.record import describe, save, to_json
 
     with study.working("fitting") as told:
         fit = fitted(study.task)
         found = _sampled(study, fit, given, told)
     study.write(to_json(found))
     if study.asked.html:
-        from fitting.posterior_page import write_posterior
+        from fitting.sampling.page import write_posterior
 
         write_posterior(study.asked.html, study.task, found)
     if given["netcdf"]:
@@ -60,12 +60,12 @@ def _sampled(study: Study, fit: "Fit", given: dict[str, Any], told: "Progress") 
     task, seconds = study.task, to_si(given["limit"], "s", "--limit")
     common: dict[str, Any] = {"seed": task.seed, "priors": task.priors}
     if given["quick"]:
-        from fitting.posterior_quick import quick_look
+        from fitting.sampling.quick import quick_look
 
         told("quick look", 0.5)
         return quick_look(fit, task.experiments, **common)
     if given["sampler"] == "nuts":
-        from fitting.posterior_nuts import sample_nuts
+        from fitting.sampling.nuts import sample_nuts
 
         return sample_nuts(fit, task.experiments, progress=lambda words, share: told(words, share), **common)
     from fitting.posterior import sample

@@ -4,8 +4,15 @@ from typing import Any
 
 import click
 
-from fitting.options import Command, candidate_options, data_argument, fit_options, output_options, study_options
-from fitting.study import begin
+from fitting.console.options import (
+    Command,
+    candidate_options,
+    data_argument,
+    fit_options,
+    output_options,
+    study_options,
+)
+from fitting.console.study import begin
 
 PAGE = "mckibben_report.html"
 
@@ -21,17 +28,17 @@ def command(no_diagnosis: bool, **given: Any) -> None:
     """Compare, diagnose, and write one HTML page (mckibben_report.html, or what --html names)."""
     study = begin({**given, "html": given["html"] or PAGE})
     from fitting.compare import compare
-    from fitting.page import write_page
+    from fitting.console.task import as_known
     from fitting.report import headed
     from fitting.results import comparison_result, diagnosis_result
-    from fitting.sentences import judged, verdict_in_words
-    from fitting.task import as_known
+    from fitting.showing.page import write_page
+    from fitting.showing.sentences import judged, verdict_in_words
 
     with study.working("comparing") as told:
         if no_diagnosis:
             diagnosis, compared = None, compare(as_known(study.task)[0], study.task.experiments)
         else:
-            from fitting.diagnosing import candidates_of, diagnosed
+            from fitting.console.diagnosing import candidates_of, diagnosed
 
             candidates = candidates_of(study.task, given["candidates"], given["rivals"])
             diagnosis, compared = diagnosed(study.task, candidates, told)

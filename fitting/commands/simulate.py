@@ -5,8 +5,8 @@ from typing import Any
 
 import click
 
-from fitting.options import Command, output_options
-from fitting.study import errors_for_machines
+from fitting.console.options import Command, output_options
+from fitting.console.study import errors_for_machines
 
 KINDS = ("loop", "isometric", "static", "isotonic", "quick release", "step")
 
@@ -29,13 +29,13 @@ KINDS = ("loop", "isometric", "static", "isotonic", "quick release", "step")
 @output_options
 def command(**given: Any) -> None:
     """Write the data set that a rig would record if the muscle were as MODEL (a model.toml) says."""
-    from fitting.prepare import prepare
+    from fitting.console.prepare import prepare
     from fitting.report import console, headed, lines
     from fitting.results import write_json
 
     prepare()
     with errors_for_machines(given["json"]):
-        from fitting.simulation_orders import simulated
+        from fitting.console.simulation_orders import simulated
 
         told = simulated(Path(given["out"]), given)
     shown = [
@@ -49,6 +49,6 @@ def command(**given: Any) -> None:
     if given["json"]:
         write_json(given["json"], {"file": str(told.file), "samples": told.samples, "warnings": list(told.warnings)})
     if given["html"]:
-        from fitting.page import write_words
+        from fitting.showing.page import write_words
 
         write_words(given["html"], "mckibben simulate", shown)

@@ -8,9 +8,9 @@ from typing import Any
 
 import click
 
-from fitting.options import Command, output_options
-from fitting.prepare import prepare
-from fitting.study import check_places, errors_for_machines, progress_bar
+from fitting.console.options import Command, output_options
+from fitting.console.prepare import prepare
+from fitting.console.study import check_places, errors_for_machines, progress_bar
 
 
 @click.command("sweep", cls=Command)
@@ -26,12 +26,12 @@ def command(
     _use_all_cores()
     prepare()
     check_places(given["json"], given["html"])
-    from fitting.own_effects import library
+    from fitting.designs.sweep import sweep
+    from fitting.designs.sweep_file import read_sweep
+    from fitting.designs.sweep_words import describe, to_json
+    from fitting.reading.own_effects import library
     from fitting.report import console
     from fitting.results import write_json
-    from fitting.sweep import sweep
-    from fitting.sweep_file import read_sweep
-    from fitting.sweep_words import describe, to_json
 
     with errors_for_machines(given["json"]):
         _need_parquet()
@@ -45,7 +45,7 @@ def command(
     if given["json"]:
         write_json(given["json"], to_json(found))
     if given["html"]:
-        from fitting.page import write_words
+        from fitting.showing.page import write_words
 
         write_words(given["html"], "Sweep", [words])
 
@@ -70,8 +70,8 @@ def _use_all_cores() -> None:
 def _work(scheduler: str | None, effect_file: str | None) -> Any:
     if scheduler is None:
         return None
+    from fitting.designs.sweep_scheduler import on
     from fitting.errors import InputError
-    from fitting.sweep_scheduler import on
 
     if effect_file is not None:
         cure = "leave out --scheduler, or install your effects as a package on the workers"

@@ -2,7 +2,7 @@
 
 import click
 
-from fitting.options import Command
+from fitting.console.options import Command
 
 
 @click.command("workbench", cls=Command)
@@ -19,6 +19,6 @@ def command(
 
     DATASET is a folder with a muscle.toml, or the name of a data set that comes with the program (muscle_a).
     """
-    from fitting.serving import serve
+    from fitting.workbench.serving import serve
 
     serve(dataset, port, host, token, candidates, browse=not no_browser)

@@ -34,7 +34,7 @@ def main(folder: str, which: str) -> None:
     jax.monitoring.register_event_duration_secs_listener(
         lambda event, seconds, **about: compiled.update([about.get("fun_name", "")] if event == COMPILED else [])
     )
-    from fitting.baseline import baseline
+    from fitting.console.baseline import baseline
     from fitting.diagnose import diagnose
     from fitting.recordings import read_experiment
     from mckibben_jax.effect import name_of

@@ -18,15 +18,15 @@ from hidden.simulator import Muscle, Noise, Truth, dataset, loops, write
 from rivals import Data, Rival
 from scipy.stats import qmc
 
-from fitting import flips
-from fitting.apart import together
-from fitting.examine import Examiner
+from fitting.diagnosis import flips
+from fitting.diagnosis.apart import together
+from fitting.diagnosis.examine import Examiner
+from fitting.diagnosis.universe import universe
 from fitting.least_squares import Subset, fit, free_names, solve, starting_places, subset_of
 from fitting.recordings import read_experiment
 from fitting.records import Experiment
 from fitting.residuals import Problem, Samples, problem
-from fitting.universe import universe
-from fitting.unknowns import Unknowns, unknowns
+from fitting.solving.unknowns import Unknowns, unknowns
 from mckibben_jax import effects as library
 from mckibben_jax.effect import name_of
 

@@ -14,11 +14,11 @@ import pytest
 
 from fitting.least_squares import fit
 from fitting.posterior import begun, sample
-from fitting.posterior_moves import MOVES
-from fitting.posterior_nuts import sample_nuts
-from fitting.posterior_quick import quick_look
-from fitting.posterior_target import log_probs
 from fitting.records import Experiment, Recording, Run
+from fitting.sampling.moves import MOVES
+from fitting.sampling.nuts import sample_nuts
+from fitting.sampling.quick import quick_look
+from fitting.sampling.target import log_probs
 from mckibben_jax.effects import CoulombFriction, ForceOffset, IdealCylinder, KineticFriction, Tip
 from tests.stick_slip import G, Truth, constant, moved
 from tests.test_posterior import MUSCLE, loops

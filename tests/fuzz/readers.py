@@ -9,14 +9,14 @@ from typing import Any
 import jax
 import numpy as np
 
-from fitting.define import defined
-from fitting.design_file import read_design
+from fitting.designs.file import read_design
+from fitting.designs.sweep_file import read_sweep
 from fitting.errors import InputError
-from fitting.model_file import read_model
-from fitting.own_effects import library
-from fitting.posterior_store import Store
+from fitting.reading.define import defined
+from fitting.reading.model_file import read_model
+from fitting.reading.own_effects import library
 from fitting.recordings import read_experiment, read_muscle, read_recording
-from fitting.sweep_file import read_sweep
+from fitting.sampling.store import Store
 
 jax.config.update("jax_enable_x64", True)
 

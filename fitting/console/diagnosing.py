@@ -1,0 +1,57 @@
+"""A diagnosis with the comparison that goes with it."""
+
+from collections.abc import Sequence
+
+from fitting.compare import Comparison, compare
+from fitting.console.study import Progress
+from fitting.console.task import Task
+from fitting.diagnose import diagnose
+from fitting.diagnosis.record import Diagnosis
+from fitting.next_measurement import NextMeasurement, next_measurement
+from fitting.reading.own_effects import named
+from fitting.solving.evaluate import evaluate
+from mckibben_jax.effect import Effect
+from mckibben_jax.effects import LIBRARY, SUPPLIES
+
+
+def candidates_of(task: Task, names: Sequence[str], rivals: bool = False) -> tuple[Effect, ...] | None:
+    """What may be missing: as named; else all of the library and the user's own, printed rivals only on request.
+
+    None where that is what `diagnose` looks at anyway.
+    """
+    if names:
+        return tuple(kind() for kind in named(names, task.library))
+    if not rivals and len(task.library) == len(LIBRARY) + len(SUPPLIES):
+        return None
+    return all_candidates(task, rivals)
+
+
+def all_candidates(task: Task, rivals: bool = False) -> tuple[Effect, ...]:
+    """All of the library, and the user's own; printed rivals only on request."""
+    return tuple(kind() for kind in task.library.values() if rivals or not (kind.rival or kind.on_request))
+
+
+def following(task: Task, found: Diagnosis, told: Progress) -> NextMeasurement | None:
+    """The recording that would tell apart what a verdict "one of" leaves; None with any other verdict."""
+    if found.verdict != "one of":
+        return None
+    told("which recording would tell them apart", 0.95)
+    extra = [kind() for kind in task.library.values()]
+    asked = {"fix": task.fix, "free": task.free, "own": task.own}
+    return next_measurement(found, task.experiments, known=extra, seed=task.seed, **asked)
+
+
+def diagnosed(task: Task, candidates: Sequence[Effect] | None, told: Progress) -> tuple[Diagnosis, Comparison]:
+    """Diagnose the task's model, and compare its fitted self with all the data."""
+    found = diagnose(
+        task.experiments,
+        task.effects,
+        candidates=candidates,
+        fix=task.fix,
+        free=task.free,
+        own=task.own,
+        seed=task.seed,
+        progress=told,
+    )
+    whole = evaluate(task.experiments, task.effects, found.baseline.values, task.varying(task.layout), task.own)
+    return found, compare(whole, task.experiments)

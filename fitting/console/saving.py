@@ -1,0 +1,25 @@
+"""Where a fitted model goes, and what is said about it."""
+
+from pathlib import Path
+
+from rich.console import RenderableType
+
+from fitting.console.study import Study
+from fitting.console.task import MODEL_FILE
+from fitting.least_squares import Fit
+from fitting.reading.model_file import write_model
+from fitting.report import headed
+
+
+def save(study: Study, fit: Fit) -> list[RenderableType]:
+    """Write the fitted model, and say where it went or why it did not."""
+    if study.asked.keep:
+        return []
+    if not fit.converged:
+        return [headed("SAVED", "nothing: the search did not converge")]
+    path = Path(study.asked.save) if study.asked.save else study.task.experiments[0].folder / MODEL_FILE
+    why = write_model(path, fit, study.task.experiments)
+    if why is None:
+        how = f"--model {path} takes it up" if study.asked.save else "the next command on these data begins from it"
+        return [headed("SAVED", f"{path}; {how}")]
+    return [headed("SAVED", f"nothing: {why}. Name another file with --save FILE", "yellow")]

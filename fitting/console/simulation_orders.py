@@ -1,0 +1,75 @@
+"""From what was typed after `simulate` to courses of the rig."""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from fitting import units
+from fitting.errors import InputError
+from fitting.reading.model_file import read_model
+from fitting.reading.muscle_file import read_muscle
+from fitting.reading.own_effects import library
+from fitting.recordings import kind_of
+from fitting.records import FORCE_TESTS
+from fitting.simulate import (
+    Course,
+    Told,
+    isometric_courses,
+    isotonic_courses,
+    loop_courses,
+    release_courses,
+    static_courses,
+    step_courses,
+    write_data_set,
+)
+from mckibben_jax.model import Model, model
+
+STATIONS = "0,0.05,0.1,0.15,0.2,0.25"
+
+
+def simulated(folder: Path, given: dict[str, Any]) -> Told:
+    """Simulate what was asked for and write it."""
+    test = kind_of(given["test"])
+    whole = _model(given)
+    courses = _courses(test, whole, given)
+    noise = None
+    if given["noise"]:
+        noise = units.to_si(given["noise"], "N" if test in FORCE_TESTS else "m", "--noise")
+    return write_data_set(folder, whole, test, courses, noise, given["seed"])
+
+
+def _model(given: dict[str, Any]) -> Model:
+    stored = read_model(given["model"], library(given["effect_file"]))
+    muscle = read_muscle(given["muscle"])[0] if given["muscle"] else stored.muscle
+    if muscle is None:
+        raise InputError("the model file has no [muscle]", stored.path, cure="add --muscle muscle.toml")
+    return model(muscle, *stored.effects)
+
+
+def _courses(test: str, whole: Model, given: dict[str, Any]) -> list[Course]:
+    pressures = _list(given["pressure"], "Pa", "--pressure")
+    moving = test in ("quick release", "step")
+    rate = units.to_si(given["rate"] or ("500 Hz" if moving else "50 Hz"), "1/s", "--rate")
+    duration = units.to_si(given["duration"] or ("1 s" if moving else "5 s"), "s", "--duration")
+    if test == "loop":
+        speed = units.to_si(given["speed"], "m/s", "--speed")
+        return loop_courses(whole.muscle, pressures, _list(given["turns"], "1", "--turns"), speed, rate)
+    if test in ("isometric", "static"):
+        held = given["contraction"] or ("0" if test == "isometric" else STATIONS)
+        held = _list(held, "1", "--contraction")
+        return isometric_courses(held, pressures, duration, rate) if test == "isometric" else static_courses(
+            held, pressures
+        )
+    loads = _list(given["load"], "N", "--load", units.load_to_si)
+    loaded = {"quick release": release_courses, "step": step_courses, "isotonic": isotonic_courses}
+    return loaded[test](pressures, loads, duration, rate)
+
+
+def _list(text: str, unit: str, what: str, read: Callable[..., float] = units.to_si) -> list[float]:
+    """Values separated by commas; a unit at the end stands for all that have none."""
+    parts = [part.strip() for part in text.split(",") if part.strip()]
+    if not parts:
+        raise InputError(f"{what} is empty", cure=f"write for example {units.example(unit)}")
+    last = units.split_value(parts[-1], what)[1]
+    whole = [part if units.split_value(part, what)[1] else f"{part} {last}".strip() for part in parts]
+    return [read(part, unit, what) for part in whole]

@@ -1,0 +1,261 @@
+"""design.toml: what is wanted of a muscle, in any unit, as a task for `mckibben_jax.design`."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from fitting import units
+from fitting.errors import InputError, unknown_name
+from fitting.reading.model_file import read_model
+from fitting.reading.muscle_file import line_of, read_muscle_table, read_toml
+from fitting.reading.own_effects import library, named
+from mckibben_jax.design import DESIGN_BASELINE, Limit, Task
+from mckibben_jax.effect import Effect, name_of
+from mckibben_jax.merit import CONDITIONS, QUANTITIES, built, missing
+from mckibben_jax.muscle import Muscle
+from mckibben_jax.muscle import quantities as muscle_quantities
+
+TOP_KEYS = ("name", "muscle", "model", "variables", "objective", "constraint", "starts", "seed")
+OF_A_DESIGN = ("tolerance", "uncertainty", "pareto")
+OF_A_SWEEP = ("grid", "sample", "outputs", "keep", "at", "histogram")  # the same file may also say what a sweep does
+EXAMPLES = {"contraction": "contraction = 0.1", "pressure": 'pressure = "5 bar"'}
+MOST = {"starts": 10_000, "best": 1_000_000, "bins": 100_000}  # what memory has room for
+LARGEST_COUNT = 10**12
+SAME_AS = {"hardness": "shear_modulus", "turns": "braid_angle", "cord_length": "braid_angle"}
+
+
+Known = dict[str, type[Effect]]
+
+
+@dataclass(frozen=True)
+class File:
+    """A TOML file as read, with what messages need; `known` are the effects that there are, by name."""
+
+    path: Path
+    table: dict[str, Any]
+    raw: bytes
+    known: Known
+
+    def section(self, key: str, example: str) -> dict[str, Any]:
+        """A table that must be there and not be empty."""
+        found = self.table.get(key)
+        if not isinstance(found, dict) or not found:
+            raise InputError(f"there is no [{key}]", self.path, cure=f"add [{key}] and below it {example}")
+        return found
+
+    def line(self, key: str) -> int | None:
+        """The line on which a key stands."""
+        return line_of(self.raw, key)
+
+
+def open_file(path: Path | str, known: Known | None = None) -> File:
+    """Read a design file without understanding it."""
+    path = Path(path)
+    if not path.is_file():
+        raise InputError("no such file", path, cure="write one with [muscle], [variables] and [objective]")
+    table, raw = read_toml(path)
+    for key in table:
+        if key not in TOP_KEYS + OF_A_DESIGN + OF_A_SWEEP:
+            raise unknown_name("key", key, TOP_KEYS + OF_A_DESIGN + OF_A_SWEEP, path, row=line_of(raw, key))
+    return File(path, table, raw, known or library())
+
+
+def read_design(path: Path | str, known: Known | None = None) -> Task:
+    """Read what a design file wants; `known` are the effects that there are, the program's own unless given."""
+    return task_of(open_file(path, known))
+
+
+def task_of(file: File) -> Task:
+    """The task that a design file sets."""
+    path, raw, table = file.path, file.raw, file.table
+    ranges = variables(file.section("variables", 'braid_angle = ["12 deg", "40 deg"]'), path, raw)
+    muscle, effects = muscle_and_effects(file, ranges)
+    wanted = objective(file.section("objective", 'maximise = "force"'), path, raw)
+    starts, seed = whole_number(file, "starts", 16), whole_number(file, "seed", 0, least=0)
+    task = Task(muscle, ranges, wanted[0], wanted[2], constraints(table, path, raw), effects, wanted[1], starts, seed)
+    check_needs(file, muscle, effects, [task.objective, *(limit.quantity for limit in task.constraints)])
+    return task
+
+
+def muscle_and_effects(file: File, ranges: dict[str, tuple[float, float]]) -> tuple[Muscle, tuple[Effect, ...]]:
+    """The muscle, its variables at the middle of their ranges, and the effects of its model."""
+    effects, fitted = _model(file.table.get("model", {}), file.path, file.raw, file.known)
+    return _muscle(file.table.get("muscle", {}), ranges, fitted, file.path, file.raw), effects
+
+
+def whole_number(file: File, key: str, default: int, table: dict[str, Any] | None = None, least: int = 1) -> int:
+    """A count, or its default."""
+    found = (file.table if table is None else table).get(key, default)
+    most = MOST.get(key, LARGEST_COUNT)
+    if isinstance(found, bool) or not isinstance(found, int) or not least <= found <= most:
+        problem = f"{key} is not a whole number from {least} to {most:.6g}"
+        cure = f"write {key} = {max(default, least)}"
+        raise InputError(problem, file.path, file.line(key), value=found, cure=cure)
+    return found
+
+
+# Muscle and model -----------------------------------------------------------------------------------------------------
+
+
+def variables(table: dict[str, Any], path: Path, raw: bytes) -> dict[str, tuple[float, float]]:
+    """The range of each variable, SI."""
+    known = muscle_quantities()
+    ranges = {}
+    for name, ends in table.items():
+        row = line_of(_below(raw, "[variables]"), name)
+        if name not in known:
+            raise unknown_name("variable", name, known, path)
+        if not isinstance(ends, list) or len(ends) != 2:
+            cure = f'write {name} = ["{units.example(known[name][0])}", "..."]'
+            raise InputError(f"the range of {name} is not a pair of values", path, row, value=ends, cure=cure)
+        low, high = (si(end, known[name][0], f"{name} in [variables]", path, row) for end in ends)
+        if not 0 <= low < high:
+            raise InputError(f"the range of {name} does not rise from a positive value", path, row, value=ends,
+                             cure="the smaller value comes first")  # fmt: skip
+        if name == "braid_angle" and high >= np.pi / 2:
+            raise InputError("braid_angle must stay below 90 deg", path, row, value=ends[1], cure="54.7 deg is enough")
+        ranges[name] = (low, high)
+    return ranges
+
+
+def _below(raw: bytes, heading: str) -> bytes:
+    """The file with everything above a heading blanked, so that its lines keep their numbers."""
+    before, mark, after = raw.partition(heading.encode())
+    return b"\n" * before.count(b"\n") + mark + after if mark else raw
+
+
+def _muscle(
+    given: Any, variables: dict[str, tuple[float, float]], fitted: Muscle | None, path: Path, raw: bytes
+) -> Muscle:
+    """What is written, over what the model file knows; variables at the middle of their range."""
+    if not isinstance(given, dict):
+        raise InputError("[muscle] is not a table", path, cure='write [muscle] and below it length = "300 mm"')
+    known = muscle_quantities()
+    stored = {} if fitted is None else {name: getattr(fitted, name) for name in known}
+    said = {*given, *variables, *(SAME_AS[key] for key in given if key in SAME_AS)}
+    table = {k: units.write(float(v), known[k][0]) for k, v in stored.items() if v is not None and k not in said}
+    middle = {k: units.write((low + high) / 2, known[k][0]) for k, (low, high) in variables.items()}
+    return read_muscle_table(table | given | middle, path, raw)[0]
+
+
+def _model(
+    given: Any, path: Path, raw: bytes, known: dict[str, type[Effect]]
+) -> tuple[tuple[Effect, ...], Muscle | None]:
+    """The effects, and the muscle of the model file if there is one."""
+    if not isinstance(given, dict):
+        raise InputError("[model] is not a table", path, cure='write [model] and below it effects = ["..."]')
+    for key in given:
+        if key not in ("effects", "file"):
+            raise unknown_name("key in [model]:", key, ("effects", "file"), path, row=line_of(raw, key))
+    if "file" in given and "effects" in given:
+        raise InputError("[model] names effects and a file", path, cure="leave one of them out")
+    if "file" in given:
+        stored = read_model(path.parent / str(given["file"]), known)
+        return stored.effects, stored.muscle
+    names = given.get("effects", [name_of(kind) for kind in DESIGN_BASELINE])
+    if not isinstance(names, list) or not names or not all(isinstance(name, str) for name in names):
+        row = line_of(raw, "effects")
+        raise InputError("effects is not a list of names", path, row, value=names, cure='effects = ["ideal_cylinder"]')
+    try:
+        return tuple(kind() for kind in named(names, known)), None
+    except InputError as error:
+        raise InputError(error.problem, path, line_of(raw, "effects"), cure=error.cure) from None
+
+
+# What is wanted -------------------------------------------------------------------------------------------------------
+
+
+def objective(table: dict[str, Any], path: Path, raw: bytes) -> tuple[str, bool, dict[str, float]]:
+    """The quantity, whether the most of it is wanted, and its conditions."""
+    for key in table:
+        if key not in ("maximise", "minimise", "at"):
+            raise unknown_name("key in [objective]:", key, ("maximise", "minimise", "at"), path, row=line_of(raw, key))
+    goals = [key for key in ("maximise", "minimise") if key in table]
+    if len(goals) != 1:
+        raise InputError("[objective] has not one goal", path, cure='write maximise = "force" or minimise = "..."')
+    quantity = quantity_named(table[goals[0]], path, line_of(raw, goals[0]))
+    return quantity, goals[0] == "maximise", conditions(table.get("at", {}), quantity, path, line_of(raw, goals[0]))
+
+
+def quantity_named(name: Any, path: Path, row: int | None) -> str:
+    """A quantity by its name, or the nearest."""
+    if not isinstance(name, str):
+        raise InputError("a quantity is not named", path, row, value=name, cure=f"write one of {', '.join(QUANTITIES)}")
+    if name not in QUANTITIES:
+        raise unknown_name("quantity", name, QUANTITIES, path, row=row)
+    return name
+
+
+def conditions(given: Any, quantity: str, path: Path, row: int | None) -> dict[str, float]:
+    """The conditions at which a quantity is taken, SI."""
+    merit = QUANTITIES[quantity]
+    allowed = {*merit.may_have, *(name for group in merit.at for name in group)}
+    if not isinstance(given, dict):
+        raise InputError(f"at of {quantity} is not a table", path, row, cure='write at = { pressure = "5 bar" }')
+    for key in given:
+        if key not in allowed:
+            what = f"is taken at {' and '.join(sorted(allowed))}" if allowed else "needs no at"
+            raise InputError(f"{quantity} {what}, not at {key}", path, row, cure=f"leave {key} out")
+    for group in merit.at:
+        if not set(group) & set(given):
+            example = EXAMPLES[group[0]]
+            problem = f"{quantity} needs to know at which {' or '.join(group)}"
+            raise InputError(problem, path, row, cure=f"write at = {{ {example} }}")
+    at = {key: si(value, CONDITIONS[key], f"{key} of {quantity}", path, row) for key, value in given.items()}
+    if not at.get("contraction", 0.0) < 1:
+        raise InputError(f"contraction of {quantity} is not below 1", path, row, value=given["contraction"],
+                         cure='write 0.1 or "10 %"')  # fmt: skip
+    return at
+
+
+def constraints(table: dict[str, Any], path: Path, raw: bytes) -> tuple[Limit, ...]:
+    """The limits, SI."""
+    entries = table.get("constraint", [])
+    if not isinstance(entries, list):
+        raise InputError("constraint is not a list", path, line_of(raw, "[constraint]"), cure="write [[constraint]]")
+    rows = [i for i, line in enumerate(raw.decode("utf-8-sig").splitlines(), 1) if line.strip() == "[[constraint]]"]
+    rows += [None] * (len(entries) - len(rows))  # type: ignore[list-item]
+    return tuple(_constraint(entry, path, row) for entry, row in zip(entries, rows, strict=False))
+
+
+def _constraint(entry: Any, path: Path, row: int | None) -> Limit:
+    keys = ("quantity", "at", "min", "max")
+    if not isinstance(entry, dict):
+        raise InputError("a constraint is not a table", path, row, value=entry, cure="write [[constraint]]")
+    for key in entry:
+        if key not in keys:
+            raise unknown_name("key in [[constraint]]:", key, keys, path, row=row)
+    quantity = quantity_named(entry.get("quantity"), path, row)
+    unit = QUANTITIES[quantity].unit
+    ends = {key: si(entry[key], unit, f"{key} of {quantity}", path, row) for key in ("min", "max") if key in entry}
+    if not ends:
+        cure = f'add min = "{units.example(unit)}" or max = "..."'
+        raise InputError(f"the constraint on {quantity} has no limit", path, row, cure=cure)
+    if "min" in ends and "max" in ends and ends["min"] >= ends["max"]:
+        raise InputError(f"min of {quantity} is not below its max", path, row, value=entry["min"], cure="swap them")
+    return Limit(quantity, conditions(entry.get("at", {}), quantity, path, row), ends.get("min"), ends.get("max"))
+
+
+def si(text: Any, unit: str, what: str, path: Path, row: int | None) -> float:
+    """A value with a unit in SI; a message that names the file."""
+    try:
+        return units.to_si(text, unit, what)
+    except InputError as error:
+        raise InputError(error.problem, path, row, value=error.value, cure=error.cure) from None
+
+
+def check_needs(file: File, muscle: Muscle, effects: tuple[Effect, ...], quantities: Iterable[str]) -> None:
+    """Refuse quantities and effects that need what the muscle does not have."""
+    given = built(muscle, effects)
+    for effect in given.effects:
+        if lacking := given.missing_needs(effect):
+            raise InputError(f"{name_of(effect)} needs {', '.join(lacking)}", file.path, file.line("effects"),
+                             cure=f"add {lacking[0]} to [muscle], or leave the effect out")  # fmt: skip
+    for quantity in quantities:
+        if lacking := missing(given, quantity):
+            unit = muscle_quantities()[lacking[0]][0]
+            cure = f'add {lacking[0]} = "{units.example(unit)}" to [muscle]'
+            raise InputError(f"{quantity} needs {', '.join(lacking)}", file.path, cure=cure)

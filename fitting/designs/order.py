@@ -1,0 +1,105 @@
+"""What a design file asks for besides the best design: tolerances, a chance, a trade-off; and draws of a posterior."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from fitting.designs.file import File, Known, conditions, open_file, quantity_named, si, task_of, whole_number
+from fitting.errors import InputError, unknown_name
+from mckibben_jax.design import Task
+from mckibben_jax.effect import name_of
+from mckibben_jax.muscle import quantities as muscle_quantities
+from mckibben_jax.parameter import parameters
+from mckibben_jax.pareto import Second
+
+
+@dataclass(frozen=True)
+class DesignOrder:
+    """A task; tolerances by dimension (SI); the chance with which limits are to hold; the other end of a trade-off."""
+
+    task: Task
+    tolerances: dict[str, float]
+    chance: float | None
+    second: Second | None
+
+
+def read_order(path: Path | str, known: Known | None = None) -> DesignOrder:
+    """Read all that a design file asks for."""
+    file = open_file(path, known)
+    return DesignOrder(task_of(file), _tolerances(file), _chance(file), _second(file))
+
+
+def _section(file: File, key: str) -> dict[str, Any]:
+    found = file.table.get(key, {})
+    if not isinstance(found, dict):
+        raise InputError(f"{key} is not a table", file.path, file.line(key), value=found, cure=f"write [{key}]")
+    return found
+
+
+def _tolerances(file: File) -> dict[str, float]:
+    known, found = muscle_quantities(), {}
+    for name, text in _section(file, "tolerance").items():
+        if name not in known:
+            raise unknown_name("dimension in [tolerance]:", name, known, file.path, row=file.line(name))
+        found[name] = si(str(text).removeprefix("+/-").strip(), known[name][0], f"tolerance of {name}", file.path, None)
+        if found[name] <= 0:
+            cure = 'write the half width of what comes out, as in radius = "0.1 mm"'
+            raise InputError(f"the tolerance of {name} is not positive", file.path, value=text, cure=cure)
+    return found
+
+
+def _chance(file: File) -> float | None:
+    table = _section(file, "uncertainty")
+    for key in table:
+        if key != "chance":
+            raise unknown_name("key in [uncertainty]:", key, ("chance",), file.path, row=file.line(key))
+    if "chance" not in table:
+        return None
+    chance = si(table["chance"], "1", "chance", file.path, file.line("chance"))
+    if not 0.5 <= chance < 1:
+        cure = 'write chance = "95 %"'
+        raise InputError("chance is not between 50 % and 100 %", file.path, value=table["chance"], cure=cure)
+    return chance
+
+
+def _second(file: File) -> Second | None:
+    table, keys = _section(file, "pareto"), ("second", "at", "points", "goal")
+    if not table:
+        return None
+    for key in table:
+        if key not in keys:
+            raise unknown_name("key in [pareto]:", key, keys, file.path, row=file.line(key))
+    line, goal = file.line("second"), table.get("goal", "maximise")
+    quantity = quantity_named(table.get("second"), file.path, line)
+    if goal not in ("maximise", "minimise"):
+        cure = 'write goal = "maximise" or "minimise"'
+        raise InputError("goal of [pareto] is neither", file.path, file.line("goal"), value=goal, cure=cure)
+    points = whole_number(file, "points", 12, table, least=2)
+    return Second(quantity, conditions(table.get("at", {}), quantity, file.path, line), goal == "maximise", points)
+
+
+# Posterior -----------------------------------------------------------------------------------------------------------
+
+
+def read_draws(path: Path | str, task: Task) -> dict[str, np.ndarray]:
+    """Draws of the effects' parameters from the chains that `mckibben posterior --netcdf` writes.
+
+    Those of a muscle's own dimensions are of the muscle that was measured, and are left out.
+    """
+    import h5py
+
+    wanted = {f"{name_of(e)}.{p.name}" for e in task.effects for p in parameters(e)}
+    try:
+        with h5py.File(path) as file:
+            group = file["posterior"]
+            assert isinstance(group, h5py.Group)
+            chains = {name: np.asarray(group[name]).ravel() for name in group if name in wanted}
+    except (OSError, KeyError, AssertionError):
+        cure = "mckibben posterior DATASET --netcdf FILE writes one"
+        raise InputError("the file holds no chains of a posterior", path, cure=cure) from None
+    if not chains:
+        cure = f"the design's effects have {', '.join(sorted(wanted)) or 'no parameters'}"
+        raise InputError("the posterior knows no parameter of the design's effects", path, cure=cure)
+    return chains

@@ -1,0 +1,100 @@
+"""Parameters that differ a little from run to run can look like an effect, and must be allowed for.
+
+Every effect's own parameters may differ by a few percent from run to run before anything is called missing by flips of
+loops, and by less where runs of one state agree better than that. The geometry may not differ: it is the same muscle.
+What only whole runs can tell is left to flips of these, if there are enough of them.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import optimize, stats
+
+from fitting.diagnosis.universe import Trial
+from fitting.residuals import Samples
+from fitting.solving.unknowns import Unknowns
+
+REPEATABLE = 0.03  # most that the standard deviation of a parameter from run to run may be, relative
+DOUBT = 0.05  # that it is larger than the runs' agreement allows
+CLEAR = 0.05  # of a difference between runs that must be left beside what all share, to be seen
+
+
+@dataclass(frozen=True)
+class Yielding:
+    """How a fitted set may give way: slopes of its rows (rows, k), and rows (p) and slopes (p, k) of its priors."""
+
+    slopes: np.ndarray
+    prior_rows: np.ndarray
+    prior_slopes: np.ndarray
+    group: np.ndarray  # of each column: which parameter it lets differ between runs, -1 for what all share
+
+    def left(self, rows: np.ndarray) -> float:
+        """Sum of squares that is left when everything has given way."""
+        whole = np.vstack([self.slopes, self.prior_slopes])
+        target = np.concatenate([rows, self.prior_rows])
+        step = np.linalg.lstsq(whole, target, rcond=1e-12)[0]
+        return float(np.sum((target - whole @ step) ** 2))
+
+
+def too_few(samples: Samples, level: float) -> bool:
+    """Whether flips of whole runs could never reach the level, and there is more than one run."""
+    runs = len(np.unique(samples.run))
+    return runs > 1 and 2 * 2.0 ** (1 - runs) > level
+
+
+def together(trial: Trial) -> Yielding:
+    """All runs have the same parameters."""
+    return Yielding(trial.slopes, trial.prior_rows, trial.prior_slopes, np.full(trial.slopes.shape[1], -1))
+
+
+def from_run_to_run(trial: Trial, layout: Unknowns, samples: Samples) -> Yielding:
+    """Each run has parameters of its own beside the common ones, near them."""
+    own = [k for k, name in enumerate(trial.free) if not name.startswith("muscle.")]
+    relative = trial.slopes[:, own] * [REPEATABLE * _per_log(trial, layout, k) for k in own]
+    runs = np.unique(samples.run)
+    apart = np.hstack([np.where((samples.run == run)[:, None], relative, 0.0) for run in runs])
+    count = apart.shape[1]
+    priors, common = trial.prior_slopes, np.zeros((len(trial.prior_rows), count))
+    return Yielding(
+        np.hstack([trial.slopes, apart]),
+        np.concatenate([trial.prior_rows, np.zeros(count)]),
+        np.block([[priors, common], [np.zeros((count, priors.shape[1])), np.eye(count)]]),
+        np.concatenate([np.full(priors.shape[1], -1), np.tile(np.arange(len(own)), len(runs))]),
+    )
+
+
+def as_far_as_seen(columns: np.ndarray, group: np.ndarray, rows: np.ndarray, beside: np.ndarray) -> np.ndarray:
+    """Columns (rows, k) of differences between runs, made as small as the runs' agreement says.
+
+    All is whitened. Beside what is common to all runs and what is smooth (`beside`, orthonormal), the differences of
+    one parameter have s_i^2 c^2 + 1 as variances, and c is the largest share of `REPEATABLE` that the rows do not deny.
+    """
+    out = columns.copy()
+    for each in np.unique(group[group >= 0]):
+        mine = columns[:, group == each]
+        differing = mine - beside @ (beside.T @ mine)
+        side, size, _ = np.linalg.svd(differing, full_matrices=False)
+        seen = size > CLEAR * np.max(np.linalg.norm(mine, axis=0), initial=1e-300)
+        out[:, group == each] *= _share(size[seen], side[:, seen].T @ rows)
+    return out
+
+
+def _share(size: np.ndarray, score: np.ndarray) -> float:
+    if not len(size):
+        return 1.0
+    least = stats.chi2.ppf(DOUBT, len(size))
+    beyond = lambda share: float(np.sum(score**2 / (1 + (share * size) ** 2)) - least)  # noqa: E731
+    if beyond(1.0) >= 0:
+        return 1.0
+    if beyond(0.0) <= 0:
+        return 0.0
+    return float(optimize.root_scalar(beyond, bracket=(0.0, 1.0)).root)
+
+
+def _per_log(trial: Trial, layout: Unknowns, k: int) -> float:
+    """How far a parameter's place moves for a change of its logarithm."""
+    at = layout.at([trial.free[k]])[0]
+    entry = layout.entries[at]
+    if entry.logarithmic:
+        return 1 / np.log(entry.upper / entry.lower)
+    return abs(trial.vector[at]) / (entry.upper - entry.lower)

@@ -1,0 +1,165 @@
+"""How one fitted set of effects stands: tested for anything missing, and on runs left out."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from fitting.diagnosis import apart, flips, held_out, omnibus
+from fitting.diagnosis.apart import Yielding
+from fitting.diagnosis.flips import Units
+from fitting.diagnosis.universe import Trial, Universe
+from fitting.diagnosis.working_noise import Noise, noise_from, removed
+
+INVISIBLE = 0.02  # of a signature's square that must survive the model's own parameters to be seen at all
+ALIKE = 0.9
+
+
+@dataclass(frozen=True)
+class Seen:
+    """What the test says of one candidate."""
+
+    p_value: float
+    limit: float | None  # N rms left after refitting, found with power 0.8; None where the data cannot see it
+    absorbed: float
+    alike: dict[str, float]
+
+
+@dataclass(frozen=True)
+class Standing:
+    """A fitted set and its test; `reason` says why it is not adequate, empty if it is."""
+
+    test: flips.Verdict
+    columns: tuple[str, ...]  # the candidate of each tested column
+    rms_columns: np.ndarray  # of what is left of each column, N
+    noise_rms: float
+    noise: float  # the same, N
+    reason: str = ""
+
+    @property
+    def rejected(self) -> bool:
+        """Whether something is missing."""
+        return self.test.rejected
+
+    def but(self, reason: str) -> "Standing":
+        """The same, not adequate for this reason."""
+        return replace(self, reason=reason)
+
+    def of(self, name: str) -> Seen:
+        """What the test says of one candidate, over all its shapes."""
+        at = [i for i, column in enumerate(self.columns) if column == name]
+        if not at:
+            return Seen(float("nan"), None, float("nan"), {})
+        visible = [i for i in at if self.test.left[i] ** 2 > INVISIBLE]
+        seen_anyway = np.sqrt(flips.MANY**2 - 1) * self.noise  # where flips are blind
+        limits = [min(self.test.detectable[i] * self.rms_columns[i], seen_anyway) for i in visible]
+        absorbed = 1 - max(self.test.left[i] ** 2 for i in at)
+        return Seen(
+            float(min(self.test.p_effects[i] for i in at)),
+            float(np.median(limits)) if limits else None,
+            float(absorbed),
+            self._alike(visible, name) if visible else {},
+        )
+
+    def _alike(self, at: list[int], name: str) -> dict[str, float]:
+        found: dict[str, float] = {}
+        for j, other in enumerate(self.columns):
+            if other != name and self.test.left[j] ** 2 > INVISIBLE:
+                cosine = float(np.max(np.abs(self.test.cosines[at, j])))
+                if cosine > ALIKE:
+                    found[other] = max(found.get(other, 0.0), cosine)
+        return dict(sorted(found.items(), key=lambda item: -item[1]))
+
+
+class Examiner:
+    """Tests fitted sets of one universe, all with the same units and the same flips."""
+
+    def __init__(self, world: Universe, base: Trial, seed: int):
+        self.world, self.base, self.seed = world, base, seed
+        self.basis = omnibus.basis(world.samples)
+        self.units: Units = flips.units(world.samples, self.noise(base).memory)
+        points = self.units.count == len(world.samples)  # of a static map: each was set by itself
+        self.runs_apart = not points and len(np.unique(world.samples.run)) > 1
+        self._left_out: dict[tuple[int, bool], np.ndarray] = {}
+
+    @cached_property
+    def groups(self) -> np.ndarray:
+        """Which left-out group each row belongs to."""
+        return held_out.folds(self.world.samples)
+
+    def noise(self, trial: Trial) -> Noise:
+        """The working noise model of a trial, from what neither its parameters nor the omnibus basis explain."""
+        beside = np.hstack([self.basis, trial.slopes])
+        return noise_from(trial.rows, beside, self.world.samples)
+
+    @property
+    def rests_on(self) -> str:
+        """What the test rests on, in words."""
+        allowed = f"; each effect's parameters may differ from run to run, by {apart.REPEATABLE:.0%} at most"
+        return self.units.words + (allowed if self.runs_apart else "")
+
+    def yielding(self, trial: Trial) -> Yielding:
+        """How a fitted set may give way before anything is called missing from it."""
+        if self.runs_apart:
+            return apart.from_run_to_run(trial, self.world.layout, self.world.samples)
+        return apart.together(trial)
+
+    def left(self, trial: Trial) -> float:
+        """Sum of squares that a fitted set leaves when its runs may differ a little."""
+        return self.yielding(trial).left(trial.rows)
+
+    def stand(
+        self, added: frozenset[str], trial: Trial, fitted: Mapping[frozenset[str], Trial], limits: bool = False
+    ) -> Standing:
+        """Test a fitted set against every candidate that could still be added, at several of its shapes."""
+        names, signatures = self._columns(trial, fitted)
+        samples, noise, both = self.world.samples, self.noise(trial), (apart.together(trial), self.yielding(trial))
+        verdict = flips.test(trial.rows, *both, signatures, self.basis, samples, self.units, noise, self.seed, limits)
+        in_newtons = self.world.in_newtons
+        beside = removed(signatures, trial.slopes) * self.world.samples.sigma[:, None]
+        rms = np.sqrt(np.mean(beside[in_newtons] ** 2, axis=0))
+        noise = float(verdict.floor * np.sqrt(np.mean(self.world.samples.sigma[in_newtons] ** 2)))
+        return Standing(verdict, tuple(names), rms, verdict.floor, noise, self._why_not(added, trial, verdict))
+
+    def _why_not(self, added: frozenset[str], trial: Trial, verdict: flips.Verdict) -> str:
+        if verdict.rejected:
+            return f"something is still missing (p = {verdict.p:.2g})"
+        ends = [name for name in trial.at_bound if name.split("@")[0].split(".")[0] in added]
+        if ends:
+            return f"{', '.join(ends)} ends at its bound"
+        denied = self.world.contradicted(trial)
+        if added and denied:
+            return f"contradicts what was measured: {', '.join(denied)}"
+        if added:
+            fall, error = held_out.difference(self.left_out(self.base), self.left_out(trial), self.groups)
+            if not fall > error:
+                return "does not lower the error on runs left out"
+        return ""
+
+    def _columns(self, trial: Trial, fitted: Mapping[frozenset[str], Trial]) -> tuple[list[str], np.ndarray]:
+        """Whatever could still be added, at several shapes: names, and signatures (rows, names)."""
+        wanted = []
+        for candidate in self.world.candidates:
+            after = self.world.with_added([candidate], trial.effects)
+            if candidate not in trial.effects and not self.world.lacking(after):
+                wanted += [(candidate, shape) for shape in self._shapes(candidate, fitted)]
+        columns = self.world.signatures(trial, wanted)
+        told = np.all(np.isfinite(columns), axis=0) & np.any(columns != 0, axis=0)
+        return [name for (name, _), good in zip(wanted, told, strict=True) if good], columns[:, told]
+
+    def _shapes(self, candidate: str, fitted: Mapping[frozenset[str], Trial]) -> list[dict[str, float]]:
+        shapes = self.world.shapes(candidate)
+        alone = fitted.get(frozenset([candidate]))
+        if alone is None:
+            return shapes
+        names = self.world.layout.of_effect(candidate)
+        found = dict(zip(names, alone.vector[self.world.layout.at(names)], strict=True))
+        return [*shapes[:2], found]
+
+    def left_out(self, trial: Trial, glance: bool = False) -> np.ndarray:
+        """A trial's rows on runs left out; at a glance, without refitting."""
+        key = (id(trial), glance)
+        if key not in self._left_out:
+            self._left_out[key] = self.world.left_out(trial, self.groups, glance)
+        return self._left_out[key]

@@ -1,0 +1,254 @@
+"""Is anything missing? Scores of every candidate, and of a basis that knows none, with signs flipped loop by loop.
+
+Only the mean has to be right: errors may be correlated within a unit, drift, and differ in size between units
+(Hemerik, Goeman & Finos 2020; Canay, Romano & Shaikh 2017). The flips are the same for all candidates and all their
+hidden shapes, so the largest score of many is compared with the largest of many.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import stats
+
+from fitting.diagnosis.apart import Yielding, as_far_as_seen, too_few
+from fitting.diagnosis.detection import detectable
+from fitting.diagnosis.working_noise import Noise, orthonormal, removed, whitened
+from fitting.residuals import Samples
+
+FLIPS = 1999
+LEVEL = 0.01
+FEW_LEVEL = 0.005
+ENOUGH = 12  # units below which smaller ones are flipped
+MANY = 2.5  # times the noise: so much misfit is a misfit, though flips may be blind to it
+SPREAD = 0.1  # likeness of the units of one run above which they cannot count as independent; noise alone: below 0
+
+
+@dataclass(frozen=True)
+class Units:
+    """What is flipped as a whole: a number for each row, the test's level, and in words."""
+
+    number: np.ndarray
+    level: float
+    words: str
+    trusted: bool  # false where the units are blocks of samples and the verdict rests on the noise model
+
+    @property
+    def count(self) -> int:
+        """How many."""
+        return int(self.number.max()) + 1
+
+    def runs(self, samples: Samples) -> np.ndarray:
+        """The run of each unit."""
+        run = np.empty(self.count, int)
+        run[self.number] = samples.run
+        return run
+
+
+def numbered(*keys: np.ndarray) -> np.ndarray:
+    """Rows with equal keys get equal numbers, in order."""
+    return np.unique(np.stack(keys), axis=1, return_inverse=True)[1]
+
+
+def units(samples: Samples, memory: float) -> Units:
+    """Whole loops; where they are few, half loops; where those are few, blocks of samples within a branch."""
+    loops, halves = numbered(samples.run, samples.loop), numbered(samples.run, samples.half)
+    if ENOUGH <= loops.max() + 1 == len(samples):
+        return Units(loops, LEVEL, f"signs of {len(samples)} single points flipped", True)
+    if loops.max() + 1 >= ENOUGH:
+        return Units(loops, LEVEL, f"signs of {loops.max() + 1} loops flipped", True)
+    if halves.max() + 1 >= ENOUGH:
+        return Units(halves, LEVEL, f"signs of {halves.max() + 1} half loops flipped: few loops", True)
+    size = int(max(20, np.ceil(8 * (1 + memory) / max(1 - memory, 1e-3))))
+    place = np.concatenate([np.arange(n) for n in np.bincount(halves)])
+    order = np.argsort(halves, kind="stable")
+    within = np.empty(len(halves), int)
+    within[order] = place
+    blocks = numbered(halves, within // size)
+    words = (
+        f"signs of {blocks.max() + 1} blocks of {size} samples flipped: too few loops, this rests on the noise model"
+    )
+    return Units(blocks, FEW_LEVEL, words, False)
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """The test of one fitted model: is anything missing from it?"""
+
+    p: float
+    p_units: float  # by flips of units, with runs that may differ a little
+    p_runs: float  # by flips of whole runs, which may differ as they like; 1 where they are too few
+    spread: float  # how alike the units of one run err, beyond what all runs share
+    p_effects: np.ndarray  # of each candidate column, corrected for all
+    p_omnibus: float
+    ratio_p: float  # likelihood ratio of the omnibus basis under the noise model
+    floor: float  # rms of the rows without what the basis explains, in standard deviations
+    detectable: np.ndarray  # the amount of each candidate column that the test would find, if asked; infinite: none
+    left: np.ndarray  # share of each column, whitened, that the model's parameters leave
+    cosines: np.ndarray  # between the columns after that
+    rms: float
+    level: float
+
+    @property
+    def rejected(self) -> bool:
+        """Whether something is missing, by flips or because the misfit is many times the noise."""
+        by_flips = self.p < self.level and not self.runs_differ
+        return by_flips or (self.rms > MANY * self.floor and self.ratio_p < 1e-3)
+
+    @property
+    def runs_differ(self) -> bool:
+        """Whether a spread of parameters from run to run explains as well what flips of smaller units reject."""
+        return self.p < self.level <= self.p_runs and self.spread > SPREAD
+
+
+def test(
+    rows: np.ndarray,
+    same: Yielding,
+    apart: Yielding,
+    signatures: np.ndarray,
+    basis: np.ndarray,
+    samples: Samples,
+    unit: Units,
+    noise: Noise,
+    seed: int,
+    limits: bool,
+) -> Verdict:
+    """Test a fitted model against candidate `signatures` (rows, candidates) and the omnibus `basis` (rows, q).
+
+    Two tests, of which either may reject. Units smaller than a run are flipped after the model has given way `apart`,
+    with parameters a little different in every run; where there are enough runs, whole runs are flipped after it has
+    given way as the `same` in all, at half the level. With `limits` it is also said how much of each candidate would
+    be found.
+    """
+    whole_floor = float(np.sqrt(np.mean(removed(rows[:, None], np.hstack([basis, same.slopes])) ** 2)))
+    together = unit.number if unit.trusted else samples.run  # neighbouring blocks err together, loops hardly do
+    counts = (1, same.slopes.shape[1], apart.slopes.shape[1], signatures.shape[1])
+    columns = np.hstack([rows[:, None], same.slopes, apart.slopes, signatures, basis])
+    e, j, j_apart, z, o = np.split(whitened(columns, samples, together, noise), np.cumsum(counts), axis=1)
+    common = _projected(e[:, 0], j, z, o, same)
+    j_apart = as_far_as_seen(j_apart, apart.group, e[:, 0], orthonormal(np.hstack([j, o])))
+    own = _projected(e[:, 0], j_apart, z, o, apart)
+    signs = np.random.default_rng(seed).choice([-1.0, 1.0], size=(FLIPS, unit.count))
+    by_unit = own.scores(unit.number).under(signs)
+    tests = [(own, unit.number, unit.level / 2)]
+    p_runs = 1.0
+    if not too_few(samples, unit.level / 2):
+        run = numbered(samples.run)
+        tests.append((common, run, unit.level / 4))
+        p_runs = common.scores(run).under(signs[:, : run.max() + 1]).p
+    found = [_found(*which, signs, seed) for which in tests] if limits else [np.full(z.shape[1], np.nan)]
+    return Verdict(
+        p=min(by_unit.p, 2 * p_runs, 1.0),
+        p_units=by_unit.p,
+        p_runs=p_runs,
+        spread=alike_within(_by_unit(common.o * common.clean[:, None], unit.number), unit.runs(samples)),
+        p_effects=by_unit.p_effects,
+        p_omnibus=by_unit.p_omnibus,
+        ratio_p=own.ratio_p,
+        floor=whole_floor,
+        detectable=np.min(found, axis=0),
+        left=common.kept / np.maximum(np.linalg.norm(z, axis=0), 1e-300),
+        cosines=(common.z / common.kept).T @ (common.z / common.kept),
+        rms=float(np.sqrt(np.mean(rows**2))),
+        level=unit.level,
+    )
+
+
+@dataclass(frozen=True)
+class _Projected:
+    """Whitened rows, candidates and omnibus basis (orthonormal) beside what the model's parameters can make of them."""
+
+    e: np.ndarray
+    z: np.ndarray
+    z_prior: np.ndarray  # of each candidate and the rows, what falls on the rows of the priors
+    o: np.ndarray
+    kept: np.ndarray  # norm of each candidate
+    seen: np.ndarray  # which candidates the parameters do not take whole
+    parameters: int
+
+    @property
+    def clean(self) -> np.ndarray:
+        """Rows without what is smooth."""
+        return self.e - self.o @ (self.o.T @ self.e)
+
+    @property
+    def freedom(self) -> int:
+        """Rows that neither parameters nor basis use up."""
+        return max(len(self.e) - self.parameters - self.o.shape[1], 1)
+
+    @property
+    def ratio_p(self) -> float:
+        """Of the likelihood ratio of the basis, were the noise model right."""
+        smooth = np.sum((self.o.T @ self.e) ** 2)
+        ratio = (smooth / self.o.shape[1]) / (max(np.sum(self.e**2) - smooth, 1e-300) / self.freedom)
+        return float(stats.f.sf(ratio, self.o.shape[1], self.freedom))
+
+    def scores(self, number: np.ndarray) -> "_Scores":
+        """Unit by unit."""
+        effects = np.where(self.seen, _by_unit(self.z * self.e[:, None], number) / self.kept, 0.0)
+        return _Scores(effects, self.z_prior / self.kept, _by_unit(self.o * self.e[:, None], number))
+
+
+def _projected(e: np.ndarray, j: np.ndarray, z: np.ndarray, o: np.ndarray, by: Yielding) -> _Projected:
+    curvature = np.linalg.pinv(j.T @ j + by.prior_slopes.T @ by.prior_slopes, rcond=1e-13, hermitian=True)
+    step = curvature @ (j.T @ e + by.prior_slopes.T @ by.prior_rows)  # to the optimum of the whitened rows
+    z_left = z - j @ (curvature @ (j.T @ z))
+    z_prior = -by.prior_slopes @ (curvature @ (j.T @ z))
+    o_left = orthonormal(o - j @ (curvature @ (j.T @ o)))
+    kept = np.maximum(np.linalg.norm(z_left, axis=0), 1e-300)
+    seen = kept > 1e-6 * np.linalg.norm(z, axis=0)
+    never = z_prior.T @ (by.prior_rows - by.prior_slopes @ step)
+    return _Projected(e - j @ step, z_left, never, o_left, kept, seen, int(np.linalg.matrix_rank(j)))
+
+
+def _found(what: _Projected, number: np.ndarray, level: float, signs: np.ndarray, seed: int) -> np.ndarray:
+    """The amount of each candidate that flips of these units find."""
+    alone = what.clean * np.sqrt(len(what.e) / what.freedom)
+    unit_columns = what.z / what.kept
+    return detectable(unit_columns, alone, number, signs[:, : number.max() + 1], level, seed) / what.kept
+
+
+@dataclass(frozen=True)
+class _Scores:
+    """Of every candidate (units, candidates) and of the omnibus basis (units, q); `prior` is what never flips."""
+
+    effects: np.ndarray
+    prior: np.ndarray
+    omnibus: np.ndarray
+
+    def under(self, signs: np.ndarray) -> "_Chance":
+        """The largest of all candidates, and the omnibus sum, compared with what flips (flips, units) make of them."""
+        seen = np.abs(self.effects.sum(0) + self.prior)
+        top = np.abs(signs @ self.effects + self.prior).max(axis=1, initial=0.0)
+        q = np.sum(self.omnibus.sum(0) ** 2)
+        p_omnibus = _share(np.sum((signs @ self.omnibus) ** 2, axis=1) >= q)
+        p_effects = np.array([_share(top >= value) for value in seen])
+        return _Chance(float(min(1.0, 2 * min(p_effects.min(initial=1.0), p_omnibus))), p_effects, p_omnibus)
+
+
+@dataclass(frozen=True)
+class _Chance:
+    p: float
+    p_effects: np.ndarray
+    p_omnibus: float
+
+
+def alike_within(scores: np.ndarray, run: np.ndarray) -> float:
+    """How alike the scores (units, q) of one run's units are, beyond what all runs share: 0 for noise, 1 for a spread.
+
+    `scores` are of rows from which the smooth misfit that runs have in common is removed. A parameter that differs from
+    run to run leaves the same trace in all units of a run; then these do not err independently.
+    """
+    pairs = (run[:, None] == run[None, :]) & ~np.eye(len(run), dtype=bool)
+    products, squares = scores @ scores.T, np.sum(scores**2, axis=1)
+    both = 0.5 * (squares[:, None] + squares[None, :])
+    return float(products[pairs].sum() / both[pairs].sum()) if pairs.any() and both[pairs].sum() > 0 else 0.0
+
+
+def _by_unit(products: np.ndarray, number: np.ndarray) -> np.ndarray:
+    sums = np.zeros((number.max() + 1, products.shape[1]))
+    np.add.at(sums, number, products)
+    return sums
+
+
+def _share(at_least: np.ndarray) -> float:
+    return float((1 + np.sum(at_least)) / (1 + len(at_least)))

@@ -1,0 +1,97 @@
+"""Explanations that these data cannot tell apart, special cases of each other, and the one that leads."""
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from fitting.diagnosis import held_out
+from fitting.diagnosis.examine import Examiner
+from fitting.diagnosis.record import Leading
+from fitting.diagnosis.universe import Trial, Universe
+
+SAME = 0.1  # of the noise: a set that follows another's prediction this closely contains it
+CLEARLY = 2.0  # standard errors
+WORSE = 3.0  # standard errors by which an adequate set may foretell worse than another before it is dropped
+
+
+def contains(world: Universe, larger: Trial, smaller: Trial, noise: float) -> bool:
+    """Whether one fitted set can predict all that another predicts."""
+    followed = world.mimicking(smaller).fit(larger.effects, larger.vector)
+    return held_out.rms(followed.rows) < SAME * noise
+
+
+def simplest(
+    world: Universe, adequate: Sequence[frozenset[str]], trials: Mapping[frozenset[str], Trial], noise: float
+) -> tuple[list[frozenset[str]], tuple[tuple[str, ...], ...]]:
+    """Adequate sets without those that contain a simpler adequate one, and the classes of exact likes."""
+    order = sorted(adequate, key=lambda added: (len(trials[added].free), trials[added].cost))
+    kept: list[frozenset[str]] = []
+    classes: dict[frozenset[str], list[frozenset[str]]] = {}
+    for added in order:
+        host = next((k for k in kept if contains(world, trials[added], trials[k], noise)), None)
+        if host is None:
+            kept.append(added)
+            classes[added] = [added]
+        elif len(trials[added].free) == len(trials[host].free):
+            classes[host].append(added)
+    alike = [members for members in classes.values() if len(members) > 1]
+    named = sorted((member for members in classes.values() for member in members), key=order.index)
+    return named, tuple(tuple("+".join(sorted(member)) for member in members) for members in alike)
+
+
+def plausible(world: Universe, added: frozenset[str], trial: Trial) -> bool:
+    """Whether a fitted set denies no stated measurement and none of what was added ends at its bound."""
+    ends = {name.split("@")[0].split(".")[0] for name in trial.at_bound}
+    return not (ends & added or world.contradicted(trial))
+
+
+def foretelling(
+    adequate: Sequence[frozenset[str]], trials: Mapping[frozenset[str], Trial], examiner: Examiner
+) -> list[frozenset[str]]:
+    """Adequate sets without those that foretell runs left out clearly worse than the best of them."""
+    rows = {added: examiner.left_out(trials[added]) for added in adequate}
+    best = min(rows.values(), key=held_out.rms, default=None)
+    return [added for added in adequate if best is None or not _clearly(rows[added], best, examiner.groups, WORSE)]
+
+
+def leading_of(
+    world: Universe, base: Trial, trials: Mapping[frozenset[str], Trial], examiner: Examiner
+) -> Leading | None:
+    """The single effect, or rivals of one family, that lowers the left-out error by clearly more than any other."""
+    all_singles = [added for added in trials if len(added) == 1]
+    singles = [added for added in all_singles if plausible(world, added, trials[added])] or all_singles
+    rows = {added: examiner.left_out(trials[added]) for added in singles}
+    order = sorted(singles, key=lambda added: held_out.rms(rows[added]))
+    if not order or not _clearly(examiner.left_out(base), rows[order[0]], examiner.groups):
+        return None
+    equals = [added for added in order if not _clearly(rows[added], rows[order[0]], examiner.groups)]
+    fewest = min(len(trials[added].free) for added in equals)
+    named = [added for added in equals if len(trials[added].free) == fewest]
+    if not _of_one_kind(world, equals, named[0], trials):
+        return None
+    others = [added for added in order if added not in equals]
+    whole, left = np.mean(examiner.left_out(base) ** 2), np.mean(rows[named[0]] ** 2)
+    return Leading(
+        tuple(min(added) for added in named),
+        float(1 - left / whole),
+        world.rmse(rows[named[0]]),
+        world.rmse(rows[others[0]]) if others else world.rmse(examiner.left_out(base)),
+    )
+
+
+def _of_one_kind(
+    world: Universe, equals: Sequence[frozenset[str]], first: frozenset[str], trials: Mapping[frozenset[str], Trial]
+) -> bool:
+    """Whether equals are rivals of one family, or hold the first of them as a special case."""
+    family = world.effects[min(first)].family
+    others = [added for added in equals if added != first]
+    return all(
+        (family is not None and world.effects[min(other)].family == family)
+        or contains(world, trials[other], trials[first], held_out.rms(trials[first].rows))
+        for other in others
+    )
+
+
+def _clearly(worse: np.ndarray, better: np.ndarray, groups: np.ndarray, errors: float = CLEARLY) -> bool:
+    fall, error = held_out.difference(worse, better, groups)
+    return fall > errors * error

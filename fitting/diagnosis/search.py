@@ -1,0 +1,114 @@
+"""The search behind a diagnosis, level by level: what was fitted, what was tested, what stands."""
+
+from collections.abc import Callable, Sequence
+from itertools import combinations
+
+import numpy as np
+
+from fitting.diagnosis.examine import Examiner, Standing
+from fitting.diagnosis.universe import Trial, Universe
+from fitting.least_squares import Fit
+
+BETTERED = 0.6  # an explanation that one more effect brings below this share of its rms was not the whole of it
+BEST_SINGLES = 20  # from which pairs are built
+BEST_TRIPLED = 12  # from which triples are built
+REFITTED = 24  # larger sets that survive the linear screening
+TESTED = 16
+Progress = Callable[[str, float], None]
+
+
+class Search:
+    """All that is known of one model on some data sets, and of the sets of effects added to it."""
+
+    def __init__(self, world: Universe, base: Trial, examiner: Examiner, baseline: Fit, told: Progress):
+        self.world, self.base, self.examiner, self.baseline, self.told = world, base, examiner, baseline, told
+        self.notes: tuple[str, ...] = ()
+        self.trials: dict[frozenset[str], Trial] = {}  # by what was added
+        self.standings: dict[frozenset[str], Standing] = {}
+        self.adequate: list[frozenset[str]] = []
+        self.base_stands = False
+
+    def run(self) -> None:
+        """Stop at the first level with an adequate member, having looked one level further."""
+        self.told("one effect at a time", 0.1)
+        self.fit_level([frozenset([name]) for name in self.world.candidates])
+        self.gate = self.examiner.stand(frozenset(), self.base, self.trials, limits=True)
+        self.base_stands = not self.gate.rejected and not self.bettered(frozenset())
+        if self.base_stands:
+            return
+        for size, pool in ((1, BEST_SINGLES), (2, BEST_TRIPLED), (3, 0)):
+            if size < 3:
+                self.told(("pairs", "triples")[size - 1], 0.3 * size + 0.1)
+                self.fit_level(self.screened(size + 1, pool))
+            self.told(f"testing sets of {size}", 0.3 * size + 0.25)
+            self.test_level(size)
+            if self.adequate:
+                return
+
+    def fit_level(self, sets: Sequence[frozenset[str]]) -> None:
+        """Refit the base with each of these sets added."""
+        jobs, keys = [], []
+        for added in sets:
+            effects = self.world.with_added(sorted(added))
+            if added <= effects and self.world.possible(effects, sorted(added)):
+                jobs.append((effects, *self.beginning(added)))
+                keys.append(added)
+        self.trials.update(zip(keys, self.world.fit_all(jobs), strict=True))
+
+    def beginning(self, added: frozenset[str]) -> tuple[np.ndarray, Sequence[str]]:
+        """Where a set's fit starts: at the best smaller one inside it, with the rest as fitted alone."""
+        inside = [self.trials[part] for part in self.trials if part < added]
+        if not inside:
+            return self.base.vector, sorted(added)
+        best = min(inside, key=lambda trial: trial.cost)
+        vector = best.vector.copy()
+        for name in added - best.effects:
+            own = self.world.layout.at(self.world.layout.of_effect(name))
+            alone = self.trials.get(frozenset([name]))
+            if alone is not None:
+                vector[own] = alone.vector[own]
+        return vector, ()
+
+    def screened(self, size: int, pool: int) -> list[frozenset[str]]:
+        """Larger sets that a linear look at the rows promises the most of."""
+        singles = sorted((t.cost, min(k)) for k, t in self.trials.items() if len(k) == 1)
+        names = [name for _, name in singles[:pool]]
+        promise = []
+        for group in combinations(sorted(names), size):
+            if self.world.possible(self.world.with_added(group), group):
+                promise.append((self.promised(group), frozenset(group)))
+        return [added for _, added in sorted(promise, key=lambda p: p[0])[:REFITTED]]
+
+    def promised(self, group: Sequence[str]) -> float:
+        """Sum of squares left if the changes that each effect makes alone could be mixed freely."""
+        changes = [self.trials[frozenset([name])].rows - self.base.rows for name in group]
+        columns = np.stack([*changes, *self.base.slopes.T], axis=1)
+        gram, right = columns.T @ columns, columns.T @ self.base.rows
+        taken = np.linalg.lstsq(gram, right, rcond=1e-12)[0]
+        return float(self.base.rows @ self.base.rows - right @ taken)
+
+    @property
+    def noise(self) -> float:
+        """What noise alone leaves, N: the least that any tested set and the omnibus basis left of it together."""
+        return min(standing.noise for standing in (self.gate, *self.standings.values()))
+
+    def bettered(self, added: frozenset[str]) -> bool:
+        """Whether one more effect brings the error far down."""
+        mine = self.base if not added else self.trials[added]
+        more = [t for key, t in self.trials.items() if len(key) == len(added) + 1 and added < key]
+        bound = BETTERED**2 * self.examiner.left(mine)
+        return any(self.examiner.left(trial) < bound for trial in more)
+
+    def test_level(self, size: int) -> None:
+        """Test the best sets of one size."""
+        level = sorted((k for k in self.trials if len(k) == size), key=lambda k: self.trials[k].cost)
+        best = self.trials[level[0]].cost if level else 0.0
+        for added in level[:TESTED]:
+            if self.trials[added].cost > best / BETTERED**2:
+                break
+            standing = self.examiner.stand(added, self.trials[added], self.trials)
+            if not standing.reason and self.bettered(added):
+                standing = standing.but("one more effect brings the error far down")
+            self.standings[added] = standing
+            if not standing.reason:
+                self.adequate.append(added)

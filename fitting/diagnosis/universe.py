@@ -1,0 +1,317 @@
+"""Every effect at once, switched: any subset of them is fitted by the same compiled function."""
+
+from collections.abc import Iterable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, replace
+from functools import cached_property
+from itertools import islice, product
+
+import jax.numpy as jnp
+import numpy as np
+
+from fitting.diagnosis.held_out import REFIT_BELOW, left_out_rows
+from fitting.least_squares import Solved, Subset, solve
+from fitting.records import FORCE_TESTS, Experiment
+from fitting.residuals import LIGHT, Problem, Samples, problem
+from fitting.solving.sizes import of_standard_size, widened
+from fitting.solving.uncertainty import at_bound
+from fitting.solving.unknowns import Unknowns, unknowns
+from mckibben_jax.effect import Effect, name_of
+from mckibben_jax.model import Model
+from mckibben_jax.muscle import quantities
+
+FREE = (14, 24, 36, 48)  # free parameters are padded to these counts, to compile once for each
+STEPS = 60  # of one search: what converges more slowly is of no use among many
+LOOK, NO_LOOK = np.array(True), np.array(False)  # arrays, so that they are not compiled in
+INSIDE = 0.1  # of a range: where a parameter is tried that ended at the end of it
+UNDECIDED = 2.0  # times the mean square, of half the sum of squares: two standard errors
+DENIED = 4.0  # standard errors of a stated measurement
+STARTS = 4  # of a new effect's hidden shape
+WORKERS = 2  # compiled code leaves the interpreter's lock alone
+
+
+@dataclass(frozen=True)
+class Trial:
+    """One set of effects, fitted: rows and slopes in standard deviations, of the measurements and of the priors."""
+
+    effects: frozenset[str]
+    vector: np.ndarray
+    free: tuple[str, ...]
+    rows: np.ndarray
+    slopes: np.ndarray
+    prior_rows: np.ndarray
+    prior_slopes: np.ndarray
+    at_bound: tuple[str, ...]
+
+    @property
+    def cost(self) -> float:
+        """Sum of squares over all rows."""
+        return float(np.sum(self.rows**2) + np.sum(self.prior_rows**2))
+
+
+@dataclass(frozen=True)
+class Universe:
+    """Data sets, and every effect that is in the model or may be missing from it."""
+
+    layout: Unknowns
+    problem: Problem  # of standard size
+    real: np.ndarray  # which of its rows are measurements that carry weight, in the order of `samples`
+    samples: Samples
+    base: tuple[str, ...]
+    candidates: tuple[str, ...]
+    untestable: dict[str, str]  # effect to reason
+    always_free: tuple[str, ...]  # of the muscle
+    fixed: tuple[str, ...]
+    start: np.ndarray
+
+    @property
+    def template(self) -> Model:
+        """The model with every effect."""
+        return self.layout.templates[0]
+
+    @cached_property
+    def effects(self) -> dict[str, Effect]:
+        """Every effect by its name, in the order in which they act."""
+        return dict(zip(self.template.names, self.template.effects, strict=True))
+
+    @property
+    def _count(self) -> int:
+        """Rows of the measurements, with and without weight; those of the priors stand behind them."""
+        return sum(block.keep.size for block in self.problem.blocks)
+
+    @property
+    def in_newtons(self) -> np.ndarray:
+        """Which rows measure force; all, where only positions were measured."""
+        of_force = np.array([block.of_force for block in self.problem.blocks])[self.samples.recording]
+        return of_force if of_force.any() else ~of_force
+
+    def rmse(self, rows: np.ndarray) -> float:
+        """Root mean square in N (in m, where only positions were measured)."""
+        return float(np.sqrt(np.mean((rows * self.samples.sigma)[self.in_newtons] ** 2)))
+
+    def with_added(self, added: Iterable[str], base: Iterable[str] | None = None) -> frozenset[str]:
+        """The base with effects added, each in place of its rivals."""
+        chosen = set(self.base if base is None else base)
+        for new in added:
+            family = self.effects[new].family
+            chosen = {old for old in chosen if family is None or self.effects[old].family != family} | {new}
+        return frozenset(chosen)
+
+    def possible(self, effects: Iterable[str], added: Sequence[str]) -> bool:
+        """Whether a set holds together: needs are met, and no two of the added are rivals."""
+        families = [self.effects[name].family for name in added if self.effects[name].family]
+        return len(set(families)) == len(families) and not self.lacking(effects)
+
+    def lacking(self, effects: Iterable[str]) -> tuple[str, ...]:
+        """What the effects of a set need and neither muscle nor set has."""
+        members = [self.effects[name] for name in effects]
+        given = {thing for effect in members for thing in effect.gives}
+        muscle = self.template.muscle
+        return tuple(
+            need
+            for effect in members
+            for need in effect.needs
+            if need not in given and getattr(muscle, need, None) is None
+        )
+
+    def switches(self, effects: Iterable[str]) -> np.ndarray:
+        """1 for the effects of a set, 0 for all others."""
+        chosen = set(effects)
+        return np.array([name in chosen for name in self.effects], float)
+
+    def free(self, effects: Iterable[str]) -> tuple[str, ...]:
+        """What varies when a set is fitted."""
+        own = [name for effect in sorted(effects) for name in self.layout.of_effect(effect)]
+        return (*self.always_free, *(name for name in own if name not in self.fixed))
+
+    def fit(self, effects: frozenset[str], start: np.ndarray, new: Sequence[str] = ()) -> Trial:
+        """Fit a set of effects from a vector of all unknowns; the new ones' shapes from several starts."""
+        names = self.free(effects)
+        subset = self._subset(effects, self.layout.at(names), start)
+        begin = self._starts(subset, names, start, new)
+        best = None
+        for place in begin:  # one at a time: any number of starts is the same compiled function
+            found = solve(self.problem, subset, jnp.asarray(place)[None], STEPS, NO_LOOK)
+            if best is None or float(found.cost) < float(best.cost):
+                best = found
+        assert best is not None
+        count, k = self._count, len(names)
+        all_rows, all_slopes = np.asarray(best.rows), np.asarray(best.slopes)[:, :k]
+        vector = np.asarray(subset.vector(best.place))[: len(start)]
+        ends = tuple(n for n in at_bound(names, np.asarray(best.place)[:k]) if self._held(subset, names.index(n), best))
+        all_slopes = all_slopes * [name not in ends for name in names]  # what stands at its bound cannot give way
+        rows, slopes = all_rows[self.real], all_slopes[self.real]
+        return Trial(effects, vector, names, rows, slopes, all_rows[count:], all_slopes[count:], ends)
+
+    def _held(self, subset: Subset, at: int, found: Solved) -> bool:
+        """Whether the data hold one free parameter at the end of its range, or would as soon have it inside."""
+        place = np.asarray(found.place).copy()
+        place[at] = np.clip(place[at], INSIDE, 1 - INSIDE)
+        slot = len(self.layout.names)  # nothing reads it
+        free = jnp.where(jnp.arange(len(place)) == at, slot, subset.free)
+        rest = replace(subset, full=subset.vector(jnp.asarray(place)), free=free)
+        again = solve(self.problem, rest, rest.place(rest.full)[None], STEPS, NO_LOOK)
+        scatter = np.mean(np.asarray(found.rows)[: self._count][self.real] ** 2)
+        return float(again.cost) > float(found.cost) + UNDECIDED * float(scatter)
+
+    def fit_all(self, sets: Sequence[tuple[frozenset[str], np.ndarray, Sequence[str]]]) -> list[Trial]:
+        """Fit many sets, two at a time."""
+        with ThreadPoolExecutor(WORKERS) as workers:
+            return list(workers.map(lambda job: self.fit(*job), sets))
+
+    def mimicking(self, trial: Trial) -> "Universe":
+        """The same data sets, had they measured exactly what this trial predicts."""
+        blocks = []
+        wide = widened(trial.rows * self.samples.sigma, self.real, self._count)
+        for block, change in zip(self.problem.blocks, self.problem.split(wide), strict=True):
+            blocks.append(replace(block, measured=block.measured + change.reshape(block.measured.shape)))
+        return replace(self, problem=replace(self.problem, blocks=tuple(blocks)))
+
+    def contradicted(self, trial: Trial) -> tuple[str, ...]:
+        """Stated measurements of the muscle that a trial denies: more than four standard errors away."""
+        stated = [entry.name for entry in self.layout.entries if entry.prior is not None]
+        return tuple(name for name, row in zip(stated, trial.prior_rows, strict=True) if abs(row) > DENIED)
+
+    def left_out(self, trial: Trial, group: np.ndarray, glance: bool = False) -> np.ndarray:
+        """A trial's rows on groups of rows left out: refitted where there are few, else in one step from the fit."""
+        if glance or len(self.samples) > REFIT_BELOW:
+            return left_out_rows(trial.rows, trial.slopes, trial.prior_rows, trial.prior_slopes, group)
+        rows = trial.rows.copy()
+        for g in np.unique(group):
+            rest = replace(self, problem=self.problem.without(widened(group == g, self.real, self._count)))
+            rows[group == g] = rest.fit(trial.effects, trial.vector).rows[group == g] * LIGHT
+        return rows
+
+    def signatures(self, trial: Trial, wanted: Sequence[tuple[str, dict[str, float]]]) -> np.ndarray:
+        """How the rows would change if missing effects were switched on: d(rows)/d(switch) at 0, (rows, effects).
+
+        `wanted` names effects, each with the values of its shape. A rival in the model is switched off as much as the
+        new one is switched on. The slopes of many switches are found together: what one effect's shape is does not
+        matter to another's switch.
+        """
+        columns = np.full((len(self.samples), len(wanted)), np.nan)
+        waiting = dict(enumerate(wanted))
+        while waiting:
+            some: dict[str, int] = {}
+            for i, (added, _) in waiting.items():
+                if len(some) < FREE[0] and added not in some:
+                    some[added] = i
+            columns[:, list(some.values())] = self._slopes(trial, {name: wanted[i][1] for name, i in some.items()})
+            for i in some.values():
+                del waiting[i]
+        replaced = {name: self.with_added([name], trial.effects) for name, _ in wanted}
+        outgoing = {old for name in replaced for old in trial.effects - replaced[name]}
+        off = dict(zip(sorted(outgoing), self._slopes(trial, {key: {} for key in sorted(outgoing)}).T, strict=True))
+        for i, (added, _) in enumerate(wanted):
+            columns[:, i] -= sum((off[old] for old in trial.effects - replaced[added]), np.zeros(len(columns)))
+        return columns
+
+    def signature(self, trial: Trial, added: str, shape: dict[str, float] | None = None) -> np.ndarray:
+        """The signature of one effect."""
+        return self.signatures(trial, [(added, shape or {})])[:, 0]
+
+    def _slopes(self, trial: Trial, turned: Mapping[str, dict[str, float]]) -> np.ndarray:
+        """d(rows)/d(switch) of some effects, each at its own shape, beside the effects of a trial: (rows, effects)."""
+        if not turned:
+            return np.zeros((len(self.samples), 0))
+        vector = trial.vector.copy()
+        for shape in turned.values():
+            vector[self.layout.at(shape)] = list(shape.values())
+        first = len(vector) + 1
+        names = list(self.effects)
+        at = [first + names.index(name) for name in turned]
+        subset = self._subset(trial.effects, at, vector, beside=turned)
+        found = solve(self.problem, subset, subset.place(subset.full)[None], STEPS, LOOK)
+        return np.asarray(found.slopes)[self.real][:, : len(turned)]
+
+    def shapes(self, effect: str) -> list[dict[str, float]]:
+        """A few values of an effect's parameters at which to look for it."""
+        names = self.layout.of_effect(effect)
+        declared = [self.layout.entries[i].starts for i in self.layout.at(names)]
+        own = [self.layout.entries[i].start for i in self.layout.at(names)]
+        grid = [dict(zip(names, values, strict=True)) for values in islice(product(*declared), STARTS)]
+        default = dict(zip(names, own, strict=True))
+        return [default, *(shape for shape in grid if shape != default)]
+
+    def _subset(
+        self, effects: frozenset[str], at: Sequence[int] | np.ndarray, start: np.ndarray, beside: Iterable[str] = ()
+    ) -> Subset:
+        """The effects of a set, and others `beside` them that are evaluated but switched off; free is what is `at`.
+
+        The vector holds the unknowns, a slot that nothing reads, and the switches.
+        """
+        size = next((count for count in FREE if count >= len(at)), len(at))
+        free = np.concatenate([at, np.full(size - len(at), len(start))]).astype(int)
+        switches = self.switches(effects)
+        behind = lambda values, slot, rest: jnp.asarray(np.concatenate([values, [slot], np.full(len(switches), rest)]))  # noqa: E731
+        return Subset(
+            jnp.asarray(np.concatenate([start, [0.5], switches])),
+            jnp.asarray(free),
+            jnp.asarray(switches),
+            jnp.asarray(self.switches({*effects, *beside}) > 0),
+            behind(self.layout.lower, 0.0, 0.0),
+            behind(self.layout.upper, 1.0, 1.0),
+            behind(self.layout.logarithmic, False, False),
+            turned=len(switches),
+        )
+
+    def _starts(self, subset: Subset, names: tuple[str, ...], start: np.ndarray, new: Sequence[str]) -> np.ndarray:
+        shapes = [self.shapes(effect)[1:] or self.shapes(effect)[:1] for effect in new]
+        vectors = []
+        for combination in islice(product(*shapes), STARTS):
+            vector = start.copy()
+            for shape in combination:
+                for name, value in shape.items():
+                    vector[self.layout.names.index(name)] = value
+            vectors.append(vector)
+        rest = np.asarray(subset.full)[len(start) :]
+        whole = [jnp.asarray(np.append(vector, rest)) for vector in vectors or [start]]
+        return np.array([np.asarray(subset.place(vector)) for vector in whole])
+
+
+def universe(
+    experiments: Sequence[Experiment],
+    effects: Sequence[Effect],
+    candidates: Sequence[Effect],
+    *,
+    fix: Sequence[str] = (),
+    free: Sequence[str] = (),
+    own: Sequence[str] = (),
+) -> Universe:
+    """Lay out data sets with the effects of a model and all that may be missing from it."""
+    present = [name_of(effect) for effect in effects]
+    others = [effect for effect in candidates if name_of(effect) not in present]
+    untestable = {name_of(effect): _why_not(effect, experiments) for effect in others}
+    untestable = {name: why for name, why in untestable.items() if why}
+    testable = [effect for effect in others if name_of(effect) not in untestable]
+    layout = unknowns(experiments, [*effects, *testable], own)
+    given, samples = problem(experiments, layout)
+    given, real = of_standard_size(given)
+    listed = lambda name, names: name in names or name.split("@")[0] in names  # noqa: E731
+    muscle = [
+        entry.name
+        for entry in layout.entries
+        if entry.name.startswith("muscle.") and (entry.prior is not None or listed(entry.name, free))
+    ]
+    return Universe(
+        layout,
+        given,
+        real,
+        samples,
+        tuple(present),
+        tuple(name for name in layout.templates[0].names if name not in present),
+        untestable,
+        tuple(name for name in muscle if not listed(name, fix)),
+        tuple(name for name in layout.names if listed(name, fix)),
+        layout.start.copy(),
+    )
+
+
+def _why_not(effect: Effect, experiments: Sequence[Experiment]) -> str:
+    """Which measurement of the muscle an effect needs that a data set does not give."""
+    missing = [need for need in effect.needs if need in quantities() and any(e.muscle.lacks(need) for e in experiments)]
+    if missing:
+        return f"cannot be tested: needs {' and '.join(missing)}"
+    if effect.stage == "read" and not any(r.test in FORCE_TESTS for e in experiments for r in e.recordings):
+        return "cannot be tested: no force was measured"
+    return ""

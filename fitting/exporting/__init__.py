@@ -1,0 +1,1 @@
+"""A fitted muscle for others: plain numpy, or a table."""

@@ -1,0 +1,303 @@
+"""Recordings that could be made: what the rig has shown it can do, a grid of candidates, each as a run to predict."""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+from itertools import product
+
+import numpy as np
+
+from fitting import units
+from fitting.reading.noise import noise_of
+from fitting.reading.runs import AT_REST
+from fitting.records import FORCE_TESTS, Experiment, Recording, Run
+
+NODES = 24  # places on each branch at which a candidate is predicted; each stands for all readings around it
+CYCLES = 2  # the first has a fresh memory, the second stands for all that follow
+PRESSURES = (0.1, 0.2, 0.35, 0.5, 0.75, 1.0)  # of the largest seen
+RANGES = ((0.0, 1.0), (0.0, 0.5), (0.5, 1.0), (0.4, 0.6))  # of the stroke seen
+FASTER = 3.0  # than shown, which most rigs can still do
+MUCH_FASTER = 10.0
+SLOWER = 5.0
+MORE_PRESSURE = 1.5
+LONGEST = 600.0  # s, of one loop
+FEWEST = 20  # readings on a branch, at the rate of the data
+HOLD = 30.0  # s
+RAMP = 5.0  # s from lowest to highest pressure, where none was seen
+
+
+@dataclass(frozen=True)
+class Protocol:
+    """A recording that could be made: repeats of one closed cycle, SI.
+
+    A loop goes between two contractions at one pressure, an isometric test between two pressures at one contraction, a
+    static one from point to point. `rate` is that of the contraction (1/s), in isometric tests of the pressure (Pa/s).
+    `beyond` says what the data do not show that the rig can do.
+    """
+
+    test: str
+    pressures: tuple[float, float]
+    contractions: tuple[float, float]
+    rate: float
+    hold: float = 0.0  # s, at each turning point
+    beyond: str = ""
+    specimen: str = ""  # another muscle of the same make, in words; empty for the one that was measured
+
+    @property
+    def branch_time(self) -> float:
+        """Duration from one turning point to the next, s."""
+        span = np.ptp(self.pressures) if self.test == "isometric" else np.ptp(self.contractions)
+        return float(span / self.rate) if self.rate > 0 else 0.0
+
+
+@dataclass(frozen=True)
+class Shown:
+    """What the data show that the rig can do, SI."""
+
+    tests: frozenset[str]
+    pressure: float  # largest
+    contractions: tuple[float, float]
+    speeds: tuple[float, float]  # m/s, slowest and fastest loop; NaN without loops
+    ramps: tuple[float, float]  # Pa/s; NaN without isometric tests
+    interval: float  # s from one reading to the next
+    branches: bool  # whether static points have a direction
+    force: float  # smallest, N
+    noise: float  # standard deviation of one reading, N
+    length: float  # m, at rest
+    position: str  # what the rig reads: contraction, length or displacement
+
+
+def shown(experiment: Experiment) -> Shown:
+    """What one data set shows that its rig can do; only recordings of force count."""
+    recordings = [r for r in experiment.recordings if r.test in FORCE_TESTS]
+    runs = [run for r in recordings for run in r.runs if run.weight.any()]
+    every = lambda name: np.concatenate([getattr(run, name) for run in runs])  # noqa: E731
+    length = float(experiment.muscle.length)
+    steps = [float(np.median(np.diff(run.time))) for r in recordings if r.test != "static" for run in r.runs]
+    return Shown(
+        frozenset(r.test for r in recordings),
+        float(every("pressure").max()),
+        (round(max(float(every("contraction").min()), 0.0), 2), round(float(every("contraction").max()), 2)),
+        _span(length * np.abs(run.rate) for run in _of(recordings, "loop")),
+        _span(np.abs(run.pressure_rate) for run in _of(recordings, "isometric")),
+        float(np.median(steps)) if steps else 1.0,
+        any(np.any(run.branch != 0) for run in _of(recordings, "static")),
+        float(every("measured").min()),
+        float(np.median([noise_of(r) for r in recordings])),
+        length,
+        recordings[0].position,
+    )
+
+
+def _of(recordings: Sequence[Recording], test: str) -> list[Run]:
+    return [run for r in recordings if r.test == test for run in r.runs]
+
+
+def _span(speeds: Iterable[np.ndarray]) -> tuple[float, float]:
+    """The slowest and the fastest run's median speed."""
+    each = [float(np.median(speed[speed > 0])) for speed in speeds if np.any(speed > 0)]
+    return (min(each), max(each)) if each else (float("nan"), float("nan"))
+
+
+# ------------------------------------------------------------------------------------------------------------ the grid
+
+
+def grid(can: Shown) -> tuple[Protocol, ...]:
+    """Candidates: every kind of force test, inside what the rig has shown and, marked, beyond it."""
+    static = _static(can) if "static" in can.tests else []
+    return (*_loops(can), *_isometric(can), *static)
+
+
+def _loops(can: Shown) -> list[Protocol]:
+    unseen = "" if "loop" in can.tests else "a rig that moves the length while the force is read"
+    made = []
+    for share, part, speed in product((*PRESSURES, MORE_PRESSURE), RANGES, _speeds(can)):
+        pressure, span = _round(share * can.pressure), _part(can.contractions, part)
+        beyond = unseen or _beyond(can, pressure, speed)
+        made.append(Protocol("loop", (pressure, pressure), span, speed / can.length, beyond=beyond))
+    whole = _part(can.contractions, RANGES[0])
+    for share in (0.2, 0.5, 1.0):
+        pressure, fast = _round(share * can.pressure), _speeds(can)[-3]
+        made.append(Protocol("loop", (pressure, pressure), whole, fast / can.length, HOLD, unseen))
+    return [p for p in made if (0 if p.beyond else FEWEST * can.interval) <= p.branch_time < LONGEST / 2]
+
+
+def _speeds(can: Shown) -> list[float]:
+    """From slow to much faster than seen, m/s."""
+    slow, fast = can.speeds if np.isfinite(can.speeds[0]) else (0.01, 0.01)
+    between = [np.sqrt(slow * fast)] if fast > 1.5 * slow else []
+    every = [slow / SLOWER, slow, *between, *([fast] if between else []), FASTER * fast, MUCH_FASTER * fast]
+    return [_round(speed) for speed in every]
+
+
+def _beyond(can: Shown, pressure: float, speed: float) -> str:
+    needs = []
+    if pressure > 1.02 * can.pressure:
+        seen = units.show(can.pressure, "Pa", digits=3)
+        needs.append(f"more pressure than the {seen} of these data (mind what the muscle bears)")
+    if np.isfinite(can.speeds[1]) and speed > 1.02 * FASTER * can.speeds[1]:
+        needs.append(f"more speed than {units.show(FASTER * can.speeds[1], 'm/s', digits=3)}")
+    return " and ".join(needs)
+
+
+def _isometric(can: Shown) -> list[Protocol]:
+    unseen = "" if "isometric" in can.tests else "a pressure that is swept while the length is held"
+    usual = 0.95 * can.pressure / RAMP
+    ramps = (usual / 4, usual * 4) if not np.isfinite(can.ramps[0]) else (can.ramps[0], FASTER * can.ramps[1])
+    made = []
+    for low, place, ramp in product((0.05, 0.5), (0.0, 0.25, 0.5, 0.75), ramps):
+        held = round(float(can.contractions[0] + place * np.ptp(can.contractions)), 2)
+        between = (_round(low * can.pressure), _round(can.pressure))
+        made.append(Protocol("isometric", between, (held, held), ramp, beyond=unseen))
+    return made
+
+
+def _static(can: Shown) -> list[Protocol]:
+    made = []
+    for share, part in product((*PRESSURES, MORE_PRESSURE), RANGES[:3]):
+        pressure, span = _round(share * can.pressure), _part(can.contractions, part)
+        made.append(Protocol("static", (pressure, pressure), span, 0.0, beyond=_beyond(can, pressure, 0.0)))
+    return made
+
+
+def _part(whole: tuple[float, float], part: tuple[float, float]) -> tuple[float, float]:
+    low, high = (round(whole[0] + share * (whole[1] - whole[0]), 2) for share in part)
+    return float(low), float(high)
+
+
+def _round(value: float) -> float:
+    """Two figures: nobody sets a regulator more finely."""
+    return float(f"{value:.2g}")
+
+
+# ------------------------------------------------------------------------------------------------------ runs to predict
+
+
+def recording(protocols: Sequence[Protocol], can: Shown) -> Recording:
+    """A run for each candidate, all kinds of force test in one recording: to a model they are the same.
+
+    Nothing is measured yet: the readings are 0, so that a residual is the prediction.
+    """
+    return Recording("planned", "loop", tuple(_run(p, can) for p in protocols), can.noise, position=can.position)
+
+
+def _run(p: Protocol, can: Shown) -> Run:
+    return _points(p, can) if p.test == "static" else _cycles(p)
+
+
+def _cycles(p: Protocol) -> Run:
+    """Between the turning points at a constant speed; these themselves, and holds there, carry no weight."""
+    way, rate = [0.0], [p.rate]
+    half, time, weight = [0], [0.0], [0.0]
+    places = np.append((np.arange(NODES) + 0.5) / NODES, 1.0)
+    for branch in range(2 * CYCLES):
+        rising = branch % 2 == 0
+        way += list(places if rising else 1 - places)
+        time += list(time[-1] + places * p.branch_time)
+        rate += [p.rate if rising else -p.rate] * len(places)
+        weight += [1.0] * NODES + [0.0]
+        half += [branch] * len(places)
+        if p.hold:
+            way, rate, weight, half = [*way, way[-1]], [*rate, 0.0], [*weight, 0.0], [*half, branch]
+            time.append(time[-1] + p.hold)
+    share, moving, halves = np.array(way), np.array(rate), np.array(half)
+    isometric, still = p.test == "isometric", np.zeros(len(way))
+    low, high = p.pressures if isometric else p.contractions
+    course = low + share * (high - low)
+    return _unmeasured(
+        np.array(time),
+        pressure=course if isometric else still + p.pressures[0],
+        contraction=still + p.contractions[0] if isometric else course,
+        rate=still if isometric else moving,
+        pressure_rate=moving if isometric else still,
+        weight=np.array(weight),
+        branch=np.where(halves % 2 == 0, 1, -1),
+        half=halves,
+        loop=halves // 2,
+    )
+
+
+def _points(p: Protocol, can: Shown) -> Run:
+    """Points without history, on both branches where the data have branches."""
+    signs = np.repeat([1, -1] if can.branches else [0, 0], NODES // 2)
+    along = np.tile(np.linspace(*p.contractions, NODES // 2), 2)
+    count = np.arange(CYCLES * len(along))
+    branch, still = np.tile(signs, CYCLES), np.zeros(len(count))
+    return _unmeasured(
+        count.astype(float),
+        pressure=still + p.pressures[0],
+        contraction=np.tile(along, CYCLES),
+        rate=AT_REST * branch,
+        pressure_rate=still,
+        weight=still + 1.0,
+        branch=branch,
+        half=count,
+        loop=count,
+    )
+
+
+def _unmeasured(time: np.ndarray, **known: np.ndarray) -> Run:
+    return Run(name="planned", time=time, measured=np.zeros(len(time)), row=np.arange(len(time)), **known)
+
+
+# -------------------------------------------------------------------------------------------------------- other muscles
+
+
+def specimens(experiment: Experiment) -> tuple[Experiment, ...]:
+    """Muscles of the same make that could be built: half as long, twice as long, with a wall twice as thick."""
+    muscle = experiment.muscle
+    made = [("a muscle half as long", replace(muscle, length=muscle.length / 2))]
+    made.append(("a muscle twice as long", replace(muscle, length=muscle.length * 2)))
+    wall = muscle.wall_thickness
+    if wall is not None and float(2 * wall) < float(muscle.outer_radius):
+        made.append(("a muscle with a wall twice as thick", replace(muscle, wall_thickness=2 * wall)))
+    return tuple(replace(experiment, name=words, muscle=other, recordings=()) for words, other in made)
+
+
+def on_specimen(can: Shown, words: str) -> tuple[Protocol, ...]:
+    """What to record on another muscle: whole loops (or static maps) at a few pressures."""
+    whole = [p for p in (_static(can) if can.tests == {"static"} else _loops(can)) if not p.beyond and not p.hold]
+    whole = [p for p in whole if p.contractions == _part(can.contractions, RANGES[0])]
+    speed = min((p.rate for p in whole), key=lambda v: abs(np.log(max(v, 1e-12) * can.length / 0.01)))
+    return tuple(replace(p, specimen=words) for p in whole if p.rate == speed)
+
+
+# ------------------------------------------------------------------------------------------------------------- in words
+
+
+def in_words(p: Protocol, repeats: int, length: float) -> str:
+    """The recording as one would ask a colleague for it."""
+    low, high = (units.show(value, "Pa", digits=3) for value in p.pressures)
+    span = f"contraction {_plain(p.contractions[0])} to {_plain(p.contractions[1])}"
+    on = f", on {p.specimen}" if p.specimen else ""
+    if p.test == "isometric":
+        ramp = units.show(p.branch_time, "s", digits=2)
+        many = _many(repeats, "isometric cycle")
+        return f"{many} from {low} to {high} and back, each way in {ramp}, held at {span.split(' to ')[0]}{on}"
+    if p.test == "static":
+        return f"{_many(repeats, 'static curve')} at {low}, {span}, {NODES} points each{on}"
+    hold = f", {p.hold:g} s of rest at each end" if p.hold else ""
+    return f"{_many(repeats, 'loop')} at {low}, {span}, {units.show(p.rate * length, 'm/s', digits=2)}{hold}{on}"
+
+
+def _many(count: int, what: str) -> str:
+    return f"{count} {what}{'s' if count > 1 else ''}"
+
+
+def _plain(value: float) -> str:
+    return f"{value:.2g}"
+
+
+def simulation(p: Protocol, repeats: int, can: Shown, model: str, folder: str) -> str | None:
+    """The command that rehearses the recording on a model; None where `mckibben simulate` cannot do it."""
+    if p.hold or p.test == "static" or p.specimen:
+        return None
+    rate = f'--rate "{1 / can.interval:.4g} Hz" --noise "{can.noise:.3g} N" --out {folder}'
+    if p.test == "isometric":
+        low, high = (f"{value:.6g}" for value in p.pressures)
+        turns = ",".join([low, *[high, low] * repeats])
+        order = f'--contraction {p.contractions[0]:.4g} --pressures "{turns} Pa" --duration "{p.branch_time:.4g} s"'
+        return f"mckibben simulate {model} --test isometric {order} {rate}"
+    low, high = (f"{value:.4g}" for value in p.contractions)
+    turns = ",".join([low, *[high, low] * repeats])
+    speed, pressure = f'--speed "{1e3 * p.rate * can.length:.4g} mm/s"', f'--pressure "{p.pressures[0]:.6g} Pa"'
+    return f"mckibben simulate {model} --test loop {pressure} --turns {turns} {speed} {rate}"

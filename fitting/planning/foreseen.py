@@ -1,0 +1,159 @@
+"""What each explanation of the data foretells of recordings that nobody has made."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import jax.numpy as jnp
+import numpy as np
+from scipy.optimize import least_squares
+
+from fitting.discover import with_added
+from fitting.least_squares import Subset, free_names, rows_and_slopes, subset_of
+from fitting.planning.candidates import Protocol, Shown, recording
+from fitting.records import Experiment
+from fitting.residuals import Problem, Samples, problem
+from fitting.solving.unknowns import Unknowns, unknowns
+from mckibben_jax.effect import Effect, name_of
+
+UNIFORM = np.sqrt(12.0)  # one over the standard deviation of a place that could be anywhere in its range
+STEPS = 60
+NEAR = 1e-5  # places closer to an end of their range than this stand there
+
+
+@dataclass(frozen=True)
+class Varying:
+    """What varies and what does not, as it was diagnosed."""
+
+    fix: Sequence[str] = ()
+    free: Sequence[str] = ()
+    own: Sequence[str] = ()
+
+
+USUAL = Varying()
+
+
+@dataclass(frozen=True)
+class Candidates:
+    """Data sets with the planned recordings in them, and which rows belong to which candidate."""
+
+    experiments: tuple[Experiment, ...]
+    protocols: tuple[Protocol, ...]
+    rows: tuple[np.ndarray, ...]  # of each candidate, among all rows of the measurements
+    old: np.ndarray  # rows that were measured
+    samples: Samples
+
+    def again(self, number: int) -> np.ndarray:
+        """Which of a candidate's rows belong to its second cycle, which stands for all that follow."""
+        return np.arange(len(self.rows[number])) >= len(self.rows[number]) // 2
+
+
+def candidates(
+    experiments: Sequence[Experiment], planned: Sequence[tuple[Experiment, Sequence[Protocol], Shown]]
+) -> Candidates:
+    """Lay out the data with what is planned on each of these data sets, which may be new ones."""
+    sets = {e.name: e for e in [*experiments, *(e for e, _, _ in planned)]}
+    sets |= {e.name: e for e in experiments}
+    wanted = {e.name: (tuple(protocols), can) for e, protocols, can in planned}
+    is_new: list[bool] = []
+    for name, experiment in sets.items():
+        made = (recording(*wanted[name]),) if name in wanted else ()
+        is_new += [False] * len(experiment.recordings) + [True] * len(made)
+        sets[name] = replace(experiment, recordings=(*experiment.recordings, *made))
+    everything = tuple(sets.values())
+    samples = problem(everything, unknowns(everything, ()))[1]
+    new = np.array(is_new)[samples.recording]
+    protocols = [p for name in sets for p in wanted.get(name, ((), None))[0]]
+    runs = [np.flatnonzero(new & (samples.run == run)) for run in np.unique(samples.run[new])]
+    return Candidates(everything, tuple(protocols), tuple(runs), np.flatnonzero(~new), samples)
+
+
+@dataclass(frozen=True)
+class Explained:
+    """One explanation fitted to what was measured, with what it foretells of every candidate.
+
+    Rows are model minus measurement in standard deviations (of candidates: the prediction), slopes those per place of
+    each free parameter in its range. A place that nothing is known of has the spread of its range.
+    """
+
+    effects: tuple[str, ...]  # that it adds
+    layout: Unknowns
+    problem: Problem
+    subset: Subset
+    place: np.ndarray
+    rows: np.ndarray
+    slopes: np.ndarray
+    prior_rows: np.ndarray
+    prior_slopes: np.ndarray
+
+    @property
+    def values(self) -> dict[str, float]:
+        """Every unknown by its full name, SI."""
+        vector = self.subset.vector(jnp.asarray(self.place))
+        return dict(zip(self.layout.names, map(float, vector), strict=True))
+
+    def at(self, place: np.ndarray) -> "Explained":
+        """The same at another place."""
+        rows, slopes = map(np.asarray, rows_and_slopes(self.problem, self.subset, jnp.asarray(place)))
+        count, stuck = len(self.rows), (place < NEAR) | (place > 1 - NEAR)
+        slopes = np.where(stuck, 0.0, slopes)  # what stands at its bound cannot give way
+        return replace(
+            self,
+            place=place,
+            rows=rows[:count],
+            slopes=slopes[:count],
+            prior_rows=rows[count:],
+            prior_slopes=np.vstack([slopes[count:], UNIFORM * np.eye(len(place))]),
+        )
+
+    def fitted(self, target: np.ndarray, weight: np.ndarray) -> "Explained":
+        """Refitted so that these weighted rows come close to their target; rows of weight 0 do not count."""
+        used = np.flatnonzero(weight)
+        known: dict[bytes, tuple[np.ndarray, np.ndarray]] = {}
+
+        def both(place: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+            key = place.tobytes()
+            if key not in known:
+                known.clear()
+                rows, slopes = map(np.asarray, rows_and_slopes(self.problem, self.subset, jnp.asarray(place)))
+                left = np.concatenate([weight[used] * (rows[used] - target[used]), rows[len(self.rows) :]])
+                steep = np.vstack([weight[used, None] * slopes[used], slopes[len(self.rows) :]])
+                known[key] = np.nan_to_num(left, nan=1e6, posinf=1e6, neginf=-1e6), np.nan_to_num(steep)
+            return known[key]
+
+        if not len(self.place):
+            return self.at(self.place)
+        begin = np.clip(self.place, 1e-6, 1 - 1e-6)
+        slopes: Any = lambda p: both(p)[1]  # noqa: E731
+        found = least_squares(
+            lambda p: both(p)[0], begin, slopes, bounds=(0.0, 1.0), max_nfev=STEPS, ftol=1e-7, xtol=1e-7
+        )
+        return self.at(found.x)
+
+
+def explained(
+    planned: Candidates,
+    base: Sequence[Effect],
+    added: Sequence[Effect],
+    start: dict[str, float],
+    varying: Varying = USUAL,
+    hold: bool = False,
+) -> Explained:
+    """One explanation, fitted to what was measured from these starting values; with `hold` left at them."""
+    effects = with_added(base, added)
+    layout = unknowns(planned.experiments, effects, varying.own)
+    given, samples = problem(planned.experiments, layout)
+    known = zip(layout.names, layout.start, strict=True)
+    vector = np.array([start.get(name, start.get(name.split("@")[0], declared)) for name, declared in known])
+    vector = np.clip(vector, layout.lower, layout.upper)
+    subset = subset_of(layout, vector, free_names(layout, varying.fix, varying.free))
+    place = np.asarray(subset.place(subset.full))
+    nothing = np.zeros(len(samples))
+    empty = np.zeros((0, len(place)))
+    names = tuple(name_of(effect) for effect in added)
+    begin = Explained(names, layout, given, subset, place, nothing, empty, nothing, empty)
+    if hold:
+        return begin.at(place)
+    weight = nothing.copy()
+    weight[planned.old] = 1.0
+    return begin.fitted(nothing, weight)

@@ -1,0 +1,134 @@
+"""A protocol of recordings to make after a diagnosis: what, in which order, why, and what it should show."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import combinations
+from typing import Any
+
+from rich.console import RenderableType
+from rich.table import Table
+
+from fitting import units
+from fitting.console.task import MODEL_FILE, Task
+from fitting.diagnosis.record import Diagnosis
+from fitting.next_measurement import NextMeasurement, measurements, remaining
+from fitting.planning.candidates import Shown, shown, simulation
+from fitting.planning.sharper import sharper
+from fitting.report import headed, lines
+from fitting.results import measurement_result
+from fitting.showing.sentences import effect_set, percent
+
+REST = 60.0  # s between recordings, for creep and warmth to fade
+SURE = 0.8  # power from which a pair counts as separated
+
+Sets = tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Plan:
+    """Recordings in their order; `tied` are pairs of explanations that none of them separates."""
+
+    purpose: str
+    steps: tuple[NextMeasurement, ...]
+    tied: tuple[tuple[Sets, Sets], ...]
+    expected: str
+    can: Shown
+    simulate: tuple[str | None, ...]  # the command that rehearses each recording
+
+
+def plan_of(task: Task, diagnosis: Diagnosis, data: Sequence[str]) -> Plan:
+    """What to record: to separate explanations where several are left, else to see what is still unseen."""
+    extra = [kind() for kind in task.library.values()]
+    asked: dict[str, Any] = {"fix": task.fix, "free": task.free, "own": task.own}
+    rivals = remaining(diagnosis)
+    if len(rivals) > 1:
+        steps = measurements(diagnosis, task.experiments, known=extra, seed=task.seed, **asked)
+        tied = _still_tied(rivals, steps)
+        purpose, expected = _purpose(diagnosis, rivals), _expected(diagnosis, steps, tied)
+    else:
+        found = sharper(diagnosis, task.experiments, known=extra, seed=task.seed, **asked)
+        steps, tied = ((found,) if found else ()), ()
+        purpose = "Nothing needs separating. This would show more of what these data hardly see."
+        expected = f"as now ({diagnosis.verdict}), or one of the effects shown is missing too" if steps else ""
+    can = shown(task.experiments[0])
+    model = f"{data[0]}/{MODEL_FILE}" if data else MODEL_FILE
+    rehearsals = (simulation(s.protocol, s.repeats, can, model, f"rehearsal_{n + 1}") for n, s in enumerate(steps))
+    return Plan(purpose, steps, tied, expected, can, tuple(rehearsals))
+
+
+def _still_tied(rivals: Sequence[Sets], steps: Sequence[NextMeasurement]) -> tuple[tuple[Sets, Sets], ...]:
+    done = {frozenset((p.one, p.other)) for step in steps for p in step.pairs if p.power >= SURE}
+    return tuple((a, b) for a, b in combinations(rivals, 2) if frozenset((a, b)) not in done)
+
+
+def _purpose(d: Diagnosis, rivals: Sequence[Sets]) -> str:
+    names = "; ".join(effect_set(names) for names in rivals)
+    if d.verdict == "not in the library":
+        return f"No effect explains all; this separates the nearest: {names}."
+    return f"These data cannot tell apart: {names}."
+
+
+def _expected(d: Diagnosis, steps: Sequence[NextMeasurement], tied: Sequence[tuple[Sets, Sets]]) -> str:
+    """The verdict to be expected once all is recorded."""
+    if not steps:
+        return "as now: no force test on this muscle, nor on one of another length or wall, separates them"
+    sure = min(p.power for step in steps for p in step.pairs if p.power >= SURE or step.power < SURE)
+    if tied:
+        pairs = ", ".join(f"{effect_set(a)} or {effect_set(b)}" for a, b in tied)
+        return f"still open: {pairs}; the other pairs are decided (probability {percent(sure)} each)"
+    after = "one is left, or none of them" if d.verdict == "not in the library" else "missing: one of them, uniquely"
+    return f"{after} (each pair is decided with probability {percent(sure)})"
+
+
+# ----------------------------------------------------------------------------------------------------------- for people
+
+
+def plan_report(plan: Plan) -> list[RenderableType]:
+    """The protocol, and which pair is separated by what."""
+    shown = [headed("PLAN", plan.purpose, "bold")]
+    if not plan.steps:
+        return [*shown, headed("RECORD", "nothing that a force test on this rig, or a changed one, would show")]
+    for number, (step, command) in enumerate(zip(plan.steps, plan.simulate, strict=True)):
+        shown += [headed(f"RECORD {number + 1}", f"{step.what}. It takes {duration(step.seconds)}.", "bold")]
+        shown += [headed("", f"Why: {step.why}.")]
+        shown += [headed("NEEDS", step.needs, "yellow")] if step.needs else []
+        shown += [headed("REHEARSE", command)] if command else []
+    if len(plan.steps) > 1:
+        shown.append(headed("ORDER", f"as listed, {duration(REST)} of rest without pressure between recordings"))
+    cured = [f"{effect_set(a)} or {effect_set(b)}: nothing here separates them" for a, b in plan.tied]
+    return [*shown, *lines("TIED", cured, "yellow"), headed("EXPECT", plan.expected), *_pairs(plan)]
+
+
+def duration(seconds: float) -> str:
+    """A time for people."""
+    return f"{seconds / 60:.0f} min" if seconds >= 100 else units.show(max(seconds, 1.0), "s", digits=2)
+
+
+def _pairs(plan: Plan) -> list[RenderableType]:
+    table = Table(box=None, pad_edge=False, padding=(0, 2))
+    for head in ("separated", "from", "by recording", "power"):
+        table.add_column(head, header_style="dim")
+    for number, step in enumerate(plan.steps):
+        for p in step.pairs:
+            other = effect_set(p.other) if p.other else "its absence"
+            table.add_row(effect_set(p.one), other, str(number + 1), percent(p.power))
+    return [headed("", ""), table]
+
+
+# --------------------------------------------------------------------------------------------------------- for machines
+
+
+def plan_result(plan: Plan, d: Diagnosis) -> dict[str, Any]:
+    """`plan`: the protocol in SI units."""
+    return {
+        "verdict": d.verdict,
+        "explanations": [list(names) for names in d.explanations],
+        "purpose": plan.purpose,
+        "protocol": [
+            {"order": order, "rest_s": REST * (order > 1), **(measurement_result(step) or {}), "simulate": run}
+            for order, (step, run) in enumerate(zip(plan.steps, plan.simulate, strict=True), start=1)
+        ],
+        "tied": [[list(a), list(b)] for a, b in plan.tied],
+        "expected_verdict": plan.expected,
+        "next_measurement": measurement_result(plan.steps[0]) if plan.steps else None,
+    }

@@ -1,0 +1,297 @@
+"""How far apart explanations foretell a recording, and how often the test would then reject the wrong one.
+
+The discrepancy of two explanations is what is left of their difference when both may give way as far as the old data
+let them: (f_i - f_j)' (V + J_i C_i J_i' + J_j C_j J_j')^-1 (f_i - f_j), V the covariance of the new readings
+(Box & Hill 1967). The power is counted, not derived: recordings are drawn from one explanation, the other is refitted
+to old and new rows together, and its signs are flipped loop by loop as in the diagnosis.
+"""
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from scipy import stats
+from scipy.linalg import cholesky, solve_triangular
+
+from fitting.diagnosis import flips, omnibus
+from fitting.diagnosis.working_noise import MEMORIES, PIECE, Noise, noise_from, orthonormal
+from fitting.planning.foreseen import Candidates, Explained
+from fitting.residuals import Samples
+
+FLIPS = 799
+DRAWS = 100
+MISFIT_P = 1e-3  # as in the diagnosis: a misfit many times the noise needs no flips
+
+
+@dataclass(frozen=True)
+class Whitener:
+    """Takes the correlation out of rows, unit by unit: the factors are computed once."""
+
+    parts: tuple[tuple[np.ndarray, np.ndarray], ...]
+
+    @classmethod
+    def of(cls, samples: Samples, unit: np.ndarray, noise: Noise) -> "Whitener":
+        """For measured rows, in the same pieces as the test's own."""
+        parts = []
+        for number in np.unique(unit):
+            member = np.flatnonzero(unit == number)
+            for piece in np.array_split(member, int(np.ceil(len(member) / PIECE))):
+                covariance = noise.covariance(samples.position[piece].astype(float))
+                parts.append((piece, cholesky(covariance, lower=True)))
+        return cls(tuple(parts))
+
+    def __call__(self, columns: np.ndarray) -> np.ndarray:
+        """The rows, which may have columns, without correlation."""
+        out = np.empty_like(columns, dtype=float)
+        for at, factor in self.parts:
+            out[at] = solve_triangular(factor, columns[at], lower=True)
+        return out
+
+
+@dataclass(frozen=True)
+class Readings:
+    """How the readings of a new recording will err, and how many of them the test will see."""
+
+    stride: float  # readings from one such sample to the next
+    interval: float  # s between readings
+    most: float  # readings of one loop that the test keeps
+
+    def covariance(self, noise: Noise, samples: Samples) -> tuple[np.ndarray, float]:
+        """Covariance of one cycle's nodes, each the mean of the readings around it, and how many these are."""
+        count = len(samples)
+        if len(np.unique(samples.loop)) > 1:  # points without history err one by one
+            return (noise.white + noise.shares.sum()) * np.eye(count), 1.0
+        step = float(np.median(np.diff(samples.time)))  # s from node to node
+        kept = min(step / self.interval, self.most / count)  # readings per node
+        memory = MEMORIES ** (step / self.interval / kept / self.stride)
+        apart = np.abs(samples.time[:, None] - samples.time[None, :]) / step * kept
+        total = noise.white / kept * np.eye(count)
+        for share, phi in zip(noise.shares, memory, strict=True):
+            if share > 0:
+                total = total + share * _of_means(apart, phi, max(kept, 1.0))
+        return total, kept
+
+
+def _of_means(apart: np.ndarray, phi: float, m: float) -> np.ndarray:
+    """Correlation of means over m neighbours of a first-order autoregression, their centres this far apart."""
+    across = (1 - phi**m) / (m * (1 - phi))
+    own = (1 + phi) / (1 - phi) / m - 2 * phi * (1 - phi**m) / (m * (1 - phi)) ** 2
+    between = phi ** np.maximum(apart - m + 1, 0.0) * across**2
+    return np.where(apart == 0, own * (1 + 1e-9), between)
+
+
+@dataclass(frozen=True)
+class Outlook:
+    """Explanations in rows without correlation: what they leave of the old data, what they foretell."""
+
+    planned: Candidates
+    explained: tuple[Explained, ...]
+    noise: Noise
+    readings: Readings
+
+    @cached_property
+    def old_samples(self) -> Samples:
+        """Where the measured rows come from."""
+        return self.planned.samples.where(self.planned.old)
+
+    @cached_property
+    def old_loops(self) -> np.ndarray:
+        """Number of the loop of each measured row."""
+        return flips.numbered(self.old_samples.run, self.old_samples.loop)
+
+    @cached_property
+    def old_white(self) -> Whitener:
+        """Takes the correlation out of measured rows, loop by loop."""
+        return Whitener.of(self.old_samples, self.old_loops, self.noise)
+
+    @cached_property
+    def known(self) -> tuple[np.ndarray, ...]:
+        """What the old data and the priors know of each explanation's parameters (information matrices)."""
+        return tuple(_information(self.old_white(e.slopes[self.planned.old]), e.prior_slopes) for e in self.explained)
+
+    @cached_property
+    def factors(self) -> tuple[tuple[np.ndarray, float], ...]:
+        """Of each candidate's cycle: factor of the covariance, readings per node."""
+        made = []
+        for number, rows in enumerate(self.planned.rows):
+            again = self.planned.again(number)
+            covariance, mean_of = self.readings.covariance(self.noise, self.planned.samples.where(rows[again]))
+            made.append((cholesky(covariance, lower=True), mean_of))
+        return tuple(made)
+
+    def new(self, number: int, columns: np.ndarray, repeats: int | None = None) -> np.ndarray:
+        """A candidate's rows without correlation: both cycles, the second as often as it is repeated.
+
+        Without `repeats` each cycle comes once.
+        """
+        rows, again = self.planned.rows[number], self.planned.again(number)
+        factor = self.factors[number][0]
+        first, later = (solve_triangular(factor, columns[rows[part]], lower=True) for part in (~again, again))
+        return np.concatenate([first, *[later] * (1 if repeats is None else repeats - 1)])
+
+    def discrepancy(self, one: int, other: int, number: int, repeats: int) -> float:
+        """How far two explanations lie apart in a candidate, in squared standard errors."""
+        a, b = self.explained[one], self.explained[other]
+        columns = np.hstack([(a.rows - b.rows)[:, None], a.slopes, -b.slopes])
+        white = self.new(number, columns)
+        half = len(white) // 2
+        white[half:] *= np.sqrt(max(repeats - 1, 0))
+        difference, slopes = white[:, 0], white[:, 1:]
+        k = a.slopes.shape[1]
+        known = np.zeros((slopes.shape[1],) * 2)
+        known[:k, :k], known[k:, k:] = self.known[one], self.known[other]
+        pull = slopes.T @ difference
+        return float(difference @ difference - pull @ np.linalg.solve(known + slopes.T @ slopes, pull))
+
+    def conceded(self, wrong: int, number: int, readings: np.ndarray) -> Explained:
+        """An explanation refitted to the old data and to readings of a candidate (cycles, nodes)."""
+        target = np.zeros(len(self.planned.samples))
+        weight = np.zeros(len(target))
+        rows, again = self.planned.rows[number], self.planned.again(number)
+        weight[self.planned.old] = 1.0
+        weight[rows] = np.sqrt(self.factors[number][1] * np.where(again, len(readings) - 1, 1))
+        target[rows[~again]], target[rows[again]] = readings[0], readings[1:].mean(axis=0)
+        return self.explained[wrong].fitted(target, weight)
+
+    def foretold(self, truth: int, number: int, repeats: int) -> np.ndarray:
+        """What an explanation foretells of a candidate's nodes (cycles, nodes), in standard deviations."""
+        rows, again = self.planned.rows[number], self.planned.again(number)
+        first, later = (self.explained[truth].rows[rows[part]] for part in (~again, again))
+        return np.stack([first, *[later] * (repeats - 1)])
+
+    def power(self, truth: int, wrong: int, number: int, repeats: int, seed: int = 0) -> float:
+        """Share of drawn recordings after which the wrong explanation is rejected, the truth being the other.
+
+        Readings are drawn with their noise, and the true explanation's parameters with what the old data leave open.
+        """
+        readings = self.foretold(truth, number, repeats)
+        given = self.conceded(wrong, number, readings)
+        random = np.random.default_rng([seed, truth, wrong, number])
+        steep = self.new(number, self.explained[truth].slopes, repeats)
+        left_open = np.linalg.pinv(self.known[truth], hermitian=True) + 1e-12 * np.eye(steep.shape[1])
+        drift = steep @ (np.linalg.cholesky(left_open) @ random.standard_normal((steep.shape[1], DRAWS)))
+        laid = self._laid(given, number, readings)
+        noise = random.standard_normal((readings.size, DRAWS))
+        rows = np.repeat(laid.rows, DRAWS, axis=1)
+        rows[laid.units.old :] += noise - drift
+        counted = np.sum(replace(laid, rows=rows).rejections(np.random.default_rng(seed)))
+        return float((counted + 0.5) / (DRAWS + 1))  # a hundred draws do not show certainty
+
+    def rejected(self, number: int, readings: np.ndarray, seed: int = 0) -> tuple[bool, ...]:
+        """Which explanations the test rejects once a candidate was recorded.
+
+        `readings` (cycles, nodes) are means of what was read around each node, in standard deviations of one reading.
+        """
+        fitted = [self.conceded(i, number, readings) for i in range(len(self.explained))]
+        laid = [self._laid(given, number, readings) for given in fitted]
+        random = lambda: np.random.default_rng(seed)  # noqa: E731
+        return tuple(bool(one.rejections(random())[0]) for one in laid)
+
+    def _units(self, number: int, repeats: int) -> "Units":
+        """What will be flipped: loops, or half loops where they are few, over old and new rows."""
+        rows = self.planned.rows[number]
+        cycle = self.planned.samples.where(rows[self.planned.again(number)])
+        points = len(np.unique(cycle.loop)) > 1
+        loops = self.old_loops.max() + 1 + (len(cycle) if points else 1) * repeats
+        key = "half" if loops < flips.ENOUGH else "loop"
+        old = flips.numbered(self.old_samples.run, getattr(self.old_samples, key))
+        own = np.unique(getattr(cycle, key), return_inverse=True)[1]
+        new = np.concatenate([own + turn * (own.max() + 1) for turn in range(repeats)]) + old.max() + 1
+        both = np.concatenate([old, new])
+        trusted = both.max() + 1 >= flips.ENOUGH
+        return Units(both, len(old), flips.LEVEL if trusted else flips.FEW_LEVEL)
+
+    def _laid(self, given: Explained, number: int, readings: np.ndarray) -> "Drawn":
+        """Old and new rows of a refitted explanation without correlation, and what the test looks along."""
+        rows, repeats = self.planned.rows[number], len(readings)
+        units, basis = self._units(number, repeats), self._basis(rows)
+        others = [e.rows - given.rows for e in self.explained if e.effects != given.effects]
+        columns = np.hstack([given.rows[:, None], given.slopes, *(change[:, None] for change in others), basis])
+        white = Whitener.of(self.old_samples, units.number[: units.old], self.noise)
+        both = np.concatenate([white(columns[self.planned.old]), self.new(number, columns, repeats)])
+        factor = self.factors[number][0]
+        both[units.old :, 0] -= solve_triangular(factor, readings.T, lower=True).T.ravel()
+        k, m = given.slopes.shape[1], len(others)
+        known = given.prior_slopes.T @ given.prior_slopes
+        return Drawn(both[:, :1], both[:, 1 : 1 + k], known, both[:, 1 + k :], both[:, 1 + k + m :], units)
+
+    def _basis(self, rows: np.ndarray) -> np.ndarray:
+        """The basis that knows no effect, over all rows: the old ones' and this candidate's."""
+        used = np.concatenate([self.planned.old, rows])
+        found = omnibus.basis(self.planned.samples.where(used))
+        basis = np.zeros((len(self.planned.samples), found.shape[1]))
+        basis[used] = found
+        return basis
+
+
+@dataclass(frozen=True)
+class Units:
+    """What is flipped as a whole, how many rows were measured before, and the test's level."""
+
+    number: np.ndarray
+    old: int
+    level: float
+
+
+@dataclass(frozen=True)
+class Drawn:
+    """Drawn sets of whitened rows (rows, draws) of one explanation, and what the test looks along."""
+
+    rows: np.ndarray
+    slopes: np.ndarray
+    prior: np.ndarray  # information
+    columns: np.ndarray  # signatures
+    basis: np.ndarray
+    units: Units
+
+    def rejections(self, random: np.random.Generator) -> np.ndarray:
+        """Which draws the test rejects: as `flips.test` decides, for all of them together."""
+        curvature = np.linalg.pinv(self.slopes.T @ self.slopes + self.prior, rcond=1e-13, hermitian=True)
+        beside = lambda columns: columns - self.slopes @ (curvature @ (self.slopes.T @ columns))  # noqa: E731
+        left, rows = beside(self.columns), beside(self.rows)
+        smooth = orthonormal(beside(self.basis))
+        visible = np.linalg.norm(left, axis=0) > 1e-6 * np.linalg.norm(self.columns, axis=0)
+        signs = random.choice([-1.0, 1.0], size=(FLIPS, self.units.number.max() + 1))
+        p_max = self._largest(left[:, visible], rows, signs)
+        p_all = self._overall(smooth, rows, signs)
+        return (2 * np.minimum(p_max, p_all) < self.units.level) | self._misfit(smooth, rows)
+
+    def _scores(self, columns: np.ndarray, rows: np.ndarray) -> np.ndarray:
+        """Sums over units: (units, columns, draws)."""
+        count = self.units.number.max() + 1
+        out = np.empty((count, columns.shape[1], rows.shape[1]))
+        for number in range(count):
+            mine = self.units.number == number
+            out[number] = columns[mine].T @ rows[mine]
+        return out
+
+    def _largest(self, columns: np.ndarray, rows: np.ndarray, signs: np.ndarray) -> np.ndarray:
+        scores = self._scores(columns / np.linalg.norm(columns, axis=0), rows)
+        seen = np.abs(scores.sum(axis=0)).max(axis=0)
+        flipped = np.abs(np.tensordot(signs, scores, axes=1)).max(axis=1)
+        return (1 + np.sum(flipped >= seen - 1e-12, axis=0)) / (1 + len(signs))
+
+    def _overall(self, smooth: np.ndarray, rows: np.ndarray, signs: np.ndarray) -> np.ndarray:
+        scores = self._scores(smooth, rows)
+        seen = np.sum(scores.sum(axis=0) ** 2, axis=0)
+        flipped = np.sum(np.tensordot(signs, scores, axes=1) ** 2, axis=1)
+        return (1 + np.sum(flipped >= seen - 1e-12, axis=0)) / (1 + len(signs))
+
+    def _misfit(self, smooth: np.ndarray, rows: np.ndarray) -> np.ndarray:
+        """A misfit many times the noise that the smooth basis takes up."""
+        taken, whole = np.sum((smooth.T @ rows) ** 2, axis=0), np.sum(rows**2, axis=0)
+        freedom = len(rows) - self.slopes.shape[1] - smooth.shape[1]
+        ratio = taken / smooth.shape[1] / (np.maximum(whole - taken, 1e-300) / freedom)
+        large = whole > flips.MANY**2 * np.maximum(whole - taken, 1e-300)
+        return large & (stats.f.sf(ratio, smooth.shape[1], freedom) < MISFIT_P)
+
+
+def _information(slopes: np.ndarray, prior_slopes: np.ndarray) -> np.ndarray:
+    return slopes.T @ slopes + prior_slopes.T @ prior_slopes
+
+
+def noise_of_test(explained: Explained, planned: Candidates) -> Noise:
+    """The working noise model, from what neither the parameters nor the smooth basis explain of the old rows."""
+    samples = planned.samples.where(planned.old)
+    beside = np.hstack([omnibus.basis(samples), explained.slopes[planned.old]])
+    return noise_from(explained.rows[planned.old], beside, samples)

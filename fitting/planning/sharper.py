@@ -1,0 +1,141 @@
+"""Which recording would show effects that these data cannot see, or see only when they are large."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.stats import norm
+from threadpoolctl import threadpool_limits
+
+from fitting.diagnosis.record import Diagnosis
+from fitting.next_measurement import (
+    USUAL,
+    NextMeasurement,
+    PairPower,
+    Prospect,
+    proposed,
+    prospect,
+    trouble,
+)
+from fitting.planning.foreseen import Explained, Varying, explained
+from fitting.records import Experiment
+from mckibben_jax.effect import Effect, name_of
+from mckibben_jax.effects import LIBRARY
+
+MOST_EFFECTS = 4
+CRITICAL = 3.3  # the score that chance reaches among a library of effects, typically
+POWER = 0.84  # normal quantile of the power 0.8 that a detection limit has
+GAIN = 1.3  # below this a recording is not worth proposing
+UNSEEN = 100.0  # times smaller: said of effects that the data do not see at all
+HALF = 0.5  # of the present detection limit: the size for which the power is given
+DUST = 1e-6  # of the largest
+
+
+@dataclass(frozen=True)
+class Signature:
+    """What one effect would change, beside what the model's own parameters can make up for."""
+
+    name: str
+    old: float  # squared strength in the data
+    new: np.ndarray  # the same with each candidate
+
+    def gains(self) -> np.ndarray:
+        """How many times smaller an effect would be seen."""
+        least = max(self.old, float(self.new.max()) / UNSEEN**2, 1e-300)
+        return np.sqrt(np.maximum(self.new, least) / least)
+
+
+def blind(diagnosis: Diagnosis) -> tuple[str, ...]:
+    """Effects that the data do not see, and those that must be largest to be seen; the worst first."""
+    unseen = [e.name for e in diagnosis.effects.values() if e.rmse is not None and e.detection_limit is None]
+    seen = [e for e in diagnosis.effects.values() if (e.detection_limit or 0.0) > diagnosis.noise_floor]
+    large = [e.name for e in sorted(seen, key=lambda e: -(e.detection_limit or 0.0))]
+    return (*large, *unseen)
+
+
+def sharper(
+    diagnosis: Diagnosis,
+    experiments: Sequence[Experiment],
+    *,
+    known: Sequence[Effect] = (),
+    fix: Sequence[str] = (),
+    free: Sequence[str] = (),
+    own: Sequence[str] = (),
+    seed: int = 0,
+) -> NextMeasurement | None:
+    """The recording that makes the effects of `blind` visible, as many of the worst as one recording can."""
+    wanted = blind(diagnosis)[: 2 * MOST_EFFECTS]
+    if not wanted:
+        return None
+    present = diagnosis.explanations[0] if diagnosis.verdict == "missing" else ()
+    varying = Varying(fix, free, own)
+    with threadpool_limits(1, "blas"):
+        first = prospect(diagnosis, experiments, [present], varying, known=known, seed=seed)
+        kinds = {name_of(effect): effect for effect in (*(kind() for kind in LIBRARY), *known)}
+        missing = [name for name in wanted if name not in present]
+        found = [_signature(first, [*(kinds[n] for n in present), kinds[name]], varying) for name in missing]
+        return _chosen(first, [s for s in found if s.gains().max() > GAIN][:MOST_EFFECTS])
+
+
+def _signature(given: Prospect, added: Sequence[Effect], varying: Varying) -> Signature:
+    """An effect at its declared values, added to the fitted model."""
+    base, planned = given.outlook.explained[0], given.outlook.planned
+    effects = base.layout.templates[0].effects
+    with_it = explained(planned, effects, added[-1:], base.values, varying, hold=True)
+    change = with_it.rows - base.rows
+    usable = set(given.usable)
+    return Signature(
+        name_of(added[-1]),
+        _strength(given, base, change, None),
+        np.array([_strength(given, base, change, n) if n in usable else 0.0 for n in range(len(planned.rows))]),
+    )
+
+
+def _strength(given: Prospect, base: Explained, change: np.ndarray, number: int | None) -> float:
+    """Squared norm of a change beside the model's slopes, in the data and, if given, a candidate."""
+    outlook = given.outlook
+    parts = [outlook.old_white(np.hstack([change[:, None], base.slopes])[outlook.planned.old])]
+    if number is not None:
+        parts.append(outlook.new(number, np.hstack([change[:, None], base.slopes]), USUAL))
+    both = np.concatenate(parts)
+    both = np.nan_to_num(both)
+    slopes = np.vstack([both[:, 1:], base.prior_slopes])
+    aim = np.concatenate([both[:, 0], np.zeros(len(base.prior_slopes))])
+    left = aim - slopes @ np.linalg.lstsq(slopes, aim, rcond=1e-12)[0]
+    whole = float(aim @ aim)
+    return float(left @ left) if left @ left > DUST * whole else 0.0
+
+
+def _chosen(given: Prospect, wanted: Sequence[Signature]) -> NextMeasurement | None:
+    """The candidate whose smallest gain is largest; inside what the rig has shown, unless that shows nothing."""
+    if not wanted:
+        return None
+    gains = np.array([s.gains() for s in wanted])
+    for beyond in (False, True):
+        numbers = [n for n in given.usable if bool(given.protocols[n].beyond) == beyond]
+        alive = [row for row in range(len(wanted)) if len(numbers) and gains[row, numbers].max() > GAIN]
+        if alive:
+            least = {n: float(gains[alive, n].min()) for n in numbers}
+            if max(least.values()) < GAIN:  # no one recording serves all: the worst effect comes first
+                alive = alive[:1]
+                least = {n: float(gains[alive[0], n]) for n in numbers}
+            best = min(numbers, key=lambda n: (-np.round(2 * np.log(least[n])), trouble(given, n)))
+            return _told(given, best, [wanted[row] for row in alive])
+    return None
+
+
+def _told(given: Prospect, number: int, shown: Sequence[Signature]) -> NextMeasurement:
+    pairs = tuple(PairPower((s.name,), (), _power(s, number), float(s.new[number])) for s in shown)
+    gains = [s.gains()[number] for s in shown]
+    words = [
+        f"{s.name} ({'not seen by these data' if gain >= UNSEEN else f'{gain:.1f} times smaller than now'})"
+        for s, gain in zip(shown, gains, strict=True)
+    ]
+    made = proposed(given, number, USUAL, pairs)
+    return replace(made, why=f"shows {', '.join(words)}")
+
+
+def _power(signature: Signature, number: int) -> float:
+    """For an effect of half the size that the data can show now, whose score grows as its strength does."""
+    size = HALF * (CRITICAL + POWER) * float(signature.gains()[number])
+    return float(norm.cdf(size - CRITICAL))

@@ -1,0 +1,1 @@
+"""Quick releases read by Hill's law."""

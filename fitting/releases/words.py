@@ -1,0 +1,108 @@
+"""What quick releases say of Hill's law, in words, in a table, and for machines."""
+
+from collections.abc import Sequence
+from typing import Any
+
+from rich.console import RenderableType
+from rich.table import Table
+
+from fitting import units
+from fitting.releases.hill import Curves, HillCurve, Motions
+from fitting.report import headed, lines
+
+ANIMALS = "0.12 to 0.4 in animals"  # Klute et al. 2002, by Tondu 2012 beside eq 46
+
+
+def hill_report(curves: Sequence[Curves], motions: Motions | None) -> list[RenderableType]:
+    """Hill's numbers, what else gives them, and the readings they rest on."""
+    shown: list[RenderableType] = []
+    for one in curves:
+        shown.append(headed("HILL", _numbers(one.hill), "bold"))
+        shown.append(headed("DRY", _dry(one)))
+        shown += lines("WARNING", [_warning(one)], "yellow") if one.alike else []
+    shown += [] if motions is None else _motion(motions)
+    return [*shown, headed("", ""), _table(curves)]
+
+
+def _numbers(c: HillCurve) -> str:
+    return (
+        f"a/F0 = {c.curvature:.3f} +/- {c.curvature_error:.3f} ({ANIMALS}), b = {c.b:.3f} +/- {c.b_error:.3f} m/s, "
+        f"F0 = {c.isometric:.0f} +/- {c.isometric_error:.0f} N at {units.show(c.pressure, 'Pa')}; "
+        f"{len(c.readings)} loads, {100 * c.misfit:.1f} % rms off the curve."
+    )
+
+
+def _dry(one: Curves) -> str:
+    read = one.dry.read_as_hill
+    return (
+        f"Inertia and constant friction alone (eq 47), fitted to the same speeds, are {100 * one.dry.misfit:.1f} % "
+        f"off; read as Hill's they would give a/F0 = {read.curvature:.2f} +/- {read.curvature_error:.2f}."
+    )
+
+
+def _warning(one: Curves) -> str:
+    return (
+        "These speeds cannot tell Hill's law from a load's inertia with dry friction, which has no viscosity at all. "
+        "Ramps at constant speed would tell: inertia has no part in them."
+    )
+
+
+def _motion(motions: Motions) -> list[RenderableType]:
+    """The models fitted to the positions themselves."""
+    dry, viscous = (units.show(error, "m") for error in motions.errors)
+    entries = {entry.name: entry for entry in motions.viscous.layout.entries}
+    values = (
+        f"{name} = {units.show(value, entries[name].unit)} +/- {units.show(error, entries[name].unit)}"
+        for name, (value, error) in motions.direct.items()
+    )
+    better = motions.errors[1] < motions.errors[0] / 2
+    verdict = "the motion asks for drag that grows with speed" if better else "hardly better, no need of viscosity"
+    return [
+        headed("MOTION", f"Fitted to the positions themselves: {', '.join(values)}."),
+        headed("", f"{dry} rms without viscosity, {viscous} with it: {verdict}."),
+    ]
+
+
+def _table(curves: Sequence[Curves]) -> RenderableType:
+    table = Table(box=None, pad_edge=False, padding=(0, 2))
+    for head in ("run", "load", "steady speed", "+/-", "from", "to", "Hill", "dry friction"):
+        table.add_column(head, justify="right", header_style="dim")
+    for one in curves:
+        for r in one.hill.readings:
+            fitted = (float(one.hill.speed(r.load)), float(one.dry.speed(r.load)))
+            speeds = (f"{value:.4f}" for value in (r.speed, r.error))
+            table.add_row(r.run, f"{r.load:.0f} N", *speeds, f"{r.begin:.3f} s", f"{r.end:.3f} s",
+                          *(f"{value:.4f}" for value in fitted))  # fmt: skip
+    return table
+
+
+def hill_result(curves: Sequence[Curves], motions: Motions | None) -> dict[str, Any]:
+    """The same for machines, SI."""
+    result: dict[str, Any] = {"curves": [_curve(one) for one in curves], "motion": None}
+    if motions is not None:
+        dry, viscous = motions.errors
+        direct = {name: {"value": value, "robust_error": error} for name, (value, error) in motions.direct.items()}
+        result["motion"] = {"parameters": direct, "rmse_without_viscosity_m": dry, "rmse_with_hill_m": viscous}
+    return result
+
+
+def _curve(one: Curves) -> dict[str, Any]:
+    c = one.hill
+    keys = {"run": "run", "load": "load_N", "pressure": "pressure_Pa", "speed": "speed_m_per_s",
+            "error": "speed_error_m_per_s", "begin": "begin_s", "end": "end_s"}  # fmt: skip
+    return {
+        "pressure_Pa": c.pressure,
+        "a_over_F0": c.curvature,
+        "a_over_F0_error": c.curvature_error,
+        "a_N": c.a,
+        "b_m_per_s": c.b,
+        "b_error_m_per_s": c.b_error,
+        "F0_N": c.isometric,
+        "F0_error_N": c.isometric_error,
+        "V_max_m_per_s": c.largest,
+        "misfit": c.misfit,
+        "dry_friction": {"misfit": one.dry.misfit, "heaviest_N": one.dry.heaviest,
+                         "a_over_F0": one.dry.read_as_hill.curvature},
+        "alike": one.alike,
+        "readings": [{key: getattr(reading, name) for name, key in keys.items()} for reading in c.readings],
+    }  # fmt: skip

@@ -1,0 +1,360 @@
+"""Results as one HTML page that opens from disk, needs no network, and prints."""
+
+import functools
+import io
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from importlib import resources
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from fitting import figures, units
+from fitting.compare import Comparison
+from fitting.compare import Table as ErrorTable
+from fitting.console.task import Task
+from fitting.diagnosis.record import Diagnosis, Evidence
+from fitting.figures import Stage
+from fitting.least_squares import Fit
+from fitting.reading.model_file import state_of
+from fitting.report import sorted_evidence
+from fitting.results import provenance, shown_names, write_text
+from fitting.showing import maps
+from fitting.showing.fall import fall_html
+from fitting.showing.loops_picture import frame, key, loops_html, thinned_in_words
+from fitting.showing.panels import panels
+from fitting.showing.sentences import (
+    NEAR_FLOOR,
+    amount,
+    data_in_words,
+    effect_set,
+    error_in_words,
+    fit_in_words,
+    judged,
+    kind_in_words,
+    leading_in_words,
+    p_in_words,
+    percent,
+    places,
+    rounded,
+    verdict_in_words,
+    with_error,
+)
+from mckibben_jax.effect import Effect
+from mckibben_jax.parameter import parameters
+
+if TYPE_CHECKING:
+    from fitting.next_measurement import NextMeasurement
+
+
+TERMS = (
+    "Seen from: the smallest error that this effect would be noticed at, as rms left after the model is fitted again.",
+    "Absorbed: how much of its trace the model's own parameters can imitate; near 100 % it hides in them.",
+)
+
+
+@dataclass(frozen=True)
+class Line:
+    """One row of a table; a good one stands out."""
+
+    cells: tuple[str, ...]
+    good: bool = False
+
+
+@dataclass(frozen=True)
+class Grid:
+    """A table: its heads, and which columns are words rather than numbers."""
+
+    heads: tuple[str, ...]
+    rows: tuple[Line, ...]
+    title: str = ""
+    words: tuple[int, ...] = ()
+
+
+@dataclass(frozen=True)
+class Section:
+    """A part of the page."""
+
+    title: str
+    sentences: tuple[str, ...] = ()
+    picture: str = ""
+    caption: str = ""
+    tables: tuple[Grid, ...] = ()
+    folded: tuple[Grid, ...] = ()
+    folded_title: str = ""
+    plain: str = ""
+
+
+def write_page(
+    path: str,
+    task: Task,
+    c: Comparison,
+    d: Diagnosis | None = None,
+    stages: Sequence[Stage] = (),
+    *,
+    planned: "NextMeasurement | None" = None,
+    posterior: str = "",
+) -> None:
+    """Write the page of a comparison, with what else there is: diagnosis, steps, next measurement, posterior."""
+    write_text(path, page(task, c, d, stages, planned=planned, posterior=posterior))
+
+
+def write_words(path: str, title: str, shown: Iterable[Any], pictures: Sequence[Section] = ()) -> None:
+    """Write a page that says what the terminal says, under pictures if there are any."""
+    words = Section("", plain=as_text(shown))
+    write_text(path, _rendered(title=title, about="mckibben", verdict=title, sections=[*pictures, words]))
+
+
+def page(
+    task: Task,
+    c: Comparison,
+    d: Diagnosis | None = None,
+    stages: Sequence[Stage] = (),
+    *,
+    planned: "NextMeasurement | None" = None,
+    posterior: str = "",
+) -> str:
+    """The page as text; `posterior` as the terminal shows it."""
+    verdict = judged(c) if d is None else verdict_in_words(d)
+    lead = [] if d is None else [text for text in (leading_in_words(d, c.unit), judged(c)) if text]
+    if len(stages) > 1:
+        first, last = stages[0].rmse, stages[-1].rmse
+        lead.append(f"The error fell from {amount(first, c.unit)} to {amount(last, c.unit)}.")
+    steps = steps_with_models(c, stages)
+    sections = [
+        _fall(c, d, stages, chosen=len(steps) > 1),
+        _loops(c, task, steps),
+        _where(c),
+        *([] if d is None else [_effects(d, c, task), _alike(d)]),
+        _parameters(c.fit),
+        *([] if planned is None else [_planned(planned)]),
+        *([Section("What the data leave open: posterior", plain=posterior)] if posterior else []),
+        _provenance(task, c, d),
+    ]
+    return _rendered(
+        title=f"{', '.join(e.name for e in task.experiments)}: {verdict}",
+        about=f"{data_in_words(task.experiments)}. Model: {' + '.join(task.names)}.",
+        verdict=verdict,
+        lead=lead,
+        cards=_cards(c, d),
+        warnings=fit_in_words(c.fit),
+        sections=[section for section in sections if section is not None],
+        style=pictures_style(),
+        steps=len(steps),
+    )
+
+
+def pictures_style() -> str:
+    """Style of the pictures that are HTML."""
+    return resources.files("fitting").joinpath("pictures.css").read_text(encoding="utf-8")
+
+
+def _rendered(**content: Any) -> str:
+    return _template().render({"lead": (), "cards": (), "warnings": (), "style": "", "steps": 0, **content})
+
+
+@functools.cache
+def _template() -> Any:
+    from jinja2 import Environment
+
+    source = resources.files("fitting").joinpath("page.html").read_text(encoding="utf-8")
+    return Environment(autoescape=True, trim_blocks=True, lstrip_blocks=True).from_string(source)
+
+
+def as_text(shown: Iterable[Any]) -> str:
+    """What the terminal would show, as plain text."""
+    from rich.console import Console
+
+    console = Console(record=True, width=100, file=io.StringIO(), highlight=False, markup=False)
+    for thing in shown:
+        console.print(thing)
+    return console.export_text()
+
+
+# ----------------------------------------------------------------------------------------------------------- sections
+
+
+def _cards(c: Comparison, d: Diagnosis | None) -> list[tuple[str, str]]:
+    cards = [
+        (amount(c.rmse, c.unit), "error, root mean square"),
+        (percent(c.share), f"of full scale, {amount(c.full_scale, c.unit)}"),
+        (amount(c.floor, c.unit), "noise, " + ("one reading" if c.noise_floor is None else "repeated loops")),
+    ]
+    if c.fingerprint.odd_share is not None and c.rmse > NEAR_FLOOR * c.floor:
+        cards.append((percent(c.fingerprint.odd_share), "of the misfit is odd: changes sign with the direction"))
+    return cards if d is None else [*cards, (f"{d.p_value:.2g}", "p in the test that nothing is missing")]
+
+
+def _fall(c: Comparison, d: Diagnosis | None, stages: Sequence[Stage], chosen: bool) -> Section:
+    shown = stages or _stages(c, d)
+    bars = fall_html(shown, c.floor, c.unit, choose="step" if chosen else "")
+    rows = tuple(Line((s.added, amount(s.rmse, c.unit), amount(s.left_out, c.unit), s.verdict)) for s in shown)
+    judged_ones = len(shown) > 1 and any(s.verdict for s in shown)
+    tables = (Grid(("added", "rms", "on runs left out", "verdict then"), rows, words=(3,)),) if judged_ones else ()
+    words = ("Choose a bar: the loops below show the model with the effects up to there.",) if chosen else ()
+    return Section("The error, down to the noise", sentences=words, picture=bars, tables=tables)
+
+
+def steps_with_models(c: Comparison, stages: Sequence[Stage]) -> list[np.ndarray]:
+    """The residual of every step, if each is known on the same samples; else that of the last model alone."""
+    known = [stage.residual for stage in stages if stage.residual is not None]
+    if stages and len(known) == len(stages) and all(len(r) == len(c.fit.residual) for r in known):
+        return known
+    return [c.fit.residual]
+
+
+def _loops(c: Comparison, task: Task, steps: Sequence[np.ndarray]) -> Section:
+    shown = panels(task.experiments, c.fit.samples, steps[0])
+    frames = [frame(panel, k, steps) for k, panel in enumerate(shown)]
+    runs = sum(len(recording.runs) for e in task.experiments for recording in e.recordings)
+    picture = key(frames) + loops_html(frames, steps)
+    return Section("Measured and model", picture=picture, caption=thinned_in_words(frames, runs))
+
+
+def _stages(c: Comparison, d: Diagnosis | None) -> list[Stage]:
+    """Without a study: the model as it is, and what would explain it."""
+    first = Stage("model", c.rmse, None if d is None else d.held_out_rmse)
+    if d is None:
+        return [first]
+    best = [e for e in d.tried if set(e.effects) in [set(names) for names in d.explanations]] or list(d.nearest)
+    return [first, *(Stage(f"with {effect_set(e.effects)}", e.rmse, e.held_out_rmse) for e in best[:5])]
+
+
+def _where(c: Comparison) -> Section:
+    return Section(
+        "Where it fails",
+        sentences=(f"Worst at {c.worst}.", _sentence(kind_in_words(c))),
+        picture="" if c.cells is None else _switched_maps(c),
+        folded=tuple(_errors_by(table, c.unit) for table in c.tables),
+        folded_title="Tables by pressure, contraction, branch, speed and run",
+    )
+
+
+def _switched_maps(c: Comparison) -> str:
+    """The misfit over contraction and pressure, by branch or by parity, as the reader switches."""
+    pairs = [("branch", maps.branch_maps(c)), ("parity", maps.parity_maps(c))]
+    pairs = [(name, drawn) for name, drawn in pairs if drawn]
+    words = {"branch": "by branch", "parity": "even and odd in the direction"}
+    buttons = "".join(
+        f'<label><input type="radio" name="map" id="map-{name}"{" checked" if not k else ""}> {words[name]}</label>'
+        for k, (name, _) in enumerate(pairs)
+    )
+    shown = "".join(
+        f'<div class="maps {name}">'
+        + "".join(f"<figure>{figures.as_svg(f, f'{name}{k}')}</figure>" for k, f in enumerate(drawn))
+        + "</div>"
+        for name, drawn in pairs
+    )
+    return (f'<fieldset class="switch">{buttons}</fieldset>' if len(pairs) > 1 else "") + shown
+
+
+def _sentence(text: str) -> str:
+    return text[:1].upper() + text[1:] + "."
+
+
+def _errors_by(table: ErrorTable, unit: str) -> Grid:
+    name, size = units.shown_in(unit, max(row.rmse for row in table.rows))
+    after = places(row.rmse / size for row in table.rows)
+    rows = tuple(
+        Line((row.label, str(row.count), *(f"{v / size:.{after}f}" for v in (row.rmse, row.bias, row.largest))))
+        for row in table.rows
+    )
+    return Grid((table.title, "samples", f"rms [{name}]", f"mean [{name}]", f"largest [{name}]"), rows)
+
+
+def _effects(d: Diagnosis, c: Comparison, task: Task) -> Section:
+    unit, known = c.unit, task.library
+    helping, idle, blind = sorted_evidence(d)
+    heads = ("effect added", "note", "rms", "on runs left out", "seen from", "absorbed", "estimate", "most alike")
+    grid, others = (Grid(heads, tuple(Line(_evidence(e, unit, known), e.adequate) for e in some), words=(1, 6, 7))
+                    for some in (helping, idle))  # fmt: skip
+    unseen = Grid(("cannot be seen", "why"), tuple(Line((", ".join(v), k)) for k, v in blind.items()), words=(1,))
+    return Section(
+        "Which effects could explain it",
+        sentences=(p_in_words(d), *TERMS),
+        picture=figures.as_svg(figures.effects_picture(d, c.floor, unit), "effects") if helping or idle else "",
+        tables=(grid,) if helping else (),
+        folded=tuple(table for table in (others, unseen) if table.rows),
+        folded_title=f"{len(idle)} that do not help, and {sum(map(len, blind.values()))} that cannot be seen here",
+    )
+
+
+def _evidence(e: Evidence, unit: str, known: dict[str, type[Effect]]) -> tuple[str, ...]:
+    alike = max(e.alike, key=lambda name: e.alike[name], default="")
+    declared = {p.name: p.unit for p in parameters(known[e.name])} if e.name in known else {}
+    estimate = "; ".join(
+        f"{name} = {units.show(value, declared.get(name, '1'), error)}" for name, (value, error) in e.estimate.items()
+    )
+    return (
+        e.name,
+        "explains the data" if e.adequate else e.reason,
+        amount(e.rmse, unit),
+        amount(e.held_out_rmse, unit),
+        amount(e.detection_limit, unit),
+        "-" if e.absorbed_share is None else f"{100 * e.absorbed_share:.0f} %",
+        estimate,
+        f"{alike} {e.alike[alike]:.2f}" if alike else "",
+    )
+
+
+def _alike(d: Diagnosis) -> Section | None:
+    """Which effects leave nearly the same trace in these data."""
+    if not maps.alike_names(d):
+        return None
+    words = (
+        "1: two effects change these data in the same way, once the model has given way; 0: in ways that have nothing "
+        "in common.",
+        *(f"{' = '.join(group)}: these data cannot tell them apart." for group in d.classes),
+    )
+    picture = figures.as_svg(maps.alike_map(d), "alike")
+    return Section("Which effects look alike here", sentences=words, picture=picture)
+
+
+def _planned(planned: "NextMeasurement") -> Section:
+    told = [f"{planned.what}: {planned.why}", f"It tells them apart in {percent(planned.power)} of the cases."]
+    return Section("What to measure next", sentences=tuple(_sentence(text.rstrip(".")) for text in told))
+
+
+def _p(value: float) -> str:
+    return "" if np.isnan(value) else f"{value:.2g}"
+
+
+def _parameters(fit: Fit) -> Section:
+    heads = ("parameter", "value", "± robust", "± i.i.d.", "range", "state", "tied with")
+    rows = tuple(Line(_parameter(fit, name)) for name in shown_names(fit))
+    words = ("The robust error lets neighbouring samples err together; the i.i.d. error does not, and is too small.",)
+    return Section("Parameters", sentences=words, tables=(Grid(heads, rows, words=(5, 6)),))
+
+
+def _parameter(fit: Fit, name: str) -> tuple[str, ...]:
+    entry = fit.layout.entries[fit.layout.names.index(name)]
+    value, robust = with_error(fit.values[name], fit.error(name), entry.unit)
+    iid = rounded(fit.error(name, robust=False), entry.unit, 2) if name in fit.free else ""
+    ends = f"{rounded(entry.lower, entry.unit)} to {rounded(entry.upper, entry.unit)}"
+    state = "at its bound" if name in fit.at_bound else state_of(fit, name)
+    return name, value, robust, iid, ends, state, ", ".join(fit.tied.get(name, ()))
+
+
+def _provenance(task: Task, c: Comparison, d: Diagnosis | None) -> Section:
+    known = provenance(task)
+    rows = [("command", known["command"]), ("model from", task.origin), ("seed", str(task.seed))]
+    rows += [(f"data: {name}", f"{data['folder']}, sha256 {data['sha256']}") for name, data in known["data"].items()]
+    rows += [(f"source: {e.name}", e.source["citation"]) for e in task.experiments if e.source.get("citation")]
+    rows += [(name, version) for name, version in known["versions"].items()]
+    rows += [("search", c.fit.starts), *(("note", note) for note in c.notes)]
+    grid = Grid(("", ""), tuple(Line(row) for row in rows), words=(1,))
+    return Section(
+        "Where this comes from",
+        sentences=(error_in_words(c),),
+        tables=(grid,),
+        folded=() if d is None else (_tried(d, c.unit),),
+        folded_title="" if d is None else f"All {len(d.tried)} sets of effects that were tried",
+    )
+
+
+def _tried(d: Diagnosis, unit: str) -> Grid:
+    rows = tuple(
+        Line((effect_set(e.effects), amount(e.rmse, unit), amount(e.held_out_rmse, unit), _p(e.p_value), e.reason))
+        for e in d.tried
+    )
+    return Grid(("effects", "rms", "on runs left out", "p", "note"), rows, words=(4,))

@@ -1,0 +1,95 @@
+"""A model at given values: the same record as a fit's, without a search."""
+
+from collections.abc import Sequence
+
+import jax.numpy as jnp
+import numpy as np
+
+from fitting.diagnosis.held_out import REFIT_BELOW, folds, left_out_rows
+from fitting.least_squares import Fit, rows_and_slopes, seen, solve, subset_of
+from fitting.precision import require_x64
+from fitting.records import Experiment
+from fitting.residuals import LIGHT, problem
+from fitting.solving.uncertainty import at_bound, clusters, covariances, ties
+from fitting.solving.unknowns import unknowns
+from mckibben_jax.effect import Effect
+
+
+def evaluate(
+    experiments: Sequence[Experiment],
+    effects: Sequence[Effect],
+    values: dict[str, float],
+    free: Sequence[str],
+    own: Sequence[str] = (),
+) -> Fit:
+    """The model at `values` (SI; the rest as declared and measured), with its slopes along the `free` names."""
+    require_x64()
+    layout = unknowns(experiments, effects, own)
+    given, samples = problem(experiments, layout)
+    vector = np.array([values.get(name, start) for name, start in zip(layout.names, layout.start, strict=True)])
+    names = seen(given, subset_of(layout, vector, free), tuple(free)) if free else ()
+    subset = subset_of(layout, vector, names)
+    if names:
+        rows, slopes = map(np.asarray, rows_and_slopes(given, subset, subset.place(subset.full)))
+    else:
+        rows = np.asarray(given.rows(subset.full, subset.switches, None))
+        slopes = np.zeros((len(rows), 0))
+    place = subset.place(subset.full)
+    per_unit = slopes / np.asarray(subset.slope(place))
+    count = len(samples)
+    covariance, robust = covariances(per_unit[:count], rows[:count], per_unit[count:], clusters(samples))
+    return Fit(
+        layout=layout,
+        problem=given,
+        samples=samples,
+        free=names,
+        held=tuple(name for name in free if name not in names),
+        vector=vector,
+        switches=np.asarray(subset.switches),
+        residual=rows[:count] * samples.sigma,
+        slopes=per_unit,
+        covariance=covariance,
+        robust=robust,
+        at_bound=at_bound(names, np.asarray(place)),
+        tied=ties(names, slopes),
+        converged=True,
+        starts="evaluated, not fitted",
+        failures=(),
+    )
+
+
+def left_out(fit: Fit) -> np.ndarray:
+    """The residual of each run under the parameters fitted without it, as the fit's samples."""
+    count, group = len(fit.samples), folds(fit.samples)
+    if count < REFIT_BELOW and fit.free:
+        return _refitted(fit, group) * fit.samples.sigma
+    priors = np.asarray(fit.problem.prior_rows(jnp.asarray(fit.vector)))
+    rows = left_out_rows(fit.residual / fit.samples.sigma, fit.slopes[:count], priors, fit.slopes[count:], group)
+    return rows * fit.samples.sigma
+
+
+def _refitted(fit: Fit, group: np.ndarray) -> np.ndarray:
+    """The rows of each group in a fit of all others."""
+    subset = subset_of(fit.layout, fit.vector, fit.free)
+    start = subset.place(subset.full)[None]
+    rows = fit.residual / fit.samples.sigma
+    for g in np.unique(group):
+        mine = group == g
+        rows[mine] = np.asarray(solve(fit.problem.without(mine), subset, start).rows)[: len(rows)][mine] * LIGHT
+    return rows
+
+
+def of_force(fit: Fit) -> np.ndarray:
+    """Which samples measure force; all, where only positions were measured."""
+    force = np.array([block.of_force for block in fit.problem.blocks])[fit.samples.recording]
+    return force if force.any() else ~force
+
+
+def rmse(fit: Fit) -> float:
+    """Root mean square error of the samples that measure force, N (of positions, m, where there are only those)."""
+    return float(np.sqrt(np.mean(fit.residual[of_force(fit)] ** 2)))
+
+
+def left_out_rmse(fit: Fit) -> float:
+    """The same on runs left out of the fit."""
+    return float(np.sqrt(np.mean(left_out(fit)[of_force(fit)] ** 2)))

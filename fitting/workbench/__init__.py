@@ -1,0 +1,1 @@
+"""The workbench: a session, its data, its words, and the server."""

@@ -1,0 +1,140 @@
+"""What the workbench says, as HTML and as text."""
+
+import html
+from collections.abc import Mapping
+from importlib import resources
+from typing import Any
+
+from fitting.diagnosis.record import Diagnosis
+from fitting.errors import InputError
+from fitting.report import sorted_evidence
+from fitting.showing.page import pictures_style
+from fitting.showing.sentences import amount, data_in_words, effect_set, fit_in_words, leading_in_words, p_in_words
+from fitting.workbench.session import Session, Step, where_we_are
+
+MOST_OFFERED = 8
+DESIGN = """\
+[muscle]
+length = "300 mm"
+wall_thickness = "1 mm"
+shear_modulus = "0.54 MPa"
+radius = "8 mm"
+braid_angle = "20 deg"
+
+[variables]
+braid_angle = ["12 deg", "40 deg"]
+radius = ["4 mm", "12 mm"]
+
+[objective]
+maximise = "force"
+at = { contraction = 0.1, pressure = "5 bar" }
+
+[[constraint]]
+quantity = "stroke"
+at = { pressure = "5 bar" }
+min = "20 %"
+"""
+
+
+def style() -> str:
+    """The looks of everything that is no element of the user interface."""
+    own = resources.files("fitting").joinpath("workbench.css").read_text(encoding="utf-8")
+    return f"<style>{pictures_style()}{own}</style>"
+
+
+def heading(text: str, level: int = 2) -> str:
+    """A heading of the workbench."""
+    return f'<div class="bench"><h{level}>{html.escape(text)}</h{level}></div>'
+
+
+def plain(title: str, text: str) -> str:
+    """What the terminal would say, under a heading."""
+    return f'{heading(title)}<div class="bench"><pre tabindex="0">{html.escape(text)}</pre></div>'
+
+
+def progress(words: str, share: float) -> str:
+    """What is under way."""
+    said = html.escape(words)
+    bar = f'<progress aria-label="{said}" max="1" value="{share:.3f}"></progress>'
+    return f'<div class="bench" role="status"><p>{said} ...</p>{bar}</div>'
+
+
+def headline(session: Session) -> str:
+    """Where the session stands, and what there is to be wary of."""
+    step = session.last
+    about = f"{data_in_words(step.task.experiments)}. Model: {' + '.join(step.task.names)}."
+    lines = [f'<p class="about">{html.escape(about)}</p>']
+    lines.append(f'<p class="verdict">{html.escape(where_we_are(session))}</p>')
+    if step.diagnosis is not None and step.comparison is not None:
+        leading = leading_in_words(step.diagnosis, step.comparison.unit)
+        lines += [f"<p>{html.escape(text)}</p>" for text in (leading, p_in_words(step.diagnosis)) if text]
+    if step.fit is not None:
+        lines += [f"<p>{html.escape(text)}</p>" for text in fit_in_words(step.fit)]
+    return f'<div class="bench" role="status">{"".join(lines)}</div>'
+
+
+def offered(step: Step | None) -> list[str]:
+    """What can be added with a click, the most promising first: explanations of several effects, then single ones."""
+    if step is None or step.diagnosis is None:
+        return []
+    helping, idle, _ = sorted_evidence(step.diagnosis)
+    sets = [" + ".join(names) for names in step.diagnosis.explanations if len(names) > 1]
+    return list(dict.fromkeys([*sets, *(e.name for e in (*helping, *idle))]))[:MOST_OFFERED]
+
+
+def evidence(step: Step, buttons: Mapping[str, Any]) -> str:
+    """What each effect would do, with the button that adds it."""
+    assert step.diagnosis is not None  # the caller has looked
+    assert step.comparison is not None
+    found, unit = step.diagnosis, step.comparison.unit
+    rows = []
+    for name, button in buttons.items():
+        *cells, note = _cells(found, name, unit)
+        told = "".join(f"<td>{html.escape(cell)}</td>" for cell in cells)
+        rows.append(f'<tr>{told}<td class="words">{html.escape(note)}</td><td>{button}</td></tr>')
+    heads = ("effect", "rms with it", "on runs left out", "seen from", "most alike", "", "")
+    head = "".join(f'<th scope="col">{text}</th>' for text in heads)
+    _, _, blind = sorted_evidence(found)
+    unseen = "; ".join(f"{effect_set(names).replace(' with ', ', ')}: {why}" for why, names in blind.items())
+    table = f'<div class="scroll"><table><thead><tr>{head}</tr></thead><tbody>{"".join(rows)}</tbody></table></div>'
+    foot = "Seen from: the smallest error, as rms left after refitting, at which this effect would be noticed."
+    tail = f"<p class='about'>Cannot be seen here: {html.escape(unseen)}</p>" if unseen else ""
+    return f'<div class="bench"><h2>Which effects could explain it</h2>{table}<p class="about">{foot}</p>{tail}</div>'
+
+
+def _cells(found: Diagnosis, name: str, unit: str) -> tuple[str, ...]:
+    """One row: errors, detection limit, what is most alike, and a note."""
+    e = found.effects.get(name)
+    if e is None:  # a set of several
+        tried = next(t for t in found.tried if " + ".join(t.effects) == name)
+        return name, amount(tried.rmse, unit), amount(tried.held_out_rmse, unit), "", "", "explains the data"
+    alike = max(e.alike, key=lambda other: e.alike[other], default="")
+    values = (amount(value, unit) for value in (e.rmse, e.held_out_rmse, e.detection_limit))
+    return name, *values, alike, "explains the data" if e.adequate else e.reason
+
+
+def error_now(step: Step, error: float, moved: Mapping[str, float]) -> str:
+    """The error at the values of the sliders."""
+    unit = "N" if step.comparison is None else step.comparison.unit
+    if step.comparison is None:
+        return f'<p class="now" role="status">At the starting values: {amount(error, unit)}.</p>'
+    if not moved:
+        words = f"As fitted: {amount(error, unit)}. Move a parameter and the loops follow."
+        return f'<p class="now" role="status">{words}</p>'
+    fitted = amount(step.comparison.rmse, unit)
+    return f'<p class="now" role="status">With {", ".join(moved)} moved: {amount(error, unit)} (fitted: {fitted}).</p>'
+
+
+def as_script(dataset: str | None) -> str:
+    """What the notebook prints when it is run as a script: the comparison of one data set, or how to open one."""
+    if dataset is None:
+        return "mckibben workbench [DATASET] serves this notebook; python workbench.py DATASET compares."
+    from fitting.console.options import Asked
+    from fitting.workbench.serving import data_folder
+    from fitting.workbench.session import begun, opened
+
+    try:
+        session = begun(opened(Asked(data=(str(data_folder(dataset)),))), lambda *_: None)
+    except InputError as error:
+        return str(error)
+    return where_we_are(session)
