@@ -6,7 +6,7 @@ up for it. Both are asked before anything is fitted to the effect, so that an an
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from itertools import pairwise
 
 import jax
@@ -112,12 +112,12 @@ def knowable(fit: Fit, experiments: Sequence[Experiment], candidates: Sequence[t
     traces = {name: trace for name, trace in traces.items() if name not in unseen and np.isfinite(trace).all()}
     free, priors = slopes(fit, scenes), _priors(fit)
     found = likeness(traces, free, priors)
-    more = openings(experiments[0], scenes)
+    more = _More(fit, models, {name_of(kind): kind for kind in kinds}, openings(experiments[0], scenes))
     told = [
         best
         for members in found.classes
         for other in members[1:]
-        if (best := _opening((members[0], other), kinds, traces, fit, models, free, priors, more)) is not None
+        if (best := _opening((members[0], other), traces, free, priors, more)) is not None
     ]
     return Knowable(found, tuple(told), unseen)
 
@@ -249,19 +249,41 @@ def _loops(pressures: Sequence[float], turns: Sequence[float], rate: float, nois
     return Scene(states, np.ones(pressure.shape, bool), noise)
 
 
+@dataclass(frozen=True)
+class _More:
+    """Measurements that could be made, and what they would show: each is evaluated once, for many pairs ask for it."""
+
+    fit: Fit
+    models: dict[int, Model]
+    kinds: dict[str, type[Effect]]
+    scenes: dict[str, Scene]
+    found: dict[tuple[str, str], np.ndarray] = field(default_factory=dict)
+
+    def trace(self, effect: str, what: str) -> np.ndarray:
+        """The signature of an effect."""
+        return self._once(effect, what, lambda: signature(self.kinds[effect], self.models, [self.scenes[what]]))
+
+    def slopes(self, what: str) -> np.ndarray:
+        """Slopes along the fitted numbers."""
+        return self._once("", what, lambda: slopes(self.fit, [self.scenes[what]]))
+
+    def _once(self, of: str, what: str, make: Callable[[], np.ndarray]) -> np.ndarray:
+        if (of, what) not in self.found:
+            self.found[of, what] = make()
+        return self.found[of, what]
+
+
 def _opening(
-    pair: tuple[str, str], kinds: Sequence[type[Effect]], traces: dict[str, np.ndarray], fit: Fit,
-    models: dict[int, Model], free: np.ndarray, priors: np.ndarray, more: dict[str, Scene],
-) -> Opening | None:  # fmt: skip
+    pair: tuple[str, str], traces: dict[str, np.ndarray], free: np.ndarray, priors: np.ndarray, more: _More
+) -> Opening | None:
     """The measurement that tells a pair apart best; None where none of them does."""
-    chosen = [next(kind for kind in kinds if name_of(kind) == name) for name in pair]
-    of_instrument = [kind.source == "instrument" for kind in chosen]
+    of_instrument = [more.kinds[name].source == "instrument" for name in pair]
     if any(of_instrument) and not all(of_instrument):
         return Opening(pair, "the instruments calibrated by themselves", 0.0)
     best = Opening(pair, "", OPENED)
-    for what, scene in more.items():
-        both = {n: np.append(traces[n], signature(k, models, [scene])) for n, k in zip(pair, chosen, strict=True)}
-        found = likeness(both, np.concatenate([free, slopes(fit, [scene])]), priors)
+    for what in more.scenes:
+        both = {name: np.append(traces[name], more.trace(name, what)) for name in pair}
+        found = likeness(both, np.concatenate([free, more.slopes(what)]), priors)
         cosine = abs(found.cosine(*pair, freed=True))
         best = Opening(pair, what, cosine) if cosine < best.cosine else best
     return best if best.what else None
