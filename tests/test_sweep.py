@@ -223,8 +223,8 @@ def test_a_killed_process_loses_nothing(tmp_path):
 DEVICES = """
 import sys, jax, numpy as np
 jax.config.update("jax_enable_x64", True)
-from fitting.sweep import sweep
-from fitting.sweep_file import read_sweep
+from fitting.designs.sweep import sweep
+from fitting.designs.sweep_file import read_sweep
 assert len(jax.devices()) == 3
 found = sweep(read_sweep(sys.argv[1]), sys.argv[2], piece=1234)
 np.savez(sys.argv[3], **found.tally._asdict())
