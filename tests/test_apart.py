@@ -1,5 +1,7 @@
 """Runs too few to be flipped: what may differ between them, and how far."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from test_flips import samples, two_runs
@@ -76,3 +78,13 @@ def test_where_no_state_is_repeated_all_that_is_usual_is_allowed():
     columns, rows, _ = agreeing(0.0, np.random.default_rng(8))
     every = columns / np.linalg.norm(columns, axis=0)
     np.testing.assert_array_equal(apart.as_far_as_seen(columns, np.zeros(10, int), rows, every), columns)
+
+
+def test_what_priors_hold_does_not_give_way():
+    """A column that geometry could make up for is left whole where the geometry is known, and vanishes where it is not."""
+    s = two_runs()
+    column = (s.pressure / 1e5)[:, None]
+    free = trial(s, np.zeros(len(s)))
+    held = replace(free, prior_rows=np.zeros(1), prior_slopes=np.array([[0.0, 1e9]]))
+    assert np.linalg.norm(apart.together(free).beside(column)) < 1e-6 * np.linalg.norm(column)
+    np.testing.assert_allclose(apart.together(held).beside(column), column, rtol=1e-6)

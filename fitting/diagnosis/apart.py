@@ -28,6 +28,12 @@ class Yielding:
     prior_slopes: np.ndarray
     group: np.ndarray  # of each column: which parameter it lets differ between runs, -1 for what all share
 
+    def beside(self, columns: np.ndarray) -> np.ndarray:
+        """What is left of columns (rows, m) when everything has given way to them, as far as priors let it."""
+        whole = np.vstack([self.slopes, self.prior_slopes])
+        target = np.vstack([columns, np.zeros((len(self.prior_slopes), columns.shape[1]))])
+        return columns - self.slopes @ np.linalg.lstsq(whole, target, rcond=1e-12)[0]
+
     def left(self, rows: np.ndarray) -> float:
         """Sum of squares that is left when everything has given way."""
         whole = np.vstack([self.slopes, self.prior_slopes])

@@ -10,7 +10,7 @@ from fitting.diagnosis import apart, flips, held_out, omnibus
 from fitting.diagnosis.apart import Yielding
 from fitting.diagnosis.flips import Units
 from fitting.diagnosis.universe import Trial, Universe
-from fitting.diagnosis.working_noise import Noise, noise_from, removed
+from fitting.diagnosis.working_noise import Noise, noise_from
 
 INVISIBLE = 0.02  # of a signature's square that must survive the model's own parameters to be seen at all
 ALIKE = 0.9
@@ -117,7 +117,7 @@ class Examiner:
         samples, noise, both = self.world.samples, self.noise(trial), (apart.together(trial), self.yielding(trial))
         verdict = flips.test(trial.rows, *both, signatures, self.basis, samples, self.units, noise, self.seed, limits)
         in_newtons = self.world.in_newtons
-        beside = removed(signatures, trial.slopes) * self.world.samples.sigma[:, None]
+        beside = apart.together(trial).beside(signatures) * self.world.samples.sigma[:, None]
         rms = np.sqrt(np.mean(beside[in_newtons] ** 2, axis=0))
         noise = float(verdict.floor * np.sqrt(np.mean(self.world.samples.sigma[in_newtons] ** 2)))
         return Standing(verdict, tuple(names), rms, verdict.floor, noise, self._why_not(added, trial, verdict))
