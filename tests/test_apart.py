@@ -81,7 +81,7 @@ def test_where_no_state_is_repeated_all_that_is_usual_is_allowed():
 
 
 def test_what_priors_hold_does_not_give_way():
-    """A column that geometry could make up for is left whole where the geometry is known, and vanishes where it is not."""
+    """A column that geometry could make up for is left whole where that is known, and vanishes where it is not."""
     s = two_runs()
     column = (s.pressure / 1e5)[:, None]
     free = trial(s, np.zeros(len(s)))
