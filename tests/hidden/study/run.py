@@ -64,8 +64,8 @@ def pilots(cases: Sequence[Case]) -> list[Case]:
 
 
 def in_order(cases: Sequence[Case]) -> list[Case]:
-    """Cases of one shape after the other, so that few programs are compiled at a time."""
-    return sorted(cases, key=lambda case: (case.protocol, case.change == "10x resampled"))
+    """As if shuffled, so that what a stopped study has done is a fair sample of it."""
+    return sorted(cases, key=lambda case: crc32(case.id.encode()))
 
 
 def limits_of(done) -> Limits:
