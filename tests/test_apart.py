@@ -63,15 +63,17 @@ def agreeing(spread, random, runs=10):
     return columns, rows, states / np.linalg.norm(states, axis=0)
 
 
-@pytest.mark.parametrize(("spread", "least", "most"), [(0.0, 0.0, 0.05), (0.01, 0.3, 1.0), (0.05, 1.0, 1.0)])
+@pytest.mark.parametrize(("spread", "least", "most"), [(0.0, 0.0, 0.03), (0.01, 0.25, 0.42), (0.05, 0.9, 1.0)])
 def test_runs_may_differ_as_far_as_runs_of_one_state_do(spread, least, most):
+    """Half of the estimates are too small and half too large; never is more allowed than is usual."""
     random = np.random.default_rng(7)
     shares = []
-    for _ in range(40):
+    for _ in range(60):
         columns, rows, states = agreeing(spread, random)
         allowed = apart.as_far_as_seen(columns, np.zeros(10, int), rows, states)
         shares.append(np.linalg.norm(allowed) / np.linalg.norm(columns))
-    assert np.mean(np.less_equal(least, np.array(shares) + 1e-9) & np.less_equal(shares, most)) >= 0.9
+    assert least <= np.median(shares) <= most
+    assert max(shares) <= 1
 
 
 def test_where_no_state_is_repeated_all_that_is_usual_is_allowed():

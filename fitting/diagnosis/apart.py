@@ -15,7 +15,7 @@ from fitting.residuals import Samples
 from fitting.solving.unknowns import Unknowns
 
 REPEATABLE = 0.03  # most that the standard deviation of a parameter from run to run may be, relative
-DOUBT = 0.2  # that it is larger than the runs' agreement allows; less doubt would cost all sight of small friction
+DOUBT = 0.5  # that it is larger than what is read off the runs; less would cost all sight of small friction
 CLEAR = 0.05  # of a difference between runs that must be left beside what all share, to be seen
 
 
@@ -73,7 +73,7 @@ def as_far_as_seen(columns: np.ndarray, group: np.ndarray, rows: np.ndarray, bes
     """Columns (rows, k) of differences between runs, made as small as the runs' agreement says.
 
     All is whitened. Beside what is common to all runs and what is smooth (`beside`, orthonormal), the differences of
-    one parameter have s_i^2 c^2 + 1 as variances, and c is the largest share of `REPEATABLE` that the rows do not deny.
+    one parameter have s_i^2 c^2 + 1 as variances; c, a share of `REPEATABLE`, is as likely too small as too large.
     """
     out = columns.copy()
     for each in np.unique(group[group >= 0]):
