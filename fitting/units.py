@@ -6,7 +6,7 @@ import re
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
-from fitting.errors import InputError
+from fitting.errors import InputError, nearest
 
 STANDARD_GRAVITY = 9.80665  # m/s2
 ATMOSPHERE = 101325.0  # Pa
@@ -73,8 +73,8 @@ def _spelling(text: str) -> str:
     gauge = _ABSOLUTE.get(text.strip().lower())
     if gauge:
         return f"write '{gauge}', and for a column of absolute readings pressure = \"absolute\" in its [[recording]]"
-    same = [unit for unit in _USUAL if unit.lower() == text.strip().lower()]
-    return f"did you mean '{same[0]}'?" if same else "write for example mm, deg, kPa, bar, N, kg, s, %"
+    like = nearest(text.strip(), _USUAL, 0.7)
+    return f"did you mean '{like}'?" if like else "write for example mm, deg, kPa, bar, psi, N, lbf, kg, s, inch, %"
 
 
 def _is_angle(unit: Any) -> bool:

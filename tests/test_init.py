@@ -4,7 +4,7 @@ import pytest
 from folders import isometric_columns, loop_csv, release_columns, table
 
 from fitting.errors import InputError
-from fitting.reading.init import write_muscle_file
+from fitting.reading.init import muscle_file, write_muscle_file
 from fitting.recordings import read_experiment
 
 pytestmark = pytest.mark.filterwarnings("error")
@@ -43,3 +43,14 @@ def test_init_in_a_folder_without_recordings(tmp_path):
         write_muscle_file(tmp_path)
     with pytest.raises(InputError, match="no such folder"):
         write_muscle_file(tmp_path / "gone")
+
+
+def test_a_load_that_is_read_all_the_time_is_a_force_and_what_is_not_used_is_said(tmp_path):
+    """Load cells are called load; weights that are hung on have few values."""
+    rows = "".join(f"{0.01 * i},{0.1 * i},300,{400 - i},7\n" for i in range(60))
+    (tmp_path / "monday.csv").write_text("t (s),Stroke (mm),P (kPa),Load (N),Humidity (%)\n" + rows)
+    text = muscle_file(tmp_path)
+    assert 'force = "Load (N)"' in text
+    assert "load = " not in text
+    assert '# not used: "Humidity (%)"' in text
+    assert 'test = "loop"' in text

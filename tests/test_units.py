@@ -109,3 +109,10 @@ def test_what_is_shown_with_an_error_reads_back(si):
     value, error = units.measured(units.show(0.5, si, 0.01), si)
     assert value == pytest.approx(0.5, abs=0.005)
     assert error == pytest.approx(0.01, rel=0.05)
+
+
+@pytest.mark.parametrize(("written", "meant"), [("psii", "psi"), ("inhc", "inch"), ("KPA", "kPa")])
+def test_a_misspelt_unit_gets_the_nearest(written, meant):
+    with pytest.raises(InputError) as told:
+        units.factor(written, "m")
+    assert f"did you mean '{meant}'?" in str(told.value)

@@ -38,6 +38,7 @@ def command(propose: bool, **given: Any) -> None:
     study.print(diagnosis_report(found, compared.unit))
     study.print([headed("ERROR", error_in_words(compared))])
     study.print([headed("MEASURE", measurement_in_words(planned))] if planned else [])
+    study.print([headed("PAGE", study.asked.html)] if study.asked.html else [])
     after = next_command(found, study.asked.data)
     study.print([headed("NEXT", after)] if after else [])
     if form:

@@ -21,7 +21,7 @@ def command(folder: str, quiet: bool, **given: Any) -> None:
         path = write_muscle_file(folder)
     shown = [
         headed("WRITTEN", str(path)),
-        headed("NOW", "write a value for every '?' in it, and check what is called a guess"),
+        headed("NOW", "write a value for every '?' in it, and check what is called a guess or not used"),
         headed("NEXT", f"mckibben compare {folder}"),
     ]
     out = console(quiet)

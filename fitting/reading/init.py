@@ -22,7 +22,7 @@ WORDS = {
     "time": ("time", "zeit", "stamp"),
     "contraction": ("contraction", "strain", "shortening ratio"),
     "displacement": ("displacement", "shortening", "stroke", "travel", "weg"),
-    "length": ("length", "position", "laser"),
+    "length": ("length", "position", "pos ", "laser"),
     "run": ("run", "trial", "experiment", "cycle no"),
     "branch": ("branch", "direction"),
 }
@@ -36,6 +36,7 @@ TYPICAL = {
     "strand_modulus": 1e9,
     "breaking_stress": 1e6,
 }  # Pa
+HUNG_LOADS = 20  # different readings of a load at most, where weights are hung on
 HELD_LENGTHS = 30  # different readings of the length at most, in an isometric test
 
 
@@ -103,6 +104,9 @@ def _recording_lines(path: Path) -> Iterator[str]:
         yield f"# {path.name} is left out: {error.problem}. {error.cure}"
         return
     called = _columns(heads)
+    if "load" in called and "force" not in called and _is_reading(path, called["load"]):
+        called["force"] = called.pop("load")
+    unused = [head for head in heads if head not in called.values()]
     named = {name: head for name, head in called.items() if plain_name(head) != name}
     units = {name: "?" for name, head in called.items() if COLUMNS[name] is not None and not split_head(head)[1]}
     yield "[[recording]]"
@@ -112,6 +116,8 @@ def _recording_lines(path: Path) -> Iterator[str]:
         yield f"columns = {_table(named)}   # a guess"
     if units:
         yield f"units = {_table(units)}"
+    if unused:
+        yield f"# not used: {', '.join(_quoted(head) for head in unused)}; if one is needed, name it in `columns`"
     yield '# noise = "0.5 N"        # standard deviation of one reading, if known'
     yield '# pressure = "absolute"  # gauge is presumed'
     yield "# force_sign = -1        # where the rig counts pulling as negative"
@@ -146,7 +152,7 @@ def _by_name(head: str) -> str | None:
 
 
 def _by_word(head: str) -> str | None:
-    text = split_head(head)[0].lower().replace("_", " ")
+    text = f"{split_head(head)[0].lower().replace('_', ' ')} "
     return next((name for name, words in WORDS.items() if any(word in text for word in words)), None)
 
 
@@ -165,6 +171,15 @@ def _test(path: Path, named: dict[str, str], units: dict[str, str], names: set[s
     if "time" not in names:
         return "static"
     return "isometric" if _length_is_held(path, named, units) else "loop"
+
+
+def _is_reading(path: Path, head: str) -> bool:
+    """Whether a column called load is what a load cell reads: weights that are hung on have few values."""
+    try:
+        table = read_table(path, {"load": head}, {} if split_head(head)[1] else {"load": "N"})
+    except InputError:
+        return False
+    return len(np.unique(table["load"])) > HUNG_LOADS
 
 
 def _length_is_held(path: Path, named: dict[str, str], units: dict[str, str]) -> bool:

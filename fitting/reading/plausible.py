@@ -190,7 +190,8 @@ def without_copies(experiment: Experiment) -> Experiment:
 def _without(recording: Recording, seen: dict[bytes, str]) -> Recording:
     runs, notes = [], []
     for run in recording.runs:
-        key = np.stack([run.measured, run.contraction, run.pressure]).tobytes()
+        hung = np.zeros(len(run)) if run.load is None else run.load
+        key = np.stack([run.measured, run.contraction, run.pressure, run.time - run.time[0], hung]).tobytes()
         first = seen.setdefault(key, f"run {run.name} of {recording.file}")
         copied = first != f"run {run.name} of {recording.file}" and np.ptp(run.measured) > 0
         if copied:
