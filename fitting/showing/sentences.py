@@ -14,6 +14,7 @@ from fitting.records import Experiment
 if TYPE_CHECKING:
     from fitting.next_measurement import NextMeasurement
 
+SLOW = 6.0  # times the scatter of neighbouring readings: so much may still be noise that changes slowly
 NEAR_FLOOR = 1.5  # times the floor: what is left is hardly more than noise
 MOSTLY = 0.8
 
@@ -85,7 +86,9 @@ def judged(c: Comparison) -> str:
         return f"The model describes these data nearly to their noise: {amount(c.rmse, c.unit)} of error left."
     times = f"{c.rmse / c.floor:.0f} times" if c.rmse > 2.5 * c.floor else f"{c.rmse / c.floor:.1f} times"
     size = " That is small: below half a per cent of full scale." if c.negligible else ""
-    return f"The model misses these data by {amount(c.rmse, c.unit)}, {times} their noise.{size}"
+    guessed = not c.noise_floor and "neighbouring" in c.noise_from and c.rmse < SLOW * c.floor
+    doubt = " Slow noise does not show in neighbouring readings: if you know it, state noise in muscle.toml."
+    return f"The model misses these data by {amount(c.rmse, c.unit)}, {times} their noise.{size}{doubt * guessed}"
 
 
 def kind_in_words(c: Comparison) -> str:
