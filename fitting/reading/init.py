@@ -22,7 +22,7 @@ WORDS = {
     "time": ("time", "zeit", "stamp"),
     "contraction": ("contraction", "strain", "shortening ratio"),
     "displacement": ("displacement", "shortening", "stroke", "travel", "weg"),
-    "length": ("length", "position", "pos ", "laser"),
+    "length": ("length", "position", "laser"),
     "run": ("run", "trial", "experiment", "cycle no"),
     "branch": ("branch", "direction"),
 }
@@ -152,7 +152,7 @@ def _by_name(head: str) -> str | None:
 
 
 def _by_word(head: str) -> str | None:
-    text = f"{split_head(head)[0].lower().replace('_', ' ')} "
+    text = split_head(head)[0].lower().replace("_", " ")
     return next((name for name, words in WORDS.items() if any(word in text for word in words)), None)
 
 
