@@ -82,6 +82,7 @@ class Examiner:
         points = self.units.count == len(world.samples)  # of a static map: each was set by itself
         self.runs_apart = not points and len(np.unique(world.samples.run)) > 1
         self._left_out: dict[tuple[int, bool], np.ndarray] = {}
+        self._left: dict[int, float] = {}
 
     @cached_property
     def groups(self) -> np.ndarray:
@@ -107,7 +108,9 @@ class Examiner:
 
     def left(self, trial: Trial) -> float:
         """Sum of squares that a fitted set leaves when its runs may differ a little."""
-        return self.yielding(trial).left(trial.rows)
+        if id(trial) not in self._left:  # every set is compared with many
+            self._left[id(trial)] = self.yielding(trial).left(trial.rows)
+        return self._left[id(trial)]
 
     def stand(
         self, added: frozenset[str], trial: Trial, fitted: Mapping[frozenset[str], Trial], limits: bool = False

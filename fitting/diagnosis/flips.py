@@ -75,7 +75,6 @@ class Verdict:
     """The test of one fitted model: is anything missing from it?"""
 
     p: float
-    p_units: float  # by flips of units, with runs that may differ a little
     p_runs: float  # by flips of whole runs, which may differ as they like; 1 where they are too few
     spread: float  # how alike the units of one run err, beyond what all runs share
     p_effects: np.ndarray  # of each candidate column, corrected for all
@@ -138,7 +137,6 @@ def test(
     found = [_found(*which, signs, seed) for which in tests] if limits else [np.full(z.shape[1], np.nan)]
     return Verdict(
         p=min(by_unit.p, 2 * p_runs, 1.0),
-        p_units=by_unit.p,
         p_runs=p_runs,
         spread=alike_within(_by_unit(common.o * common.clean[:, None], unit.number), unit.runs(samples)),
         p_effects=by_unit.p_effects,
