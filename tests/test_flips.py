@@ -51,7 +51,7 @@ def examined(rows: np.ndarray, s: Samples, seed: int) -> flips.Verdict:
     rows = rows - slopes @ np.linalg.lstsq(slopes, rows, rcond=None)[0]
     columns = np.stack([s.branch * p**0.7, s.branch * s.rate, np.maximum(x - 0.12, 0), x, p * x**3], axis=1)
     basis = omnibus.basis(s)
-    noise = working_noise.noise_from(rows, np.hstack([basis, slopes]), s)
+    noise = working_noise.noise_from(rows, np.hstack([basis.whole, slopes]), s)
     unit = flips.units(s, noise.memory)
     same = Yielding(slopes, np.zeros(0), np.zeros((0, 3)), np.full(3, -1))
     return flips.test(rows, same, same, columns, basis, s, unit, noise, seed, False)

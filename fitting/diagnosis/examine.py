@@ -91,7 +91,7 @@ class Examiner:
 
     def noise(self, trial: Trial) -> Noise:
         """The working noise model of a trial, from what neither its parameters nor the omnibus basis explain."""
-        beside = np.hstack([self.basis, trial.slopes])
+        beside = np.hstack([self.basis.whole, trial.slopes])
         return noise_from(trial.rows, beside, self.world.samples)
 
     @property

@@ -12,6 +12,7 @@ from scipy import stats
 
 from fitting.diagnosis.apart import Yielding, as_far_as_seen, too_few
 from fitting.diagnosis.detection import detectable
+from fitting.diagnosis.omnibus import Basis
 from fitting.diagnosis.working_noise import Noise, orthonormal, removed, whitened
 from fitting.residuals import Samples
 
@@ -30,7 +31,8 @@ class Units:
     number: np.ndarray
     level: float
     words: str
-    trusted: bool  # false where the units are blocks of samples and the verdict rests on the noise model
+    trusted: bool = True  # false where the units are blocks of samples and the verdict rests on the noise model
+    whole: bool = True  # loops or points: neighbours hardly err together, as halves of a loop and blocks do
 
     @property
     def count(self) -> int:
@@ -53,11 +55,11 @@ def units(samples: Samples, memory: float) -> Units:
     """Whole loops; where they are few, half loops; where those are few, blocks of samples within a branch."""
     loops, halves = numbered(samples.run, samples.loop), numbered(samples.run, samples.half)
     if ENOUGH <= loops.max() + 1 == len(samples):
-        return Units(loops, LEVEL, f"signs of {len(samples)} single points flipped", True)
+        return Units(loops, LEVEL, f"signs of {len(samples)} single points flipped")
     if loops.max() + 1 >= ENOUGH:
-        return Units(loops, LEVEL, f"signs of {loops.max() + 1} loops flipped", True)
+        return Units(loops, LEVEL, f"signs of {loops.max() + 1} loops flipped")
     if halves.max() + 1 >= ENOUGH:
-        return Units(halves, LEVEL, f"signs of {halves.max() + 1} half loops flipped: few loops", True)
+        return Units(halves, LEVEL, f"signs of {halves.max() + 1} half loops flipped: few loops", whole=False)
     size = int(max(20, np.ceil(8 * (1 + memory) / max(1 - memory, 1e-3))))
     place = np.concatenate([np.arange(n) for n in np.bincount(halves)])
     order = np.argsort(halves, kind="stable")
@@ -67,7 +69,7 @@ def units(samples: Samples, memory: float) -> Units:
     words = (
         f"signs of {blocks.max() + 1} blocks of {size} samples flipped: too few loops, this rests on the noise model"
     )
-    return Units(blocks, FEW_LEVEL, words, False)
+    return Units(blocks, FEW_LEVEL, words, trusted=False, whole=False)
 
 
 @dataclass(frozen=True)
@@ -104,28 +106,28 @@ def test(
     same: Yielding,
     apart: Yielding,
     signatures: np.ndarray,
-    basis: np.ndarray,
+    basis: Basis,
     samples: Samples,
     unit: Units,
     noise: Noise,
     seed: int,
     limits: bool,
 ) -> Verdict:
-    """Test a fitted model against candidate `signatures` (rows, candidates) and the omnibus `basis` (rows, q).
+    """Test a fitted model against candidate `signatures` (rows, candidates) and the omnibus `basis`.
 
     Two tests, of which either may reject. Units smaller than a run are flipped after the model has given way `apart`,
     with parameters a little different in every run; where there are enough runs, whole runs are flipped after it has
     given way as the `same` in all, at half the level. With `limits` it is also said how much of each candidate would
     be found.
     """
-    whole_floor = float(np.sqrt(np.mean(removed(rows[:, None], np.hstack([basis, same.slopes])) ** 2)))
-    together = unit.number if unit.trusted else samples.run  # neighbouring blocks err together, loops hardly do
-    counts = (1, same.slopes.shape[1], apart.slopes.shape[1], signatures.shape[1])
-    columns = np.hstack([rows[:, None], same.slopes, apart.slopes, signatures, basis])
-    e, j, j_apart, z, o = np.split(whitened(columns, samples, together, noise), np.cumsum(counts), axis=1)
-    common = _projected(e[:, 0], j, z, o, same)
-    j_apart = as_far_as_seen(j_apart, apart.group, e[:, 0], orthonormal(np.hstack([j, o])))
-    own = _projected(e[:, 0], j_apart, z, o, apart)
+    whole_floor = float(np.sqrt(np.mean(removed(rows[:, None], np.hstack([basis.whole, same.slopes])) ** 2)))
+    together = unit.number if unit.whole else samples.run
+    parts = [rows[:, None], same.slopes, apart.slopes, signatures, basis.smooth, basis.fine]
+    white = whitened(np.hstack(parts), samples, together, noise)
+    e, j, j_apart, z, smooth, fine = np.split(white, np.cumsum([part.shape[1] for part in parts])[:-1], axis=1)
+    common = _projected(e[:, 0], j, z, Basis(smooth, fine), same)
+    j_apart = as_far_as_seen(j_apart, apart.group, e[:, 0], orthonormal(np.hstack([j, smooth, fine])))
+    own = _projected(e[:, 0], j_apart, z, Basis(smooth, fine), apart)
     signs = np.random.default_rng(seed).choice([-1.0, 1.0], size=(FLIPS, unit.count))
     by_unit = own.scores(unit.number).under(signs)
     tests = [(own, unit.number, unit.level / 2)]
@@ -157,15 +159,16 @@ class _Projected:
 
     e: np.ndarray
     z: np.ndarray
-    z_prior: np.ndarray  # of each candidate and the rows, what falls on the rows of the priors
-    o: np.ndarray
+    pulled: np.ndarray  # spread of each candidate's score by errors of what is stated, over its spread by noise
+    o: np.ndarray  # what is smooth, then what is fine beside it
+    smooth: int  # how many of these are smooth
     kept: np.ndarray  # norm of each candidate
     seen: np.ndarray  # which candidates the parameters do not take whole
     parameters: int
 
     @property
     def clean(self) -> np.ndarray:
-        """Rows without what is smooth."""
+        """Rows without what the basis takes."""
         return self.e - self.o @ (self.o.T @ self.e)
 
     @property
@@ -183,42 +186,54 @@ class _Projected:
     def scores(self, number: np.ndarray) -> "_Scores":
         """Unit by unit."""
         effects = np.where(self.seen, _by_unit(self.z * self.e[:, None], number) / self.kept, 0.0)
-        return _Scores(effects, self.z_prior / self.kept, _by_unit(self.o * self.e[:, None], number))
+        omnibus = _by_unit(self.o * self.e[:, None], number)
+        return _Scores(effects, self.dull, omnibus[:, : self.smooth], omnibus[:, self.smooth :])
+
+    @property
+    def dull(self) -> np.ndarray:
+        """How much larger a score must be than its flips, which know nothing of errors in what is stated."""
+        return np.sqrt(1 + self.pulled**2)
 
 
-def _projected(e: np.ndarray, j: np.ndarray, z: np.ndarray, o: np.ndarray, by: Yielding) -> _Projected:
+def _projected(e: np.ndarray, j: np.ndarray, z: np.ndarray, basis: Basis, by: Yielding) -> _Projected:
     curvature = np.linalg.pinv(j.T @ j + by.prior_slopes.T @ by.prior_slopes, rcond=1e-13, hermitian=True)
     step = curvature @ (j.T @ e + by.prior_slopes.T @ by.prior_rows)  # to the optimum of the whitened rows
     z_left = z - j @ (curvature @ (j.T @ z))
-    z_prior = -by.prior_slopes @ (curvature @ (j.T @ z))
-    o_left = orthonormal(o - j @ (curvature @ (j.T @ o)))
+    smooth = orthonormal(basis.smooth - j @ (curvature @ (j.T @ basis.smooth)))
+    fine = basis.fine - j @ (curvature @ (j.T @ basis.fine))
+    o = np.hstack([smooth, orthonormal(fine - smooth @ (smooth.T @ fine))])
     kept = np.maximum(np.linalg.norm(z_left, axis=0), 1e-300)
     seen = kept > 1e-6 * np.linalg.norm(z, axis=0)
-    never = z_prior.T @ (by.prior_rows - by.prior_slopes @ step)
-    return _Projected(e - j @ step, z_left, never, o_left, kept, seen, int(np.linalg.matrix_rank(j)))
+    known = by.prior_slopes.T @ by.prior_slopes
+    sway = by.prior_slopes @ (curvature @ (known @ (curvature @ (j.T @ z))))
+    pulled = np.where(seen, np.linalg.norm(sway, axis=0) / kept, 0.0)
+    return _Projected(e - j @ step, z_left, pulled, o, smooth.shape[1], kept, seen, int(np.linalg.matrix_rank(j)))
 
 
 def _found(what: _Projected, number: np.ndarray, level: float, signs: np.ndarray, seed: int) -> np.ndarray:
     """The amount of each candidate that flips of these units find."""
     alone = what.clean * np.sqrt(len(what.e) / what.freedom)
     unit_columns = what.z / what.kept
-    return detectable(unit_columns, alone, number, signs[:, : number.max() + 1], level, seed) / what.kept
+    return what.dull * detectable(unit_columns, alone, number, signs[:, : number.max() + 1], level, seed) / what.kept
 
 
 @dataclass(frozen=True)
 class _Scores:
-    """Of every candidate (units, candidates) and of the omnibus basis (units, q); `prior` is what never flips."""
+    """Of every candidate (units, candidates) and of the omnibus bases (units, q)."""
 
     effects: np.ndarray
-    prior: np.ndarray
-    omnibus: np.ndarray
+    dull: np.ndarray
+    smooth: np.ndarray
+    fine: np.ndarray
 
     def under(self, signs: np.ndarray) -> "_Chance":
-        """The largest of all candidates, and the omnibus sum, compared with what flips (flips, units) make of them."""
-        seen = np.abs(self.effects.sum(0) + self.prior)
-        top = np.abs(signs @ self.effects + self.prior).max(axis=1, initial=0.0)
-        q = np.sum(self.omnibus.sum(0) ** 2)
-        p_omnibus = _share(np.sum((signs @ self.omnibus) ** 2, axis=1) >= q)
+        """The largest of all candidates, and the omnibus sums, compared with what flips (flips, units) make of them.
+
+        Half the level is for the candidates, a quarter for either omnibus basis.
+        """
+        seen = np.abs(self.effects.sum(0)) / self.dull
+        top = np.abs(signs @ self.effects).max(axis=1, initial=0.0)
+        p_omnibus = min(1.0, 2 * min(_share_of_sum(self.smooth, signs), _share_of_sum(self.fine, signs)))
         p_effects = np.array([_share(top >= value) for value in seen])
         return _Chance(float(min(1.0, 2 * min(p_effects.min(initial=1.0), p_omnibus))), p_effects, p_omnibus)
 
@@ -246,6 +261,11 @@ def _by_unit(products: np.ndarray, number: np.ndarray) -> np.ndarray:
     sums = np.zeros((number.max() + 1, products.shape[1]))
     np.add.at(sums, number, products)
     return sums
+
+
+def _share_of_sum(scores: np.ndarray, signs: np.ndarray) -> float:
+    """How often flips reach the sum of squares of these scores (units, q); 1 where there are none."""
+    return _share(np.sum((signs @ scores) ** 2, axis=1) >= np.sum(scores.sum(0) ** 2))
 
 
 def _share(at_least: np.ndarray) -> float:

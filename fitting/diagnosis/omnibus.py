@@ -1,4 +1,6 @@
-"""A basis that knows no effect: smooth in contraction and pressure, with direction, speed and cycle number."""
+"""Bases that know no effect: smooth in contraction, pressure and speed, and fine along the stroke, by direction."""
+
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -7,34 +9,74 @@ from fitting.residuals import Samples
 HATS = 6
 ACROSS = 5  # most hats in the other variable: pressure in loops, contraction where it is held
 SAME_LEVEL = 0.03  # of the range: levels closer than this are one
+FINE = 40  # most hats along the stroke: a ripple of a twentieth of it is seen
+PER_HAT = 5  # samples of one branch
 
 
-def basis(samples: Samples) -> np.ndarray:
-    """Columns (rows, q) in units of newtons over sigma, for every recording its own block."""
+@dataclass(frozen=True)
+class Basis:
+    """Columns in newtons over sigma: what varies smoothly (rows, q), and ripples along the stroke (rows, r)."""
+
+    smooth: np.ndarray
+    fine: np.ndarray
+
+    @property
+    def whole(self) -> np.ndarray:
+        """Both (rows, q + r)."""
+        return np.hstack([self.smooth, self.fine])
+
+
+def basis(samples: Samples) -> Basis:
+    """Both bases, for every recording a block of its own."""
+    recordings = [samples.recording == recording for recording in np.unique(samples.recording)]
+    parts = [samples.where(mask) for mask in recordings]
+    return Basis(_blocks(recordings, [_smooth(s) for s in parts]), _blocks(recordings, [_fine(s) for s in parts]))
+
+
+def _blocks(masks: list[np.ndarray], parts: list[np.ndarray]) -> np.ndarray:
     blocks = []
-    for recording in np.unique(samples.recording):
-        mask = samples.recording == recording
-        columns = _columns(samples.where(mask))
-        block = np.zeros((len(samples), columns.shape[1]))
+    for mask, columns in zip(masks, parts, strict=True):
+        block = np.zeros((len(mask), columns.shape[1]))
         block[mask] = columns
         blocks.append(block)
     return np.hstack(blocks)
 
 
-def _columns(s: Samples) -> np.ndarray:
-    pressure = _unit(s.pressure)
-    held = np.all(s.rate == 0) or np.all(np.abs(s.rate) <= 1e-8)
-    moving = _unit(s.pressure_rate) if held else _unit(np.log(np.maximum(np.abs(s.rate), 1e-6)))
-    if held and np.all(s.pressure_rate == 0):  # a static map: no history, no speed
+def _held(s: Samples) -> bool:
+    return bool(np.all(np.abs(s.rate) <= 1e-8))
+
+
+def _static(s: Samples) -> bool:
+    """A map of points: no history, no speed."""
+    return _held(s) and bool(np.all(s.pressure_rate == 0))
+
+
+def _smooth(s: Samples) -> np.ndarray:
+    pressure, held = _unit(s.pressure), _held(s)
+    if _static(s):
         return _surface(s, pressure)
+    moving = _unit(s.pressure_rate) if held else _unit(np.log(np.maximum(np.abs(s.rate), 1e-6)))
     along = pressure if held else s.contraction
     across = _unit(s.contraction) if held else pressure
     hats = _hats(along, np.linspace(along.min(), along.max() + 1e-12, HATS))
     levels = _hats(across, _levels(across))
     surface = (hats[:, :, None] * levels[:, None, :]).reshape(len(hats), -1)
     direction = np.sign(s.branch)[:, None]
-    rest = [moving[:, None], moving[:, None] * direction, _unit(s.loop)[:, None]]
-    return np.hstack([surface, surface * direction, *rest])
+    losses = direction * (moving[:, None] if held else _hats(moving, _levels(moving)))  # that depend on speed
+    return np.hstack([surface, surface * direction, moving[:, None], losses, _unit(s.loop)[:, None]])
+
+
+def _fine(s: Samples) -> np.ndarray:
+    """Hats along the stroke, even and odd in the direction; none where branches have few samples."""
+    if _static(s):
+        return np.zeros((len(s), 0))
+    along = s.pressure if _held(s) else s.contraction
+    branch = float(np.median(np.unique(s.half, return_counts=True)[1]))
+    count = int(min(FINE, branch / PER_HAT))
+    if count <= 2 * HATS:  # no finer than what is smooth
+        return np.zeros((len(s), 0))
+    hats = _hats(along, np.linspace(along.min(), along.max() + 1e-12 * max(abs(along.max()), 1.0), count))
+    return np.hstack([hats, hats * np.sign(s.branch)[:, None]])
 
 
 def _surface(s: Samples, pressure: np.ndarray) -> np.ndarray:

@@ -218,7 +218,7 @@ class Outlook:
     def _basis(self, rows: np.ndarray) -> np.ndarray:
         """The basis that knows no effect, over all rows: the old ones' and this candidate's."""
         used = np.concatenate([self.planned.old, rows])
-        found = omnibus.basis(self.planned.samples.where(used))
+        found = omnibus.basis(self.planned.samples.where(used)).whole
         basis = np.zeros((len(self.planned.samples), found.shape[1]))
         basis[used] = found
         return basis
@@ -293,5 +293,5 @@ def _information(slopes: np.ndarray, prior_slopes: np.ndarray) -> np.ndarray:
 def noise_of_test(explained: Explained, planned: Candidates) -> Noise:
     """The working noise model, from what neither the parameters nor the smooth basis explain of the old rows."""
     samples = planned.samples.where(planned.old)
-    beside = np.hstack([omnibus.basis(samples), explained.slopes[planned.old]])
+    beside = np.hstack([omnibus.basis(samples).whole, explained.slopes[planned.old]])
     return noise_from(explained.rows[planned.old], beside, samples)

@@ -97,7 +97,7 @@ def anything_missing(fit: Fit, seed: int) -> Missing | None:
     samples = _renumbered(fit.samples.where(kept))
     rows, slopes = (fit.residual / fit.samples.sigma)[kept], fit.slopes[kept]
     basis = omnibus.basis(samples)
-    noise = noise_from(rows, np.hstack([basis, slopes]), samples)
+    noise = noise_from(rows, np.hstack([basis.whole, slopes]), samples)
     priors = np.asarray(fit.problem.prior_rows(jnp.asarray(fit.vector)))
     none = np.zeros((len(rows), 0))  # no candidate is asked for: the basis that knows no effect decides
     unit = flips.units(samples, noise.memory)

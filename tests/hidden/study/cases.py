@@ -2,8 +2,9 @@
 
 Groups: `none` (nothing hidden), `single` (one effect of the library), `power` (one at the size that the program
 prints as its detection limit), `outside` (an effect of nobody's library), `pair` and `triple` (several at once, each
-of the stated size alone), `invariance` (the same recording said in another way). A size is the rms misfit that is
-left once the baseline has been refitted: in noise sigmas, or in detection limits.
+of the stated size alone), `invariance` (the same recording said in another way), `next` (one effect measured poorly,
+with the recording that the program then proposes, and with one drawn at random). A size is the rms misfit that is left
+once the baseline has been refitted: in noise sigmas, or in detection limits.
 """
 
 from __future__ import annotations
@@ -23,6 +24,7 @@ SIGMAS = (2.0, 5.0, 10.0)
 LIMITS = 3.0
 KINDS = tuple(NOISES)
 PLACES = tuple(PROTOCOLS)
+HARD = ("poor", "one pressure", "no repeats")
 CHANGES = ("as it is", "10x resampled", "other units", "shuffled")
 REPEATS = {"none": 24, "single": 2, "power": 2, "outside": 3}
 PAIRS, TRIPLES, INVARIANCES = 200, 100, 24
@@ -82,7 +84,7 @@ class Case:
 
 def plan(seed: int = 1) -> tuple[Case, ...]:
     """Every case of the full study."""
-    made = (nothing(seed), singles(seed), powers(seed), outsiders(seed), several(seed), invariances(seed))
+    made = (nothing(seed), singles(seed), powers(seed), outsiders(seed), several(seed), invariances(seed), ties(seed))
     return tuple(case for group in made for case in group)
 
 
@@ -146,6 +148,12 @@ def invariances(seed: int) -> Iterable[Case]:
         what, noise = hidden[order[number]], KINDS[number % len(KINDS)]
         size = SIGMAS[number % 3] if what else 0.0
         yield from (Case("invariance", what, size, "sigma", noise, "rich", number, seed, change) for change in CHANGES)
+
+
+def ties(seed: int) -> Iterable[Case]:
+    """Effects in recordings that can hardly tell one from another."""
+    for i, (name, protocol) in enumerate(product(TYPICAL, HARD)):
+        yield Case("next", (name,), LIMITS, "limit", KINDS[i % len(KINDS)], protocol, 0, seed)
 
 
 def chosen(cases: Sequence[Case], share: float) -> tuple[Case, ...]:

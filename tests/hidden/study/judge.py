@@ -10,15 +10,17 @@ from typing import Any
 
 import numpy as np
 
-from ..simulator import NOISES, Dataset, Noise, write
+from ..simulator import NOISES, Dataset, Noise, Truth, write
 from .cases import Case
 from .changes import changed
+from .follow import followed
 from .mimicry import mimic
 from .protocols import PROTOCOLS
 from .scores import holds, sets
 from .sizes import base_of, hiding, sized
 
 OUTSIDE = "outside"
+NEXT = "next"
 
 
 def judged(case: Case, limits: dict[str, float], rivals: bool = False) -> dict[str, Any]:
@@ -34,7 +36,7 @@ def judged(case: Case, limits: dict[str, float], rivals: bool = False) -> dict[s
     record |= {"visible": True, "parameters": hidden, "floor": true_floor(case, data)}
     with TemporaryDirectory() as folder:
         changed(write(data, Path(folder) / "data"), case.change, case.random)
-        record |= said(case, Path(folder) / "data", list(base_of(hidden)), rivals)
+        record |= said(case, Path(folder) / "data", list(base_of(hidden)), rivals, truth)
     return record | mimicked(case, hidden, record)
 
 
@@ -73,7 +75,7 @@ def true_floor(case: Case, data: Dataset) -> float:
     return float(np.sqrt(np.mean((data.recordings[0].columns["force"] - mean) ** 2)))
 
 
-def said(case: Case, folder: Path, base: list[str], rivals: bool) -> dict[str, Any]:
+def said(case: Case, folder: Path, base: list[str], rivals: bool, truth: Truth) -> dict[str, Any]:
     """What the program says of a folder, as plain numbers and words."""
     from fitting.diagnose import concluded, searched
     from fitting.recordings import read_experiment
@@ -85,7 +87,8 @@ def said(case: Case, folder: Path, base: list[str], rivals: bool) -> dict[str, A
     known = {name_of(kind): kind for kind in LIBRARY}
     began = time.perf_counter()
     experiment = read_experiment(folder)
-    search = searched([experiment], [known[name]() for name in base])
+    effects = [known[name]() for name in base]
+    search = searched([experiment], effects)
     found = concluded(search)
     seconds = time.perf_counter() - began
     record = verdict_of(found) | {"seconds": seconds}
@@ -93,6 +96,8 @@ def said(case: Case, folder: Path, base: list[str], rivals: bool) -> dict[str, A
         record["limits"] = {n: e.detection_limit for n, e in found.effects.items() if e.detection_limit is not None}
     if case.group == OUTSIDE:
         record["fingerprint"] = fingerprint(found, experiment)
+    if case.group == NEXT:
+        record |= followed(case, found, experiment, truth, folder.parent, effects)
     if rivals:
         began = time.perf_counter()
         record["rivals"] = answers(search)

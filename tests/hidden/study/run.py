@@ -150,7 +150,7 @@ def failed(case: Case, why: str) -> dict[str, Any]:
 
 def has_rivals(case: Case, share: float) -> bool:
     """Whether the rivals answer this case too: an even share of every group."""
-    return case.group not in ("power", "invariance") and turn(crc32(case.id.encode())) < share
+    return case.group not in ("power", "invariance", "next") and turn(crc32(case.id.encode())) < share
 
 
 # ----------------------------------------------------------------------------------------------------------- the file

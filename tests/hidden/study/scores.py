@@ -158,7 +158,7 @@ def scores(records: Sequence[Record]) -> list[Score]:
     told = answered(records)
     return [
         *false_alarms(told), *single_effects(told), *wrong_names(told), *outsiders(told), *several(told),
-        *powers(told), *left_out(told), *invariances(told), *times(told), *set_apart(records),
+        *powers(told), *left_out(told), *nexts(told), *invariances(told), *times(told), *set_apart(records),
     ]  # fmt: skip
 
 
@@ -248,6 +248,20 @@ def left_out(told: Sequence[Record]) -> list[Score]:
     return [
         number(f"{measure}: median", "<= 1.10", ratios, np.median, most=1.1),
         number(f"{measure}: least", ">= 0.95", ratios, np.min, least=0.95),
+    ]
+
+
+def nexts(told: Sequence[Record]) -> list[Score]:
+    """What the proposed recording does for an open tie, beside one drawn at random with as many loops."""
+    tied = [r for r in of(told, "next") if r.get("proposed") and r.get("random")]
+    then = lambda record, key: right(record | record[key])  # noqa: E731
+    measure = "an open tie made unique, and rightly"
+    return [
+        share(f"{measure}, by the proposed recording", ">= 80 %", tied, lambda r: then(r, "proposed"), least=0.8),
+        share(f"{measure}, by one drawn at random", "<= 45 %", tied, lambda r: then(r, "random")),
+        number("power foretold for the proposed recording's worst pair", "", [r["proposed"]["power"] for r in tied]),
+        number("mean set before it", "", [len(sets(r)) for r in tied], np.mean),
+        number("mean set after it", "", [len(sets(r | r["proposed"])) for r in tied], np.mean),
     ]
 
 
