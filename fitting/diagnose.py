@@ -13,7 +13,7 @@ from threadpoolctl import threadpool_limits
 
 from fitting.diagnosis.examine import Examiner
 from fitting.diagnosis.held_out import difference
-from fitting.diagnosis.likes import foretelling, leading_of, plausible, simplest
+from fitting.diagnosis.likes import foretelling, leading_of, plausible, simplest, unrivalled
 from fitting.diagnosis.record import Diagnosis, Evidence, Explanation
 from fitting.diagnosis.search import Progress, Search
 from fitting.diagnosis.universe import Trial, Universe, universe
@@ -75,9 +75,9 @@ def searched(
     start = world.start.copy()
     start[world.layout.at(baseline.layout.names)] = baseline.vector
     base = min(base, world.fit(frozenset(world.base), start), key=lambda trial: trial.cost)
-    search = Search(world, base, Examiner(world, base, seed), baseline, told)
-    search.notes = (*set_aside, *(note for e in light for r in e.recordings for note in r.notes))
     with one_thread():
+        search = Search(world, base, Examiner(world, base, seed), baseline, told)
+        search.notes = (*set_aside, *(note for e in light for r in e.recordings for note in r.notes))
         search.run()
     return search
 
@@ -112,7 +112,7 @@ def of_force(experiments: Sequence[Experiment]) -> tuple[list[Experiment], tuple
 
 def _verdict(search: Search) -> Diagnosis:
     world, examiner = search.world, search.examiner
-    foretell = foretelling(search.adequate, search.trials, examiner)
+    foretell = unrivalled(foretelling(search.adequate, search.trials, examiner), search.trials, examiner)
     kept, classes = simplest(world, foretell, search.trials, search.gate.noise_rms)
     evidence = {name: _evidence(search, name) for name in world.candidates}
     evidence |= {name: Evidence(name, reason=why) for name, why in world.untestable.items()}

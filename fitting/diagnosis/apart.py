@@ -28,6 +28,11 @@ class Yielding:
     prior_slopes: np.ndarray
     group: np.ndarray  # of each column: which parameter it lets differ between runs, -1 for what all share
 
+    @property
+    def stated(self) -> np.ndarray:
+        """Slopes of the priors that state something of the muscle (rows, k), not how alike runs are."""
+        return self.prior_slopes[: len(self.prior_slopes) - np.sum(self.group >= 0)]
+
     def beside(self, columns: np.ndarray) -> np.ndarray:
         """What is left of columns (rows, m) when everything has given way to them, as far as priors let it."""
         whole = np.vstack([self.slopes, self.prior_slopes])

@@ -1,6 +1,6 @@
 """How one fitted set of effects stands: tested for anything missing, and on runs left out."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -10,7 +10,7 @@ from fitting.diagnosis import apart, flips, held_out, omnibus
 from fitting.diagnosis.apart import Yielding
 from fitting.diagnosis.flips import Units
 from fitting.diagnosis.universe import Trial, Universe
-from fitting.diagnosis.working_noise import Noise, noise_from
+from fitting.diagnosis.working_noise import Kinds, Noise
 
 INVISIBLE = 0.02  # of a signature's square that must survive the model's own parameters to be seen at all
 ALIKE = 0.9
@@ -78,6 +78,7 @@ class Examiner:
     def __init__(self, world: Universe, base: Trial, seed: int):
         self.world, self.base, self.seed = world, base, seed
         self.basis = omnibus.basis(world.samples)
+        self.kinds = Kinds.beside(np.hstack([self.basis.whole, base.slopes]), world.samples)
         self.units: Units = flips.units(world.samples, self.noise(base).memory)
         points = self.units.count == len(world.samples)  # of a static map: each was set by itself
         self.runs_apart = not points and len(np.unique(world.samples.run)) > 1
@@ -91,8 +92,7 @@ class Examiner:
 
     def noise(self, trial: Trial) -> Noise:
         """The working noise model of a trial, from what neither its parameters nor the omnibus basis explain."""
-        beside = np.hstack([self.basis.whole, trial.slopes])
-        return noise_from(trial.rows, beside, self.world.samples)
+        return self.kinds.noise(trial.rows, trial.slopes)
 
     @property
     def rests_on(self) -> str:
@@ -115,15 +115,40 @@ class Examiner:
     def stand(
         self, added: frozenset[str], trial: Trial, fitted: Mapping[frozenset[str], Trial], limits: bool = False
     ) -> Standing:
-        """Test a fitted set against every candidate that could still be added, at several of its shapes."""
-        names, signatures = self._columns(trial, fitted)
+        """Test a fitted set against every candidate that could still be added, at several of its shapes.
+
+        What the bases that know no effect reject is rejected, and needs no candidates (unless `limits` are wanted).
+        """
         samples, noise, both = self.world.samples, self.noise(trial), (apart.together(trial), self.yielding(trial))
-        verdict = flips.test(trial.rows, *both, signatures, self.basis, samples, self.units, noise, self.seed, limits)
+        test = lambda columns: flips.test(  # noqa: E731
+            trial.rows, *both, columns, self.basis, samples, self.units, noise, self.seed, limits
+        )
+        names, signatures = [], np.zeros((len(samples), 0))
+        verdict = None if limits else test(signatures)
+        if verdict is None or not verdict.rejected:
+            names, signatures = self._columns(trial, fitted)
+            verdict = test(signatures)
         in_newtons = self.world.in_newtons
         beside = apart.together(trial).beside(signatures) * self.world.samples.sigma[:, None]
         rms = np.sqrt(np.mean(beside[in_newtons] ** 2, axis=0))
         noise = float(verdict.floor * np.sqrt(np.mean(self.world.samples.sigma[in_newtons] ** 2)))
         return Standing(verdict, tuple(names), rms, verdict.floor, noise, self._why_not(added, trial, verdict))
+
+    def against(self, trial: Trial, rivals: Sequence[tuple[frozenset[str], Trial]]) -> float:
+        """The p-value of a fitted set where only what its rivals (added, trial) would change is looked for.
+
+        Few directions are looked along, so less is needed in each than where the whole library is.
+        """
+        columns = [t.slopes[:, [n.split("@")[0].split(".")[0] in added for n in t.free]] for added, t in rivals]
+        wanted = np.hstack(columns)
+        size = np.linalg.norm(wanted, axis=0)
+        left = np.linalg.norm(apart.together(trial).beside(wanted), axis=0)
+        seen = wanted[:, left**2 > INVISIBLE * np.maximum(size**2, 1e-300)]
+        if not seen.shape[1]:
+            return 1.0
+        samples, noise, both = self.world.samples, self.noise(trial), (apart.together(trial), self.yielding(trial))
+        verdict = flips.test(trial.rows, *both, seen, self.basis, samples, self.units, noise, self.seed, False)
+        return float(verdict.p_effects.min())
 
     def _why_not(self, added: frozenset[str], trial: Trial, verdict: flips.Verdict) -> str:
         if verdict.rejected:

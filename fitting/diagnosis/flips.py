@@ -13,7 +13,7 @@ from scipy import stats
 from fitting.diagnosis.apart import Yielding, as_far_as_seen, too_few
 from fitting.diagnosis.detection import detectable
 from fitting.diagnosis.omnibus import Basis
-from fitting.diagnosis.working_noise import Noise, orthonormal, removed, whitened
+from fitting.diagnosis.working_noise import Noise, orthonormal, whitened
 from fitting.residuals import Samples
 
 FLIPS = 1999
@@ -120,7 +120,8 @@ def test(
     given way as the `same` in all, at half the level. With `limits` it is also said how much of each candidate would
     be found.
     """
-    whole_floor = float(np.sqrt(np.mean(removed(rows[:, None], np.hstack([basis.whole, same.slopes])) ** 2)))
+    known = orthonormal(np.hstack([basis.whole, same.slopes]))
+    whole_floor = np.linalg.norm(rows - known @ (known.T @ rows)) / np.sqrt(max(len(rows) - known.shape[1], 1))
     together = unit.number if unit.whole else samples.run
     parts = [rows[:, None], same.slopes, apart.slopes, signatures, basis.smooth, basis.fine]
     white = whitened(np.hstack(parts), samples, together, noise)
@@ -128,15 +129,14 @@ def test(
     common = _projected(e[:, 0], j, z, Basis(smooth, fine), same)
     j_apart = as_far_as_seen(j_apart, apart.group, e[:, 0], orthonormal(np.hstack([j, smooth, fine])))
     own = _projected(e[:, 0], j_apart, z, Basis(smooth, fine), apart)
-    signs = np.random.default_rng(seed).choice([-1.0, 1.0], size=(FLIPS, unit.count))
-    by_unit = own.scores(unit.number).under(signs)
+    by_unit = own.scores(unit.number).under(flipped_signs(unit.count, seed))
     tests = [(own, unit.number, unit.level / 2)]
     p_runs = 1.0
     if not too_few(samples, unit.level / 2):
         run = numbered(samples.run)
         tests.append((common, run, unit.level / 4))
-        p_runs = common.scores(run).under(signs[:, : run.max() + 1]).p
-    found = [_found(*which, signs, seed) for which in tests] if limits else [np.full(z.shape[1], np.nan)]
+        p_runs = common.scores(run).under(flipped_signs(run.max() + 1, seed)).p
+    found = [_found(*which, seed) for which in tests] if limits else [np.full(z.shape[1], np.nan)]
     return Verdict(
         p=min(by_unit.p, 2 * p_runs, 1.0),
         p_runs=p_runs,
@@ -144,7 +144,7 @@ def test(
         p_effects=by_unit.p_effects,
         p_omnibus=by_unit.p_omnibus,
         ratio_p=own.ratio_p,
-        floor=whole_floor,
+        floor=float(whole_floor),
         detectable=np.min(found, axis=0),
         left=common.kept / np.maximum(np.linalg.norm(z, axis=0), 1e-300),
         cosines=(common.z / common.kept).T @ (common.z / common.kept),
@@ -205,16 +205,16 @@ def _projected(e: np.ndarray, j: np.ndarray, z: np.ndarray, basis: Basis, by: Yi
     kept = np.maximum(np.linalg.norm(z_left, axis=0), 1e-300)
     seen = kept > 1e-6 * np.linalg.norm(z, axis=0)
     known = by.prior_slopes.T @ by.prior_slopes
-    sway = by.prior_slopes @ (curvature @ (known @ (curvature @ (j.T @ z))))
+    sway = by.stated @ (curvature @ (known @ (curvature @ (j.T @ z))))
     pulled = np.where(seen, np.linalg.norm(sway, axis=0) / kept, 0.0)
     return _Projected(e - j @ step, z_left, pulled, o, smooth.shape[1], kept, seen, int(np.linalg.matrix_rank(j)))
 
 
-def _found(what: _Projected, number: np.ndarray, level: float, signs: np.ndarray, seed: int) -> np.ndarray:
+def _found(what: _Projected, number: np.ndarray, level: float, seed: int) -> np.ndarray:
     """The amount of each candidate that flips of these units find."""
     alone = what.clean * np.sqrt(len(what.e) / what.freedom)
-    unit_columns = what.z / what.kept
-    return what.dull * detectable(unit_columns, alone, number, signs[:, : number.max() + 1], level, seed) / what.kept
+    signs = flipped_signs(number.max() + 1, seed)
+    return what.dull * detectable(what.z / what.kept, alone, number, signs, level, seed) / what.kept
 
 
 @dataclass(frozen=True)
@@ -234,7 +234,7 @@ class _Scores:
         seen = np.abs(self.effects.sum(0)) / self.dull
         top = np.abs(signs @ self.effects).max(axis=1, initial=0.0)
         p_omnibus = min(1.0, 2 * min(_share_of_sum(self.smooth, signs), _share_of_sum(self.fine, signs)))
-        p_effects = np.array([_share(top >= value) for value in seen])
+        p_effects = np.array([_share(top, value) for value in seen])
         return _Chance(float(min(1.0, 2 * min(p_effects.min(initial=1.0), p_omnibus))), p_effects, p_omnibus)
 
 
@@ -257,6 +257,15 @@ def alike_within(scores: np.ndarray, run: np.ndarray) -> float:
     return float(products[pairs].sum() / both[pairs].sum()) if pairs.any() and both[pairs].sum() > 0 else 0.0
 
 
+def flipped_signs(units: int, seed: int) -> np.ndarray:
+    """Signs (flips, units), the first as measured; all that differ by more than one sign for all, or a draw of them."""
+    random = np.random.default_rng(seed)
+    if 2 ** (units - 1) > 1 + FLIPS:
+        return np.vstack([np.ones(units), random.choice([-1.0, 1.0], size=(FLIPS, units))])
+    bits = np.arange(2 ** (units - 1))[:, None] >> np.arange(units)
+    return np.vstack([np.ones(units), random.permutation(1.0 - 2.0 * (bits[1:] & 1))])
+
+
 def _by_unit(products: np.ndarray, number: np.ndarray) -> np.ndarray:
     sums = np.zeros((number.max() + 1, products.shape[1]))
     np.add.at(sums, number, products)
@@ -265,8 +274,8 @@ def _by_unit(products: np.ndarray, number: np.ndarray) -> np.ndarray:
 
 def _share_of_sum(scores: np.ndarray, signs: np.ndarray) -> float:
     """How often flips reach the sum of squares of these scores (units, q); 1 where there are none."""
-    return _share(np.sum((signs @ scores) ** 2, axis=1) >= np.sum(scores.sum(0) ** 2))
+    return _share(np.sum((signs @ scores) ** 2, axis=1), np.sum(scores.sum(0) ** 2))
 
 
-def _share(at_least: np.ndarray) -> float:
-    return float((1 + np.sum(at_least)) / (1 + len(at_least)))
+def _share(flipped: np.ndarray, seen: float) -> float:
+    return float(np.mean(flipped >= seen * (1 - 1e-9)))  # one of the flips is what was measured

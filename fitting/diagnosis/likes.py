@@ -11,6 +11,7 @@ from fitting.diagnosis.universe import Trial, Universe
 
 SAME = 0.1  # of the noise: a set that follows another's prediction this closely contains it
 CLEARLY = 2.0  # standard errors
+RIVALLED = 0.005  # level at which a rival is seen in what an adequate set leaves
 WORSE = 3.0  # standard errors by which an adequate set may foretell worse than another before it is dropped
 
 
@@ -52,6 +53,18 @@ def foretelling(
     rows = {added: examiner.left_out(trials[added]) for added in adequate}
     best = min(rows.values(), key=held_out.rms, default=None)
     return [added for added in adequate if best is None or not _clearly(rows[added], best, examiner.groups, WORSE)]
+
+
+def unrivalled(
+    adequate: Sequence[frozenset[str]], trials: Mapping[frozenset[str], Trial], examiner: Examiner
+) -> list[frozenset[str]]:
+    """Adequate sets without those in whose residual another of them is seen; all, if each is seen in some other's."""
+    kept = []
+    for added in adequate:
+        rivals = [(other, trials[other]) for other in adequate if other != added]
+        if not rivals or examiner.against(trials[added], rivals) >= RIVALLED:
+            kept.append(added)
+    return kept or list(adequate)
 
 
 def leading_of(

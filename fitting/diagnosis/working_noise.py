@@ -37,24 +37,46 @@ class Noise:
         return correlated + self.white * np.eye(len(position))
 
 
-def noise_from(rows: np.ndarray, beside: np.ndarray, samples: Samples) -> Noise:
-    """The noise of `rows` from which the columns of `beside` (rows, q) have been removed.
+@dataclass(frozen=True)
+class Kinds:
+    """What each kind of noise leaves where a basis (rows, q; orthonormal) is removed: autocovariances (lags, kinds).
 
     What is removed takes slow noise with it. Autocovariances are therefore compared with those that each kind of noise
     would have after the same removal, or slow noise would be taken for less than it is.
     """
-    basis = orthonormal(beside)
-    residual = rows - basis @ (basis.T @ rows)
-    edges = [0, *(np.flatnonzero(np.diff(samples.run)) + 1), len(rows)]
-    runs = [slice(int(a), int(b)) for a, b in pairwise(edges)]
-    longest = max(run.stop - run.start for run in runs)
-    lags = [lag for lag in LAGS if longest > 2 * lag + 2] or [0]
-    found = np.array([_mean_product(residual[:, None], residual[:, None], runs, lag) for lag in lags])
-    kinds = np.stack([_left_of(memory, basis, runs, lags) for memory in (0.0, *MEMORIES)], axis=1)
-    weight = np.sqrt([sum(max(run.stop - run.start - lag, 0) for run in runs) for lag in lags])
-    shares = nnls(kinds * weight[:, None], found * weight)[0]
-    floor = 1e-3 * max(found[0], 1e-300)
-    return Noise(max(shares[0], floor), shares[1:])
+
+    basis: np.ndarray
+    runs: list[slice]
+    lags: list[int]
+    left: np.ndarray
+
+    @classmethod
+    def beside(cls, columns: np.ndarray, samples: Samples) -> "Kinds":
+        """Where these columns (rows, q) are removed."""
+        basis = orthonormal(columns)
+        edges = [0, *(np.flatnonzero(np.diff(samples.run)) + 1), len(columns)]
+        runs = [slice(int(a), int(b)) for a, b in pairwise(edges)]
+        longest = max(run.stop - run.start for run in runs)
+        lags = [lag for lag in LAGS if longest > 2 * lag + 2] or [0]
+        left = np.stack([_left_of(memory, basis, runs, lags) for memory in (0.0, *MEMORIES)], axis=1)
+        return cls(basis, runs, lags, left)
+
+    def noise(self, rows: np.ndarray, more: np.ndarray | None = None) -> Noise:
+        """The noise of rows; `more` (rows, m) is removed as well, and too few columns to be reckoned with."""
+        residual = rows - self.basis @ (self.basis.T @ rows)
+        if more is not None:
+            own = orthonormal(more - self.basis @ (self.basis.T @ more))
+            residual = residual - own @ (own.T @ residual)
+        found = [_mean_product(residual[:, None], residual[:, None], self.runs, lag) for lag in self.lags]
+        weight = np.sqrt([sum(max(run.stop - run.start - lag, 0) for run in self.runs) for lag in self.lags])
+        shares = nnls(self.left * weight[:, None], np.array(found) * weight)[0]
+        floor = 1e-3 * max(found[0], 1e-300)
+        return Noise(max(shares[0], floor), shares[1:])
+
+
+def noise_from(rows: np.ndarray, beside: np.ndarray, samples: Samples) -> Noise:
+    """The noise of `rows` from which the columns of `beside` (rows, q) have been removed."""
+    return Kinds.beside(beside, samples).noise(rows)
 
 
 def _left_of(memory: float, basis: np.ndarray, runs: list[slice], lags: list[int]) -> np.ndarray:
