@@ -14,13 +14,15 @@ from threadpoolctl import threadpool_limits
 from fitting import next_measurement as nm
 from fitting.cli import main
 from fitting.diagnose import diagnose
+from fitting.diagnosis.omnibus import Basis
 from fitting.diagnosis.record import Evidence
 from fitting.diagnosis.working_noise import Noise as Memory
 from fitting.least_squares import fit
 from fitting.planning.candidates import FASTER, NODES, grid, shown, simulation
 from fitting.planning.foreseen import Varying
 from fitting.planning.protocol import plan_of, plan_result
-from fitting.planning.separation import Drawn, Outlook, Readings, Units, _of_means
+from fitting.planning.rejection import Drawn, Units
+from fitting.planning.separation import Outlook, Readings, _of_means
 from fitting.planning.sharper import sharper
 from fitting.recordings import read_experiment
 from fitting.residuals import thinned
@@ -135,15 +137,15 @@ def drawn(shift, draws=300, units=16, per=10):
     count = units * per
     slope, column, other = random.standard_normal((3, count, 1))
     rows = random.standard_normal((count, draws)) + shift * column + 0.3 * slope
-    unit = Units(np.repeat(np.arange(units), per), count, 0.01)
-    return Drawn(rows, slope, np.zeros((1, 1)), np.hstack([column, other]), other, unit)
+    unit = Units(np.repeat(np.arange(units), per), count, 0.01, np.repeat(np.arange(units), per))
+    nothing, basis = np.zeros((count, 0)), Basis(other, np.zeros((count, 0)))
+    return Drawn(rows, slope, np.zeros((1, 1)), nothing, np.zeros(0, int), np.hstack([column, other]), basis, unit)
 
 
 def test_rejections_keep_their_level_and_have_power():
     """At most the level where nothing is missing; nearly all where the missing signature is six sigma strong."""
-    random = np.random.default_rng(0)
-    assert np.mean(drawn(0.0).rejections(random)) < 0.03
-    assert np.mean(drawn(8 / np.sqrt(160)).rejections(random)) > 0.9
+    assert np.mean(drawn(0.0).rejections(0)) < 0.03
+    assert np.mean(drawn(8 / np.sqrt(160)).rejections(0)) > 0.9
 
 
 # ----------------------------------------------------------------------------------------------------------- protocols

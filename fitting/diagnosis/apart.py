@@ -5,6 +5,7 @@ loops, and by less where runs of one state agree better than that. The geometry 
 What only whole runs can tell is left to flips of these, if there are enough of them.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -60,18 +61,29 @@ def together(trial: Trial) -> Yielding:
 
 def from_run_to_run(trial: Trial, layout: Unknowns, samples: Samples) -> Yielding:
     """Each run has parameters of its own beside the common ones, near them."""
-    own = [k for k, name in enumerate(trial.free) if not name.startswith("muscle.")]
-    relative = trial.slopes[:, own] * [REPEATABLE * _per_log(trial, layout, k) for k in own]
-    runs = np.unique(samples.run)
-    apart = np.hstack([np.where((samples.run == run)[:, None], relative, 0.0) for run in runs])
+    apart, group = differences(trial.slopes, trial.free, trial.vector, layout, samples.run)
     count = apart.shape[1]
     priors, common = trial.prior_slopes, np.zeros((len(trial.prior_rows), count))
     return Yielding(
         np.hstack([trial.slopes, apart]),
         np.concatenate([trial.prior_rows, np.zeros(count)]),
         np.block([[priors, common], [np.zeros((count, priors.shape[1])), np.eye(count)]]),
-        np.concatenate([np.full(priors.shape[1], -1), np.tile(np.arange(len(own)), len(runs))]),
+        np.concatenate([np.full(priors.shape[1], -1), group]),
     )
+
+
+def differences(
+    slopes: np.ndarray, free: Sequence[str], vector: np.ndarray, layout: Unknowns, run: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Columns (rows, runs x parameters) in each of which one run has a parameter of its own, and which parameter.
+
+    `slopes` (rows, k) are those of the `free` parameters at a `vector` of all unknowns; as large as runs may differ.
+    """
+    own = [k for k, name in enumerate(free) if not name.startswith("muscle.")]
+    relative = slopes[:, own] * [REPEATABLE * _per_log(free[k], vector, layout) for k in own]
+    runs = np.unique(run)
+    apart = [np.where((run == one)[:, None], relative, 0.0) for one in runs]
+    return np.hstack(apart), np.tile(np.arange(len(own)), len(runs))
 
 
 def as_far_as_seen(columns: np.ndarray, group: np.ndarray, rows: np.ndarray, beside: np.ndarray) -> np.ndarray:
@@ -79,14 +91,17 @@ def as_far_as_seen(columns: np.ndarray, group: np.ndarray, rows: np.ndarray, bes
 
     All is whitened. Beside what is common to all runs and what is smooth (`beside`, orthonormal), the differences of
     one parameter have s_i^2 c^2 + 1 as variances; c, a share of `REPEATABLE`, is as likely too small as too large.
+    `rows` may hold several draws (rows, draws): then it is the middle one's.
     """
+    drawn = rows.reshape(len(rows), -1)
     out = columns.copy()
     for each in np.unique(group[group >= 0]):
         mine = columns[:, group == each]
         differing = mine - beside @ (beside.T @ mine)
         side, size, _ = np.linalg.svd(differing, full_matrices=False)
         seen = size > CLEAR * np.max(np.linalg.norm(mine, axis=0), initial=1e-300)
-        out[:, group == each] *= _share(size[seen], side[:, seen].T @ rows)
+        scores = side[:, seen].T @ drawn
+        out[:, group == each] *= np.median([_share(size[seen], score) for score in scores.T])
     return out
 
 
@@ -102,10 +117,10 @@ def _share(size: np.ndarray, score: np.ndarray) -> float:
     return float(optimize.root_scalar(beyond, bracket=(0.0, 1.0)).root)
 
 
-def _per_log(trial: Trial, layout: Unknowns, k: int) -> float:
+def _per_log(name: str, vector: np.ndarray, layout: Unknowns) -> float:
     """How far a parameter's place moves for a change of its logarithm."""
-    at = layout.at([trial.free[k]])[0]
+    at = layout.at([name])[0]
     entry = layout.entries[at]
     if entry.logarithmic:
         return 1 / np.log(entry.upper / entry.lower)
-    return abs(trial.vector[at]) / (entry.upper - entry.lower)
+    return abs(vector[at]) / (entry.upper - entry.lower)

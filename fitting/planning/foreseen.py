@@ -80,6 +80,7 @@ class Explained:
     layout: Unknowns
     problem: Problem
     subset: Subset
+    free: tuple[str, ...]
     place: np.ndarray
     rows: np.ndarray
     slopes: np.ndarray
@@ -146,12 +147,13 @@ def explained(
     known = zip(layout.names, layout.start, strict=True)
     vector = np.array([start.get(name, start.get(name.split("@")[0], declared)) for name, declared in known])
     vector = np.clip(vector, layout.lower, layout.upper)
-    subset = subset_of(layout, vector, free_names(layout, varying.fix, varying.free))
+    free = tuple(free_names(layout, varying.fix, varying.free))
+    subset = subset_of(layout, vector, free)
     place = np.asarray(subset.place(subset.full))
     nothing = np.zeros(len(samples))
     empty = np.zeros((0, len(place)))
     names = tuple(name_of(effect) for effect in added)
-    begin = Explained(names, layout, given, subset, place, nothing, empty, nothing, empty)
+    begin = Explained(names, layout, given, subset, free, place, nothing, empty, nothing, empty)
     if hold:
         return begin.at(place)
     weight = nothing.copy()

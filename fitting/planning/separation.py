@@ -10,17 +10,15 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from scipy import stats
 from scipy.linalg import cholesky, solve_triangular
 
-from fitting.diagnosis import flips, omnibus
-from fitting.diagnosis.working_noise import MEMORIES, PIECE, Noise, noise_from, orthonormal
+from fitting.diagnosis import apart, flips, omnibus
+from fitting.diagnosis.working_noise import MEMORIES, PIECE, Noise, noise_from
 from fitting.planning.foreseen import Candidates, Explained
+from fitting.planning.rejection import Drawn, Units
 from fitting.residuals import Samples
 
-FLIPS = 799
 DRAWS = 100
-MISFIT_P = 1e-3  # as in the diagnosis: a misfit many times the noise needs no flips
 
 
 @dataclass(frozen=True)
@@ -174,7 +172,7 @@ class Outlook:
         noise = random.standard_normal((readings.size, DRAWS))
         rows = np.repeat(laid.rows, DRAWS, axis=1)
         rows[laid.units.old :] += noise - drift
-        counted = np.sum(replace(laid, rows=rows).rejections(np.random.default_rng(seed)))
+        counted = np.sum(replace(laid, rows=rows).rejections(seed))
         return float((counted + 0.5) / (DRAWS + 1))  # a hundred draws do not show certainty
 
     def rejected(self, number: int, readings: np.ndarray, seed: int = 0) -> tuple[bool, ...]:
@@ -184,10 +182,9 @@ class Outlook:
         """
         fitted = [self.conceded(i, number, readings) for i in range(len(self.explained))]
         laid = [self._laid(given, number, readings) for given in fitted]
-        random = lambda: np.random.default_rng(seed)  # noqa: E731
-        return tuple(bool(one.rejections(random())[0]) for one in laid)
+        return tuple(bool(one.rejections(seed)[0]) for one in laid)
 
-    def _units(self, number: int, repeats: int) -> "Units":
+    def _units(self, number: int, repeats: int) -> Units:
         """What will be flipped: loops, or half loops where they are few, over old and new rows."""
         rows = self.planned.rows[number]
         cycle = self.planned.samples.where(rows[self.planned.again(number)])
@@ -199,91 +196,44 @@ class Outlook:
         new = np.concatenate([own + turn * (own.max() + 1) for turn in range(repeats)]) + old.max() + 1
         both = np.concatenate([old, new])
         trusted = both.max() + 1 >= flips.ENOUGH
-        return Units(both, len(old), flips.LEVEL if trusted else flips.FEW_LEVEL)
+        together = old if key == "loop" and trusted else flips.numbered(self.old_samples.run)
+        return Units(both, len(old), flips.LEVEL if trusted else flips.FEW_LEVEL, together)
 
-    def _laid(self, given: Explained, number: int, readings: np.ndarray) -> "Drawn":
+    def _laid(self, given: Explained, number: int, readings: np.ndarray) -> Drawn:
         """Old and new rows of a refitted explanation without correlation, and what the test looks along."""
         rows, repeats = self.planned.rows[number], len(readings)
         units, basis = self._units(number, repeats), self._basis(rows)
-        others = [e.rows - given.rows for e in self.explained if e.effects != given.effects]
-        columns = np.hstack([given.rows[:, None], given.slopes, *(change[:, None] for change in others), basis])
-        white = Whitener.of(self.old_samples, units.number[: units.old], self.noise)
+        others = [(e.rows - given.rows)[:, None] for e in self.explained if e.effects != given.effects]
+        differing, group = self._differences(given, rows)
+        parts = [given.rows[:, None], given.slopes, differing, np.hstack(others), basis.smooth, basis.fine]
+        columns = np.hstack(parts)
+        white = Whitener.of(self.old_samples, units.together, self.noise)
         both = np.concatenate([white(columns[self.planned.old]), self.new(number, columns, repeats)])
         factor = self.factors[number][0]
         both[units.old :, 0] -= solve_triangular(factor, readings.T, lower=True).T.ravel()
-        k, m = given.slopes.shape[1], len(others)
         known = given.prior_slopes.T @ given.prior_slopes
-        return Drawn(both[:, :1], both[:, 1 : 1 + k], known, both[:, 1 + k :], both[:, 1 + k + m :], units)
+        e, j, own, z, smooth, fine = np.split(both, np.cumsum([part.shape[1] for part in parts])[:-1], axis=1)
+        return Drawn(e, j, known, own, group, z, omnibus.Basis(smooth, fine), units)
 
-    def _basis(self, rows: np.ndarray) -> np.ndarray:
-        """The basis that knows no effect, over all rows: the old ones' and this candidate's."""
+    def _differences(self, given: Explained, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """By what each run, old or new, may have parameters of its own; nothing where points stand for themselves."""
         used = np.concatenate([self.planned.old, rows])
-        found = omnibus.basis(self.planned.samples.where(used)).whole
-        basis = np.zeros((len(self.planned.samples), found.shape[1]))
-        basis[used] = found
-        return basis
+        samples = self.planned.samples.where(used)
+        found = np.zeros((len(used), 0)), np.zeros(0, int)
+        if self.old_loops.max() + 1 < len(self.old_loops):
+            vector = np.array(list(given.values.values()))
+            found = apart.differences(given.slopes[used], given.free, vector, given.layout, samples.run)
+        columns = np.zeros((len(self.planned.samples), found[0].shape[1]))
+        columns[used] = found[0]
+        return columns, found[1]
 
-
-@dataclass(frozen=True)
-class Units:
-    """What is flipped as a whole, how many rows were measured before, and the test's level."""
-
-    number: np.ndarray
-    old: int
-    level: float
-
-
-@dataclass(frozen=True)
-class Drawn:
-    """Drawn sets of whitened rows (rows, draws) of one explanation, and what the test looks along."""
-
-    rows: np.ndarray
-    slopes: np.ndarray
-    prior: np.ndarray  # information
-    columns: np.ndarray  # signatures
-    basis: np.ndarray
-    units: Units
-
-    def rejections(self, random: np.random.Generator) -> np.ndarray:
-        """Which draws the test rejects: as `flips.test` decides, for all of them together."""
-        curvature = np.linalg.pinv(self.slopes.T @ self.slopes + self.prior, rcond=1e-13, hermitian=True)
-        beside = lambda columns: columns - self.slopes @ (curvature @ (self.slopes.T @ columns))  # noqa: E731
-        left, rows = beside(self.columns), beside(self.rows)
-        smooth = orthonormal(beside(self.basis))
-        visible = np.linalg.norm(left, axis=0) > 1e-6 * np.linalg.norm(self.columns, axis=0)
-        signs = random.choice([-1.0, 1.0], size=(FLIPS, self.units.number.max() + 1))
-        p_max = self._largest(left[:, visible], rows, signs)
-        p_all = self._overall(smooth, rows, signs)
-        return (2 * np.minimum(p_max, p_all) < self.units.level) | self._misfit(smooth, rows)
-
-    def _scores(self, columns: np.ndarray, rows: np.ndarray) -> np.ndarray:
-        """Sums over units: (units, columns, draws)."""
-        count = self.units.number.max() + 1
-        out = np.empty((count, columns.shape[1], rows.shape[1]))
-        for number in range(count):
-            mine = self.units.number == number
-            out[number] = columns[mine].T @ rows[mine]
-        return out
-
-    def _largest(self, columns: np.ndarray, rows: np.ndarray, signs: np.ndarray) -> np.ndarray:
-        scores = self._scores(columns / np.linalg.norm(columns, axis=0), rows)
-        seen = np.abs(scores.sum(axis=0)).max(axis=0)
-        flipped = np.abs(np.tensordot(signs, scores, axes=1)).max(axis=1)
-        return (1 + np.sum(flipped >= seen - 1e-12, axis=0)) / (1 + len(signs))
-
-    def _overall(self, smooth: np.ndarray, rows: np.ndarray, signs: np.ndarray) -> np.ndarray:
-        scores = self._scores(smooth, rows)
-        seen = np.sum(scores.sum(axis=0) ** 2, axis=0)
-        flipped = np.sum(np.tensordot(signs, scores, axes=1) ** 2, axis=1)
-        return (1 + np.sum(flipped >= seen - 1e-12, axis=0)) / (1 + len(signs))
-
-    def _misfit(self, smooth: np.ndarray, rows: np.ndarray) -> np.ndarray:
-        """A misfit many times the noise that the smooth basis takes up."""
-        taken, whole = np.sum((smooth.T @ rows) ** 2, axis=0), np.sum(rows**2, axis=0)
-        freedom = len(rows) - self.slopes.shape[1] - smooth.shape[1]
-        ratio = taken / smooth.shape[1] / (np.maximum(whole - taken, 1e-300) / freedom)
-        large = whole > flips.MANY**2 * np.maximum(whole - taken, 1e-300)
-        return large & (stats.f.sf(ratio, smooth.shape[1], freedom) < MISFIT_P)
+    def _basis(self, rows: np.ndarray) -> omnibus.Basis:
+        """The bases that know no effect, over all rows: the old ones' and this candidate's."""
+        used = np.concatenate([self.planned.old, rows])
+        found = omnibus.basis(self.planned.samples.where(used))
+        smooth, fine = (np.zeros((len(self.planned.samples), part.shape[1])) for part in (found.smooth, found.fine))
+        smooth[used], fine[used] = found.smooth, found.fine
+        return omnibus.Basis(smooth, fine)
 
 
 def _information(slopes: np.ndarray, prior_slopes: np.ndarray) -> np.ndarray:
