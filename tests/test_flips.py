@@ -10,12 +10,12 @@ from fitting.residuals import Samples
 LOOPS, PER_HALF = 20, 40
 
 
-def samples() -> Samples:
+def samples(per_half: int = PER_HALF) -> Samples:
     """Twenty closed loops, five runs of four."""
-    n = LOOPS * 2 * PER_HALF
-    half = np.repeat(np.arange(LOOPS * 2), PER_HALF)
+    n = LOOPS * 2 * per_half
+    half = np.repeat(np.arange(LOOPS * 2), per_half)
     up = half % 2 == 0
-    ramp = np.tile(np.linspace(0.01, 0.2, PER_HALF), LOOPS * 2)
+    ramp = np.tile(np.linspace(0.01, 0.2, per_half), LOOPS * 2)
     run = half // 8
     branch = np.where(up, 1.0, -1.0)
     zero = np.zeros(n)
@@ -79,6 +79,52 @@ def test_a_clear_effect_is_seen(column):
     verdict = examined(rows, s, 0)
     assert verdict.rejected
     assert verdict.p_effects[column] < 0.01
+
+
+@pytest.mark.parametrize("odd", [False, True])
+def test_a_ripple_is_seen_and_not_taken_for_noise(odd):
+    """Ten periods over the stroke: no smooth basis follows it, and a noise model takes it for noise."""
+    s, random = samples(120), np.random.default_rng(8)
+    ripple = np.sin(2 * np.pi * s.contraction / 0.02) * (s.branch if odd else 1.0)
+    rows = autoregression(0.5, len(s), random) + ripple
+    found = examined(rows, s, 0)
+    assert found.rejected
+    assert found.floor == pytest.approx(1.0, abs=0.1)
+    basis = omnibus.basis(s)
+    blind, seeing = (working_noise.noise_from(rows, b, s) for b in (basis.smooth, basis.whole))
+    assert blind.white + blind.shares.sum() > 1.4  # what it would be taken for
+    assert seeing.white + seeing.shares.sum() == pytest.approx(1.0, abs=0.1)
+
+
+@pytest.mark.parametrize("units", [1, 2, 5, 11])
+def test_few_units_are_flipped_in_every_way(units):
+    """Once each, up to one sign for all; the first flip is none."""
+    signs = flips.flipped_signs(units, 0)
+    assert np.all(signs[0] == 1)
+    assert len({tuple(row * row[-1]) for row in signs}) == len(signs) == 2 ** (units - 1)
+
+
+def stated(rows, amount, error, s, seed):
+    """A model of one parameter that is stated to one standard error, which the data know about as well."""
+    x = s.contraction
+    slope = (x - x.mean()) / np.linalg.norm(x - x.mean())
+    column = slope + 0.2 * np.sin(40 * x) / np.linalg.norm(np.sin(40 * x))
+    prior = np.array([error])
+    fit = np.linalg.lstsq(np.append(slope, 1.0)[:, None], np.append(rows + amount * column, prior), rcond=None)[0]
+    left = rows + amount * column - slope * fit[0]
+    same = Yielding(slope[:, None], prior - fit, np.ones((1, 1)), np.array([-1]))
+    basis = omnibus.basis(s)
+    noise = working_noise.Noise(1.0, np.zeros(len(working_noise.MEMORIES)))
+    return flips.test(left, same, same, column[:, None], basis, s, flips.units(s, 0.0), noise, seed, False)
+
+
+def test_errors_in_what_is_stated_raise_no_alarm_and_hide_nothing():
+    """Where data and statement weigh the same an error of the statement sways the score most: by half a sigma each."""
+    s, random = samples(), np.random.default_rng(9)
+    clean = [stated(random.normal(size=len(s)), 0.0, random.normal(), s, seed).p_effects[0] for seed in range(60)]
+    assert np.mean(np.array(clean) < 0.05) <= 0.15
+    for error in (-3.0, 3.0):
+        assert stated(random.normal(size=len(s)), 12.0, error, s, 0).p_effects[0] < 0.01
 
 
 def test_the_noise_model_finds_its_memory():

@@ -13,7 +13,7 @@ from fitting.diagnosis.held_out import REFIT_BELOW, left_out_rows
 from fitting.least_squares import Solved, Subset, solve
 from fitting.records import FORCE_TESTS, Experiment
 from fitting.residuals import LIGHT, Problem, Samples, problem
-from fitting.solving.sizes import of_standard_size, widened
+from fitting.solving.sizes import joined, of_standard_size, widened
 from fitting.solving.uncertainty import at_bound
 from fitting.solving.unknowns import Unknowns, unknowns
 from mckibben_jax.effect import Effect, name_of
@@ -82,7 +82,8 @@ class Universe:
     @property
     def in_newtons(self) -> np.ndarray:
         """Which rows measure force; all, where only positions were measured."""
-        of_force = np.array([block.of_force for block in self.problem.blocks])[self.samples.recording]
+        parts = [np.full(block.keep.size, block.of_force) for block in self.problem.blocks]
+        of_force = np.concatenate(parts)[self.real]
         return of_force if of_force.any() else ~of_force
 
     def rmse(self, rows: np.ndarray) -> float:
@@ -286,7 +287,7 @@ def universe(
     testable = [effect for effect in others if name_of(effect) not in untestable]
     layout = unknowns(experiments, [*effects, *testable], own)
     given, samples = problem(experiments, layout)
-    given, real = of_standard_size(given)
+    given, real = of_standard_size(joined(given))
     listed = lambda name, names: name in names or name.split("@")[0] in names  # noqa: E731
     muscle = [
         entry.name

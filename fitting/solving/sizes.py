@@ -9,6 +9,48 @@ import numpy as np
 from fitting.residuals import Block, Problem
 
 RUNS = np.unique(np.round(np.concatenate([np.arange(1, 5), 5 * 1.2 ** np.arange(40)])).astype(int))
+WASTE = 1.6  # times as many samples may be computed to have one block where there were two
+
+
+def joined(given: Problem) -> Problem:
+    """The problem with neighbouring recordings of force in one block, if that is little waste; rows keep their order.
+
+    Each block is compiled for itself, and to a model all recordings of force on one data set are the same.
+    """
+    blocks = [given.blocks[0]]
+    for block in given.blocks[1:]:
+        last = blocks[-1]
+        alike = last.of_force and block.of_force and (last.dataset, last.position) == (block.dataset, block.position)
+        together = [*last.measured.shape[:1], *block.measured.shape[:1]]
+        size = sum(together) * max(last.measured.shape[1], block.measured.shape[1])
+        if alike and size <= WASTE * (last.measured.size + block.measured.size):
+            blocks[-1] = _one(last, block)
+        else:
+            blocks.append(block)
+    return replace(given, blocks=tuple(blocks))
+
+
+def _one(first: Block, second: Block) -> Block:
+    size = max(first.measured.shape[1], second.measured.shape[1])
+    both = lambda a, b: jnp.concatenate([_longer(a, size), _longer(b, size)])  # noqa: E731
+    kept = [_kept(first, size), _kept(second, size) + len(first.measured) * size]
+    return replace(
+        first,
+        states=jax.tree.map(both, first.states, second.states),
+        measured=both(first.measured, second.measured),
+        load=both(first.load, second.load),
+        sigma=both(first.sigma, second.sigma),
+        keep=jnp.asarray(np.concatenate(kept)),
+    )
+
+
+def _longer(values: jax.Array, size: int) -> jax.Array:
+    return jnp.concatenate([values, jnp.repeat(values[:, -1:], size - values.shape[1], axis=1)], axis=1)
+
+
+def _kept(block: Block, size: int) -> np.ndarray:
+    run, sample = np.divmod(np.asarray(block.keep), block.measured.shape[1])
+    return run * size + sample
 
 
 def of_standard_size(given: Problem) -> tuple[Problem, np.ndarray]:

@@ -1,0 +1,54 @@
+"""Layouts that are compiled once for many data sets compute what the plain layout computes."""
+
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from hidden.simulator import Muscle, Noise, Truth, dataset, isometric, loops, static, with_baseline, write
+
+from fitting.recordings import read_experiment
+from fitting.residuals import problem
+from fitting.solving.sizes import joined, of_standard_size
+from fitting.solving.unknowns import unknowns
+from mckibben_jax.effects import CoulombFriction, Creep, IdealCylinder, Presliding
+
+TRUTH, NOISE, LOUDER = Truth(Muscle(), with_baseline()), Noise(sd=0.5), Noise(sd=2.0)
+LOOPS = loops(TRUTH, (2e5,), (0.01,), samples=300, noise=NOISE)
+HELD = isometric(TRUTH, (0.05, 0.1), samples=260, noise=LOUDER)
+POINTS = static(TRUTH, pressures=(1e5, 3e5), noise=NOISE)
+
+
+def laid_out(folder, *recordings):
+    """These recordings with a model that has memory: unknowns and problem."""
+    write(dataset(TRUTH, list(recordings), "Mixed", NOISE, 1), folder)
+    experiment = read_experiment(folder)
+    layout = unknowns([experiment], [IdealCylinder(), CoulombFriction(), Presliding(), Creep()])
+    return layout, problem([experiment], layout)[0]
+
+
+@pytest.fixture(scope="module")
+def mixed(tmp_path_factory):
+    """Loops, an isometric test of another length and noise, and a map of points."""
+    return laid_out(tmp_path_factory.mktemp("mixed"), LOOPS, HELD, POINTS)
+
+
+def rows_of(layout, given):
+    return np.asarray(given.data_rows(jnp.asarray(layout.start), jnp.ones(4)))
+
+
+def test_recordings_of_force_in_one_block_leave_the_same_rows(mixed):
+    layout, given = mixed
+    one = joined(given)
+    assert (len(one.blocks), len(given.blocks)) == (1, 3)
+    np.testing.assert_allclose(rows_of(layout, one), rows_of(layout, given), rtol=1e-12, atol=1e-9)
+
+
+def test_padding_to_standard_sizes_leaves_the_same_rows(mixed):
+    layout, given = mixed
+    padded, real = of_standard_size(joined(given))
+    np.testing.assert_allclose(rows_of(layout, padded)[real], rows_of(layout, given), rtol=1e-12, atol=1e-9)
+
+
+def test_what_would_be_mostly_padding_stays_apart(tmp_path):
+    """Two rows of a few points beside one long run."""
+    _, given = laid_out(tmp_path, LOOPS, POINTS)
+    assert len(joined(given).blocks) == 2
