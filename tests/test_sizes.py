@@ -4,9 +4,10 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 from hidden.simulator import Muscle, Noise, Truth, dataset, isometric, loops, static, with_baseline, write
+from hidden.study.changes import changed
 
 from fitting.recordings import read_experiment
-from fitting.residuals import problem
+from fitting.residuals import problem, thinned
 from fitting.solving.sizes import joined, of_standard_size
 from fitting.solving.unknowns import unknowns
 from mckibben_jax.effects import CoulombFriction, Creep, IdealCylinder, Presliding
@@ -52,3 +53,18 @@ def test_what_would_be_mostly_padding_stays_apart(tmp_path):
     """Two rows of a few points beside one long run."""
     _, given = laid_out(tmp_path, LOOPS, POINTS)
     assert len(joined(given).blocks) == 2
+
+
+def test_what_is_sampled_ten_times_as_densely_is_thinned_to_the_same_places(tmp_path):
+    """So that a verdict does not hang on how fast the rig was read."""
+    made = dataset(TRUTH, [loops(TRUTH, (2e5,), (0.01,), samples=900, noise=NOISE)], "Dense", NOISE, 1)
+    for name in ("as_it_is", "denser"):
+        write(made, tmp_path / name)
+    changed(tmp_path / "denser", "10x resampled", np.random.default_rng(0))
+    (few,), (many,) = (
+        thinned(read_experiment(tmp_path / name), 350).recordings[0].runs for name in ("as_it_is", "denser")
+    )
+    inside = np.setdiff1d(np.round(few.time[few.weight > 0], 9), np.round(many.time, 9))
+    assert len(inside) <= 8  # turning points, which are found a sample earlier or later
+    assert len(few) < 400
+    assert len(many) < 420
