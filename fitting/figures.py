@@ -194,10 +194,34 @@ def panel_axes(width: float, height: float, xlabel: str, ylabel: str) -> tuple["
     figure = blank(width, height)
     with settings():
         axes = figure.add_axes((0.58 / width, 0.44 / height, 1 - 0.66 / width, 1 - 0.52 / height))
-        axes.set_xlabel(xlabel, labelpad=2)
-        axes.set_ylabel(ylabel, labelpad=2)
-        axes.locator_params(nbins=4)
+        _name_axes(axes, xlabel, ylabel)
     return figure, axes
+
+
+def panel_and_strip(
+    width: float, height: float, strip: float, xlabel: str, ylabel: str
+) -> tuple["Figure", "Axes", "Axes"]:
+    """Empty axes of one small panel, and of a strip below it along the same axis, -1 to 1, without numbers."""
+    figure = blank(width, height)
+    left, across, low, gap = 0.58 / width, 1 - 0.66 / width, 0.44 / height, 0.2 / height
+    with settings():
+        below = figure.add_axes((left, low, across, strip / height))
+        bottom = low + strip / height + gap
+        axes = figure.add_axes((left, bottom, across, 1 - bottom - 0.08 / height))
+        _name_axes(axes, "", ylabel)
+        _name_axes(below, xlabel, "")
+        axes.tick_params(labelbottom=False)
+        below.set_ylim(-1, 1)
+        below.set_yticks([])
+        below.axhline(0, color=INK, linewidth=0.5)
+        axes.yaxis.set_label_coords(-0.42 / (width * across), 0.5)
+    return figure, axes, below
+
+
+def _name_axes(axes: "Axes", xlabel: str, ylabel: str) -> None:
+    axes.set_xlabel(xlabel, labelpad=2)
+    axes.set_ylabel(ylabel, labelpad=2)
+    axes.locator_params(nbins=4)
 
 
 def _figure(width: float, height: float) -> tuple["Figure", "Axes"]:

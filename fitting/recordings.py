@@ -2,6 +2,7 @@
 
 import hashlib
 import re
+import shlex
 from collections import Counter
 from collections.abc import Mapping
 from pathlib import Path
@@ -15,14 +16,16 @@ from fitting.reading.muscle_file import line_of, muscle_of, name_of, read_muscle
 from fitting.reading.plausible import check_plausible, without_copies
 from fitting.reading.readings import FEWEST_SAMPLES, POSITIONS, read_runs
 from fitting.reading.runs import run_of
-from fitting.reading.tables import Table, read_table
+from fitting.reading.tables import COLUMNS, Table, read_table
 from fitting.records import FORCE_TESTS, TESTS, Experiment, Recording, Run
 from mckibben_jax.muscle import Muscle
 
 __all__ = ["read_experiment", "read_muscle", "read_recording", "read_single"]
 
 TURNED_BY = {"loop": "length", "isometric": "pressure", "isotonic": "pressure"}
+MOST_NAMED = 8  # data sets in a message
 ONE_PRESSURE = 0.05  # share by which pressures differ that are one
+OWN_UNITS = ("set_pressure", "pressure", "length", "displacement", "force")  # columns that say what units people use
 OPTIONS = ("file", "test", "noise", "columns", "units", "valid", "pressure", "force_sign")
 
 
@@ -38,6 +41,8 @@ def read_experiment(folder: Path | str) -> Experiment:
     if not folder.is_dir():
         raise InputError("no such folder", folder, cure="a data set is a folder with muscle.toml and CSV recordings")
     path = folder / "muscle.toml"
+    if not path.exists():
+        _check_inside(folder)
     table, raw = read_toml(path)
     muscle, priors = muscle_of(table, path, raw)
     entries = table.get("recording", [])
@@ -52,9 +57,26 @@ def read_experiment(folder: Path | str) -> Experiment:
         digest.update(content)
     return without_copies(
         Experiment(
-            name_of(table, path), folder, muscle, tuple(recordings), priors, digest.hexdigest(), source_of(table, path)
+            name_of(table, path), folder, muscle, tuple(recordings), priors, digest.hexdigest(), source_of(table, path),
+            units.unit_of(str(table["muscle"]["length"])),
         )
     )
+
+
+def _check_inside(folder: Path) -> None:
+    """Refuse a folder that is no data set but holds some, naming them."""
+    if any(path.suffix.lower() == ".csv" for path in folder.iterdir()):
+        return  # then its muscle.toml is what is missing
+    inside = sorted(path.parent for path in folder.glob("*/muscle.toml"))
+    bare = sorted({path.parent for path in folder.glob("*/*.[cC][sS][vV]")} - {*inside})
+    if inside:
+        named = " ".join(shlex.quote(str(path)) for path in inside[:MOST_NAMED])
+        more = f" (and {len(inside) - MOST_NAMED} more)" if len(inside) > MOST_NAMED else ""
+        cure = f"name one of them, or several that share the parameters of effects: {named}{more}"
+        raise InputError(f"this folder is no data set, but {len(inside)} of its folders are", folder, cure=cure)
+    if bare:
+        cure = f"begin with 'mckibben init {shlex.quote(str(bare[0]))}', then name that folder"
+        raise InputError(f"this folder is no data set; {len(bare)} of its folders hold CSV files", folder, cure=cure)
 
 
 def read_recording(path: Path | str, test: str, muscle: Muscle, options: Mapping[str, Any] | None = None) -> Recording:
@@ -107,6 +129,16 @@ def _read(path: Path, test: str, muscle: Muscle, options: dict[str, Any], name: 
     if noise is not None and noise <= 0:
         raise InputError("noise is not positive", value=options["noise"], cure="leave it out if it is unknown")
     table = read_table(path, options.get("columns"), options.get("units"))
+    with units.spoken(units.own_units([_stated(table)])):  # what is wrong is said as the owner of the data would
+        runs, notes = _checked_runs(table, test, muscle, options)
+    position = next(column for column in POSITIONS if column in table)
+    return Recording(name, test, runs, noise, notes, position, _stated(table)), table.raw
+
+
+def _checked_runs(
+    table: Table, test: str, muscle: Muscle, options: dict[str, Any]
+) -> tuple[tuple[Run, ...], tuple[str, ...]]:
+    """The runs of a table, every reading checked, and notes on what was set aside."""
     counts: Counter[str] = Counter()
     parts = read_runs(table, test, muscle, options, counts)
     odd = check_plausible(parts, table, test, muscle, options.get("valid"))
@@ -118,9 +150,12 @@ def _read(path: Path, test: str, muscle: Muscle, options: dict[str, Any], name: 
         raise InputError(
             f"no sample is left that carries weight: {why}", table.file, cure="widen `valid`, or record more"
         )
-    notes = (*_notes(counts, table, test, runs), *odd, *_limits_of(runs, test))
-    position = next(column for column in POSITIONS if column in table)
-    return Recording(name, test, runs, noise, notes, position), table.raw
+    return runs, (*_notes(counts, table, test, runs), *odd, *_limits_of(runs, test))
+
+
+def _stated(table: Table) -> dict[str, str]:
+    """SI unit -> the unit of the column that is measured in it; a load hung on as a mass is no force."""
+    return {str(COLUMNS[name]): unit for name, unit in table.units.items() if name in OWN_UNITS}
 
 
 def kind_of(test: str) -> str:

@@ -1,5 +1,6 @@
 """What a measurement is, once read and checked: immutable records in SI units that everything else works on."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -51,6 +52,7 @@ class Recording:
     noise: float | None  # standard deviation of one reading as stated, N or m; None if not stated
     notes: tuple[str, ...] = ()  # what was set aside and why, with counts
     position: str = "contraction"  # what the rig read: "contraction", "length" or "displacement"
+    units: Mapping[str, str] = field(default_factory=dict)  # SI unit -> what the file gives it in ("Pa" -> "psi")
 
     @property
     def unit(self) -> str:
@@ -69,3 +71,10 @@ class Experiment:
     priors: dict[str, tuple[float, float]]  # "muscle.radius" -> mean and standard deviation, SI
     sha256: str  # of every file that was read
     source: dict[str, str] = field(default_factory=dict)
+    length_unit: str = ""  # that muscle.toml gives the length in
+
+    @property
+    def units(self) -> tuple[Mapping[str, str], ...]:
+        """The units that the data's owner uses: of each recording, and of lengths muscle.toml's if none has one."""
+        stated = tuple(recording.units for recording in self.recordings)
+        return stated if any("m" in given for given in stated) else (*stated, {"m": self.length_unit or "m"})

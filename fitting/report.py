@@ -162,7 +162,7 @@ def diagnosis_report(d: Diagnosis, unit: str = "N") -> list[RenderableType]:
 def _evidence(d: Diagnosis, unit: str) -> list[RenderableType]:
     """The effects that help, in a table; the others by name."""
     helping, idle, blind = sorted_evidence(d)
-    table = _plain_table("effect added", "rms", "left out", "seen from", "most alike", "")
+    table = _plain_table("effect added", "rms", "left out", "noticed from", "most alike", "")
     for column in (4, 5):
         table.columns[column].justify = "left"
     for e in helping:

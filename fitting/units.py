@@ -3,7 +3,9 @@
 import functools
 import math
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import contextmanager
+from contextvars import ContextVar
 from typing import Any, NamedTuple
 
 from fitting.errors import InputError, nearest
@@ -172,6 +174,11 @@ def split_value(text: str, what: str = "value") -> tuple[float, str]:
     return float(match[1]), match[2]
 
 
+def unit_of(text: str) -> str:
+    """Unit of a value as it is written: 'mm' of '300 mm' and of '7.0 +/- 0.1 mm'."""
+    return split_value(_PLUS_MINUS.split(text)[-1])[1]
+
+
 def to_si(text: Any, si: str, what: str = "value") -> float:
     """A value as written ('300 mm') in the SI unit `si` ('m'); plain numbers are taken only where `si` is '1'."""
     if isinstance(text, bool) or not isinstance(text, (str, int, float)):
@@ -215,11 +222,60 @@ def measured(text: Any, si: str, what: str = "value") -> Measured:
     return Measured(to_si(centre, si, what), error)
 
 
+# ------------------------------------------------------------------------------------------------- a user's own units
+
+# SI unit -> the unit that values are shown in, where the data's owner measures in another than the usual one. A context
+# variable, so that two browser tabs, each in a thread of its own, do not mix. Files and JSON do not look at it.
+_OWN: ContextVar[Mapping[str, str] | None] = ContextVar("own_units", default=None)
+_USUAL_BASES = ("pascal", "newton", "meter")
+_MODULUS = 1e7  # Pa: beyond, it is no gas pressure but the modulus of a strand, which nobody gives in bar
+
+
+@contextmanager
+def spoken(own: Mapping[str, str]) -> Iterator[None]:
+    """Within this block values are shown in these units: SI unit ("Pa", "N", "m") -> the user's own ("psi")."""
+    before = _OWN.set(own)
+    try:
+        yield
+    finally:
+        _OWN.reset(before)
+
+
+def own_units(stated: Iterable[Mapping[str, str]]) -> dict[str, str]:
+    """For `spoken`: the units that the owner of data sets reads values in, from those that files are given in.
+
+    Left out: where the usual unit (kPa, N, mm) serves as well, and where files do not agree.
+    """
+    found: dict[str, set[str | None]] = {}
+    for given in stated:
+        for si, unit in given.items():
+            found.setdefault(si, set()).add(_unless_usual(unit))
+    return {si: unit for si, (unit, *others) in found.items() if unit and not others}
+
+
+def _unless_usual(unit: str) -> str | None:
+    spelled = _SPELLED.get(unit.strip(), unit.strip())
+    of_base = any(base in _USUAL_BASES for _, base, _ in _registry().parse_unit_name(spelled))
+    return None if of_base and spelled != "MPa" else spelled
+
+
+def _own_of(si: str, size: float) -> str | None:
+    """A user's own unit for what is declared in `si`, which may be composed ("N s/m"); None where it is the usual."""
+    own = _OWN.get()
+    if not own or (si == "Pa" and size >= _MODULUS):
+        return None
+    name = re.sub(r"[A-Za-z]+", lambda part: own.get(part[0], part[0]), si)
+    return name if name != si else None
+
+
 # ---------------------------------------------------------------------------------------------------- showing values
 
 
 def shown_in(si: str, size: float = 0.0) -> tuple[str, float]:
     """The unit an engineer reads values of this size in, and how much of `si` one of it is."""
+    own = _own_of(si, size)
+    if own:
+        return own, factor(own, si)
     if si == "Pa":
         return ("kPa", 1e3) if size < 1e6 else ("MPa", 1e6) if size < 1e9 else ("GPa", 1e9)
     table = {"m": ("mm", 1e-3), "rad": ("deg", math.pi / 180), "m/s": ("mm/s", 1e-3), "N/m": ("N/mm", 1e3),
@@ -245,4 +301,5 @@ def show(value: float, si: str, error: float | None = None, unit: str | None = N
 
 def write(value: float, si: str) -> str:
     """A value for a file, in the usual unit, exact to ten figures: reading it back changes nothing that matters."""
-    return show(float(value), si, digits=10)
+    with spoken({}):
+        return show(float(value), si, digits=10)

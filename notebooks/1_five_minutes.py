@@ -3,7 +3,7 @@ import marimo
 __generated_with = "0.25.2"
 app = marimo.App(width="medium")
 
-with app.setup:
+with app.setup(hide_code=True):
     import marimo as mo
     from drawing import errors, loops
 
@@ -39,6 +39,7 @@ def _():
 
     with pressure $P$, contraction $\varepsilon$, radius $r_0$ and braid angle $\alpha_0$ at rest.
     What it *really* pulls is something else. This notebook asks one muscle: **what is missing from that law?**
+    At its end you will have seen an error of 18 N fall to 0.6 N, the noise, because one missing effect was named and added.
 
     Nothing to type: read from top to bottom. The code in each cell is all there is.
     """)

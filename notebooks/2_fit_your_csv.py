@@ -3,7 +3,7 @@ import marimo
 __generated_with = "0.25.2"
 app = marimo.App(width="medium")
 
-with app.setup:
+with app.setup(hide_code=True):
     import tempfile
     from pathlib import Path
 
@@ -22,19 +22,24 @@ with app.setup:
 
     prepare()
 
-    MINE = ""  # the path of your folder of CSV files; while it is empty, we make one
-    SIZES = {"length": "300 mm", "radius": "7.0 +/- 0.1 mm", "braid_angle": "20.0 +/- 0.3 deg"}
-
 
 @app.cell(hide_code=True)
 def _():
     mo.md("""
     # 2. Fit your CSV
 
-    You have a CSV file from your rig. From there to fitted parameters in four steps. To do it with your own, write its
-    folder into `MINE` above, and your sizes into `SIZES`; all below follows.
+    You have a CSV file from your rig. At the end you will have seen it become parameters with honest errors, and where
+    the model fails on it: in four steps. To do it with your own, write its folder into `MINE` below, and your sizes into
+    `SIZES`; all else follows.
     """)
     return
+
+
+@app.cell
+def _():
+    MINE = ""  # the path of your folder of CSV files; while it is empty, we make one
+    SIZES = {"length": "300 mm", "radius": "7.0 +/- 0.1 mm", "braid_angle": "20.0 +/- 0.3 deg"}
+    return MINE, SIZES
 
 
 @app.cell(hide_code=True)
@@ -49,7 +54,7 @@ def _():
 
 
 @app.cell(hide_code=True)
-def _():
+def _(MINE):
     folder = Path(MINE) if MINE else written_by_a_rig(Path(tempfile.mkdtemp()) / "monday")
     head = "\n".join(next(folder.glob("*.csv")).read_text(encoding="utf-8").splitlines()[:4])
     mo.md(f"```\n{head}\n...\n```")
@@ -105,7 +110,7 @@ def _():
 
 
 @app.cell
-def _(complaint, folder, template, told):
+def _(SIZES, complaint, folder, template, told):
     filled = template
     for name, unit in (("length", "mm"), ("radius", "mm"), ("braid_angle", "deg")):
         filled = filled.replace(f'\n{name} = "? {unit}"', f'\n{name} = "{SIZES[name]}"')

@@ -3,7 +3,7 @@ import marimo
 __generated_with = "0.25.2"
 app = marimo.App(width="medium")
 
-with app.setup:
+with app.setup(hide_code=True):
     import marimo as mo
     from drawing import errors, loops
 
@@ -22,8 +22,6 @@ with app.setup:
     prepare()
 
     BASELINE = [IdealCylinder(), CoulombFriction()]
-    SUSPECT, CONTROL = "muscle_b", "muscle_d"  # also try muscle_a and muscle_c
-
 
 @app.cell(hide_code=True)
 def _():
@@ -31,7 +29,8 @@ def _():
     # 3. What is missing?
 
     Two muscles whose makers put in something that they did not say, or nothing. The answers are sealed in files that
-    nothing below opens before the last cell. Decide for yourself before you get there.
+    nothing below opens before the last cell. At the end you will have seen the program name what is missing in the one,
+    find nothing in the other, and the seals opened. Decide for yourself before you get there.
 
     First a muscle that is **not** well described by the ideal law with dry friction:
     """)
@@ -40,6 +39,12 @@ def _():
 
 @app.cell
 def _():
+    SUSPECT, CONTROL = "muscle_b", "muscle_d"  # also try muscle_a and muscle_c
+    return CONTROL, SUSPECT
+
+
+@app.cell
+def _(SUSPECT):
     suspect = read_experiment(shipped(SUSPECT))
     before = fit([suspect], BASELINE)
     compared = compare(before, [suspect])
@@ -130,7 +135,7 @@ def _():
 
 
 @app.cell
-def _():
+def _(CONTROL):
     control = read_experiment(shipped(CONTROL))
     alone = fit([control], BASELINE)
     acquitted = diagnose([control], BASELINE)
@@ -156,7 +161,7 @@ def _():
 
 
 @app.cell(hide_code=True)
-def _(acquitted, after, found):
+def _(CONTROL, SUSPECT, acquitted, after, found):
     answer = f"""
     {verdict_on(SUSPECT, found)} {verdict_on(CONTROL, acquitted)}
 

@@ -3,7 +3,7 @@ import marimo
 __generated_with = "0.25.2"
 app = marimo.App(width="medium")
 
-with app.setup:
+with app.setup(hide_code=True):
     from dataclasses import replace
 
     import jax
@@ -35,7 +35,8 @@ def _():
 
     The library cannot know your rig. Suppose that a drive screw moves your muscle's end, and that once a turn it pushes
     and pulls a little: 5 N, every 12 mm. We take a muscle of which we know that nothing is missing (notebook 3) and do
-    just that to its recording.
+    just that to its recording. At the end you will have seen such an effect written in ten lines, and in one, and the
+    program name it among all others.
     """)
     return
 

@@ -3,7 +3,7 @@ import marimo
 __generated_with = "0.25.2"
 app = marimo.App(width="medium")
 
-with app.setup:
+with app.setup(hide_code=True):
     import marimo as mo
     import matplotlib.pyplot as plt
     import numpy as np
@@ -31,6 +31,9 @@ def _():
     A. V. Hill held a frog's muscle at its length, let it go under a load, and read the speed at which it shortened:
     the heavier the load, the slower, along a hyperbola. The review does the same with a braided muscle (Tondu 2012,
     figures 17, 18): a magnet holds it inflated at its rest length and lets go. **Is a McKibben muscle a Hill muscle?**
+
+    At the end you will have seen that its speeds do lie on Hill's curve, and that dry friction which grows with speed,
+    not Hill's viscous force, draws it.
 
     The recording: six loads, 5 bar, position over time.
     """)

@@ -3,7 +3,7 @@ import marimo
 __generated_with = "0.25.2"
 app = marimo.App(width="medium")
 
-with app.setup:
+with app.setup(hide_code=True):
     import marimo as mo
 
     from fitting import units
@@ -27,7 +27,8 @@ def _():
 
     A fit gives one value and an error bar. But parameters hang together: a little more radius can be made up for by a
     little less braid angle. The posterior is all the values that the data allow, and how probable each is. It is drawn
-    here by emcee, with walkers that compare models with data some ten thousand times.
+    here by emcee, with walkers that compare models with data some ten thousand times. At the end you will have seen an interval that
+    holds the truth, and a wrong model whose intervals are not to be believed, and that says so.
 
     The muscle is that of notebook 3, with the friction law that was found there.
     """)

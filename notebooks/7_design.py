@@ -3,7 +3,7 @@ import marimo
 __generated_with = "0.25.2"
 app = marimo.App(width="medium")
 
-with app.setup:
+with app.setup(hide_code=True):
     from dataclasses import replace
 
     import marimo as mo
@@ -33,7 +33,8 @@ def _():
     # 7. Design: the muscle for the job
 
     Wanted: a muscle, 300 mm long and 16 mm thick, that pulls as hard as possible at 5 bar when it has shortened by 10 %.
-    Which braid angle, which thickness of the rubber's wall?
+    Which braid angle, which thickness of the rubber's wall? At the end you will have seen the best muscle, which limits
+    hold it there, what each limit costs in newtons, and a wish that cannot be met.
 
     The ideal law has a plain answer: **the smaller the angle, the better**, without end, and no rubber at all. That
     cannot be. Look at what else changes with the angle (wall of 1 mm):

@@ -8,7 +8,7 @@ import marimo
 __generated_with = "0.25.2"
 app = marimo.App(width="medium", app_title="mckibben workbench")
 
-with app.setup:
+with app.setup(hide_code=True):
     import sys
     import tempfile
     from pathlib import Path
@@ -20,9 +20,9 @@ with app.setup:
     prepare()
     from fitting.workbench import session as bench
     from fitting.workbench import data as dropping
+    from fitting.workbench import home
     from fitting.workbench import words
     from fitting.errors import InputError
-    from fitting.showing.fall import fall_html
     from fitting.workbench.job import Job
     from fitting.console.options import Asked
     from fitting.workbench.serving import asked, data_folder
@@ -36,11 +36,11 @@ with app.setup:
 
 @app.cell
 def _():
-    session, set_session = mo.state(None)
+    session, set_session = mo.state(None, allow_self_loops=True)  # undo is a button of a cell that shows it
     work, set_work = mo.state(None)  # the job under way and what is done with its result
     told, set_told = mo.state("")  # the last message
     dropped, set_dropped = mo.state(None)  # files that still have to be described
-    place = tempfile.TemporaryDirectory(prefix="mckibben_")  # of this session alone
+    place = tempfile.TemporaryDirectory(prefix=dropping.PLACE)  # of this session alone
     return dropped, place, session, set_dropped, set_session, set_told, set_work, told, work
 
 
@@ -130,8 +130,10 @@ def _():
 
 @app.cell
 def _(files, path, session, shipped):
-    opener = mo.vstack([files, mo.hstack([shipped, path], widths=[1, 1], wrap=True, align="end")])
-    mo.accordion({"Open another data set": opener}) if session() is not None else opener
+    opener = mo.vstack([files, shipped, path])
+    first = session() is None
+    shown_data = [mo.md(words.WELCOME), opener] if first else [mo.accordion({"Open another data set": opener})]
+    mo.vstack([mo.Html(words.heading("Data")), *shown_data])
     return
 
 
@@ -207,7 +209,7 @@ def _(work):
 
 
 @app.cell
-def _(clock, off, place, session, set_told, set_work, start, work):
+def _(clock, off, place, set_told, set_work, start, work):
     ended = None
     if clock is not None:
         clock.value
@@ -247,9 +249,9 @@ def _(go, session, start):
 
     known = [] if now is None else sorted(last.task.library)
     candidates = mo.ui.multiselect(
-        known, value=[c for c in asked()["candidates"] if c in known], label="look for (all unless chosen)"
+        known, value=[c for c in asked()["candidates"] if c in known], label="Look only for", full_width=True
     )
-    examine = mo.ui.button(label="Run the diagnosis", on_change=diagnose)
+    examine = mo.ui.button(label="Run the diagnosis: what is missing?", on_change=diagnose)
     undo = mo.ui.button(label="Undo", on_change=lambda _: go(bench.undone(now)))
     return candidates, examine, last, now, undo
 
@@ -258,9 +260,9 @@ def _(go, session, start):
 def _(candidates, examine, last, now, undo):
     mo.stop(now is None)
     fitted = last.comparison is not None
-    picture = fall_html(now.stages, last.comparison.floor, last.comparison.unit) if fitted else ""
-    buttons = [*([examine, candidates] if fitted else []), *([undo] if len(now.steps) > 1 else [])]
-    mo.vstack([mo.Html(words.headline(now) + picture), mo.hstack(buttons, justify="start", wrap=True)])
+    buttons = [*([examine] if fitted else []), *([undo] if len(now.steps) > 1 else [])]
+    some = [mo.accordion({"Look for some effects only": candidates})] if fitted else []
+    mo.vstack([mo.Html(words.headline(now) + words.fall(now)), mo.hstack(buttons, justify="start", wrap=True), *some])
     return
 
 
@@ -411,20 +413,14 @@ def _(drawn, spec):
 @app.cell
 def _(last, now):
     mo.stop(last is None or last.comparison is None)
-    mo.vstack(
-        [
-            mo.Html(words.heading("Take it home")),  # as bytes: text would be taken for an address
-            mo.hstack(
-                [
-                    mo.download(lambda: bench.model_text(now).encode(), "model.toml", label="model.toml"),
-                    mo.download(lambda: bench.report_text(now).encode(), "report.html", label="report page"),
-                    mo.download(lambda: bench.script_text(now).encode(), "session.py", label="session as a script"),
-                ],
-                justify="start",
-                wrap=True,
-            ),
-        ]
-    )
+    takes = [
+        mo.download(lambda: home.model_text(now).encode(), "model.toml", label="model.toml"),
+        mo.download(lambda: home.report_text(now).encode(), "report.html", label="report page"),
+        mo.download(lambda: home.script_text(now).encode(), "session.py", label="session as a script"),
+    ]  # as bytes: text would be taken for an address
+    if home.muscle_text(now) is not None:
+        takes.append(mo.download(lambda: home.muscle_text(now).encode(), "muscle.toml", label="muscle.toml"))
+    mo.vstack([mo.Html(words.heading("Take it home")), mo.hstack(takes, justify="start", wrap=True)])
     return
 
 

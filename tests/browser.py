@@ -1,5 +1,6 @@
 """A browser for the tests: the distribution's own Chromium, in which nothing but this machine can be reached."""
 
+import re
 import shutil
 from contextlib import contextmanager
 from pathlib import Path
@@ -65,3 +66,34 @@ def violations(page, *rules):
     options = {"runOnly": {"type": "rule", "values": list(rules)}} if rules else {}
     found = Axe().run(page, options=options).response["violations"]
     return [f"{v['id']}: {n['html'][:160]} {n['failureSummary'][:200]}" for v in found for n in v["nodes"]]
+
+
+def press(page, name):
+    """Press a button from the keyboard."""
+    button = page.get_by_role("button", name=name).first
+    button.focus()
+    page.keyboard.press("Enter")
+
+
+def fallen(page):
+    """The errors that the bars of the workbench show."""
+    return [float(re.match(r"[\d.]+", text)[0]) for text in page.locator(".fall .value").all_inner_texts()]
+
+
+# what has the focus, as text: through the shadow roots in which the elements of the user interface live
+FOCUSED = """() => {
+  let at = document.activeElement;
+  while (at && at.shadowRoot && at.shadowRoot.activeElement) at = at.shadowRoot.activeElement;
+  if (!at) return "";
+  const said = ["role", "aria-label", "placeholder", "title"].map(name => at.getAttribute(name) || "");
+  return [...said, at.innerText || ""].join(" ");
+}"""
+
+
+def tab_to(page, words, most=80):
+    """Press Tab until what has the focus says these words."""
+    for _ in range(most):
+        page.keyboard.press("Tab")
+        if words in page.evaluate(FOCUSED):
+            return
+    raise AssertionError(f"no Tab leads to '{words}'")

@@ -117,7 +117,7 @@ def test_one_pressure_and_one_branch_are_said(tmp_path):
     half = {name: np.broadcast_to(v, 202)[:50] for name, v in loop_columns().items()}
     notes = notes_of(folder_of(tmp_path, table(half)))
     assert "only contracting was recorded: friction cannot be told" in notes
-    assert "one pressure only, 200 kPa" in notes
+    assert "one pressure only, 2 bar" in notes
 
 
 def test_several_pressures_and_both_branches_are_not(tmp_path):

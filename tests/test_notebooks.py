@@ -162,6 +162,27 @@ def test_answer(name, tmp_path):
         np.testing.assert_allclose([float(x) for x in found.groups()], expected, rtol=0, atol=tolerance, err_msg=words)
 
 
+@pytest.mark.parametrize("path", sorted(NOTEBOOKS.glob("[0-9]_*.py")), ids=lambda path: path.stem)
+def test_a_numbered_notebook_hides_its_imports_and_says_at_once_what_will_be_seen(path):
+    text = path.read_text(encoding="utf-8")
+    assert "with app.setup(hide_code=True):" in text
+    opening = text.split('mo.md(')[1].split("return")[0]
+    assert re.search(r"[Aa]t (its|the)\s+end\s+you\s+will\s+have\s+seen", opening)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("path", sorted(NOTEBOOKS.glob("[0-9]_*.py")), ids=lambda path: path.stem)
+def test_a_numbered_notebook_runs_cell_by_cell(path, tmp_path):
+    """As in the editor and as an app: every cell is run, and the status tells of any that failed."""
+    page = tmp_path / "page.html"
+    run = subprocess.run(
+        [sys.executable, "-m", "marimo", "export", "html", str(path), "-o", str(page)],
+        env={**os.environ, "PYTHONPATH": f"{ROOT}{os.pathsep}{NOTEBOOKS}"}, capture_output=True, text=True, timeout=500,
+    )  # fmt: skip
+    assert run.returncode == 0, run.stderr[-3000:]
+    assert "marimo+error" not in page.read_text(encoding="utf-8")
+
+
 # ------------------------------------------------------------------------- the words of an answer follow its numbers
 
 

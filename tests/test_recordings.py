@@ -16,7 +16,10 @@ from folders import (
     release_columns,
     table,
 )
+from small_muscle import loops as small_loops
+from small_muscle import write as write_small
 
+from fitting import units
 from fitting.errors import InputError
 from fitting.recordings import read_experiment, read_muscle, read_recording, read_single
 
@@ -271,3 +274,29 @@ def test_the_hash_is_that_of_all_files(tmp_path):
 def test_shipped_data_sets_are_read(folder):
     experiment = read_experiment(folder.parent)
     assert sum(len(run) for data in experiment.recordings for run in data.runs) > 0
+
+
+def test_a_folder_of_data_sets_names_them(tmp_path):
+    for name in ("left", "right arm"):
+        write_small(tmp_path / name, small_loops(repeats=1))
+    with pytest.raises(InputError) as error:
+        read_experiment(tmp_path)
+    assert error.value.problem == "this folder is no data set, but 2 of its folders are"
+    assert error.value.cure.endswith(f"effects: {tmp_path}/left '{tmp_path}/right arm'")
+
+
+def test_notes_speak_in_the_units_of_the_file(tmp_path):
+    folder = write_small(tmp_path, small_loops(repeats=1, pressures=(2e5,)))
+    file = folder / "loops.csv"
+    file.write_text(file.read_text().replace("[kPa]", "[psi]").replace(",200.000,", ",29.008,"), encoding="utf-8")
+    (note,) = (note for note in read_experiment(folder).recordings[0].notes if "one pressure only" in note)
+    assert "one pressure only, 29.01 psi" in note
+    assert units.show(2e5, "Pa") == "200 kPa"
+
+
+def test_a_folder_of_folders_without_muscle_says_where_to_begin(tmp_path):
+    folder = write_small(tmp_path / "monday", small_loops(repeats=1))
+    (folder / "muscle.toml").unlink()
+    with pytest.raises(InputError) as error:
+        read_experiment(tmp_path)
+    assert f"mckibben init {folder}" in error.value.cure

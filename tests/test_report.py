@@ -1,15 +1,20 @@
 """What a user reads: sentences, tables, pictures, the page, and the model file."""
 
 import dataclasses
+import json
 import re
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from browser import Watched, browser, violations
+from click.testing import CliRunner
 from small_muscle import loops, write
 
-from fitting import figures
+from fitting import figures, units
+from fitting.cli import main
 from fitting.compare import compare
+from fitting.console.discovering import discovered
 from fitting.console.options import Asked
 from fitting.console.task import fitted, task_of
 from fitting.diagnosis.record import Diagnosis, Evidence, Explanation, Leading
@@ -20,10 +25,12 @@ from fitting.reading.own_effects import library
 from fitting.records import Run
 from fitting.report import comparison_report, console, diagnosis_report, fit_report
 from fitting.showing import maps
+from fitting.showing.alike_groups import groups
 from fitting.showing.loops_picture import frame
-from fitting.showing.page import page
+from fitting.showing.page import Section, page
 from fitting.showing.panels import Panel, panels
 from fitting.showing.sentences import amount, kind_in_words, next_command, verdict_in_words, with_error
+from mckibben_jax.effects import LinearSpring
 
 EVIL = "<script>alert(1)</script> & $x_1 'it'"
 
@@ -47,9 +54,10 @@ def diagnosis(study):
         rests_on="signs of 6 loops flipped", rmse=c.rmse, held_out_rmse=1.1 * c.rmse, noise_floor=0.3,
         full_scale=c.full_scale,
         effects={
-            "linear_spring": Evidence("linear_spring", 0.01, 0.31, 0.32, 0.2, 0.1, {"end_stop": 0.9},
+            "linear_spring": Evidence("linear_spring", 0.01, 0.31, 0.32, 0.2, 0.1, {"end_stop": 0.95},
                                       {"K": (1600.0, 20.0)}, True),
             "viscous_damping": Evidence("viscous_damping", 0.9, c.rmse, 1.1 * c.rmse, 0.2, 0.1),
+            "end_stop": Evidence("end_stop", 0.9, c.rmse, 1.1 * c.rmse, 0.2, 0.1, {"linear_spring": 0.95}),
             "mullins": Evidence("mullins", reason="cannot be tested: needs rubber"),
         },
         tried=(best,), baseline=c.fit, residual=c.fit.residual, notes=(),
@@ -122,10 +130,65 @@ def test_each_step_has_its_bar_and_its_model_and_shows_without_a_script(study, d
     assert all(first != last for (_, first), (_, last) in zip(lines[::2], lines[1::2], strict=True))
 
 
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_the_page_can_be_read_by_everybody_and_follows_a_click(study, diagnosis, tmp_path, scheme):
+    """In a browser: an accessibility check of all of it; a bar shows its model; at 390 px nothing sticks out."""
+    task, c = study
+    left = c.fit.residual
+    stages = [Stage("baseline", 5.0, 6.0, "missing", left + 4), Stage("+ it", c.rmse, 1.1, "", left)]
+    place = tmp_path / "page.html"
+    place.write_text(page(task, c, diagnosis, stages), encoding="utf-8")
+    with browser() as chromium:
+        watched = Watched(chromium.new_page(viewport={"width": 1280, "height": 900}, color_scheme=scheme))
+        shown = watched.page
+        shown.goto(place.as_uri())
+        shown.evaluate("document.querySelectorAll('details').forEach(part => { part.open = true; })")
+        assert violations(shown) == []
+        visible = [shown.locator(f".loops g.m{k}").first.is_visible() for k in (0, 1)]
+        assert visible == [False, True]
+        shown.get_by_text("baseline").first.click()
+        visible = [shown.locator(f".loops g.m{k}").first.is_visible() for k in (0, 1)]
+        assert visible == [True, False]
+        shown.set_viewport_size({"width": 390, "height": 844})
+        assert shown.evaluate("document.documentElement.scrollWidth") <= 390
+        small = shown.evaluate(SMALL_LABELS)
+        assert small == []
+        watched.check()
+
+
+# words in pictures that are too small to read: letters below 7 px on this screen
+SMALL_LABELS = """() => [...document.querySelectorAll("svg text")].filter(word => {
+  const drawn = word.getScreenCTM();
+  const letters = parseFloat(getComputedStyle(word).fontSize) * Math.hypot(drawn.a, drawn.b);
+  return word.getBoundingClientRect().width > 0 && letters < 7;
+}).map(word => word.textContent)"""
+
+
+def test_every_step_of_a_discovery_can_be_chosen(study):
+    task, _ = study
+    found = discovered(task, [LinearSpring()], lambda *_: None)
+    assert [stage.added for stage in found.stages] == ["baseline", "+ linear_spring"]
+    for stage in found.stages:
+        assert np.sqrt(np.mean(stage.residual**2)) == pytest.approx(stage.rmse, rel=0.01)
+    text = page(found.task, found.comparison, found.diagnosis, found.stages)
+    assert text.count('type="radio" name="step"') == 2
+    assert re.search(r"<h1>With linear_spring added: .*</h1>", text)
+
+
 def test_steps_whose_models_are_unknown_have_bars_alone(study):
     text = page(*study, None, [Stage("a", 5.0, 6.0), Stage("b", 0.3, 0.31)])
     assert 'name="step"' not in text
     assert text.count('class="row"') == 2
+
+
+@pytest.mark.parametrize(
+    ("last", "said"),
+    [("nothing detectable", "With it added: linear_spring is missing."),
+     ("", "Before it added: linear_spring is missing.")],
+)  # fmt: skip
+def test_the_title_says_which_model_the_verdict_is_of(study, diagnosis, last, said):
+    stages = [Stage("baseline", 5.0, 6.0, "missing"), Stage("+ it", 0.3, 0.31, last)]
+    assert f"<h1>{said}</h1>" in page(*study, diagnosis, stages)
 
 
 def test_the_misfit_can_be_switched_from_branches_to_parity(study):
@@ -137,28 +200,125 @@ def test_the_misfit_can_be_switched_from_branches_to_parity(study):
 
 def test_terms_are_explained_and_likes_are_mapped(study, diagnosis):
     text = page(*study, diagnosis)
-    for words in ("Seen from: ", "Absorbed: ", "Which effects look alike here", "end_stop"):
+    for words in ("noticed from", "imitated", "4 of 5 recordings", "Which effects look alike here"):
         assert words in text
+    rows = re.findall(r"<li>(.*?)</li>", text)
+    assert rows == ["<b>linear_spring</b> <span>end_stop</span> <i>at least 0.95 alike</i>"]
+
+
+def test_who_looks_like_whom_stands_in_groups(diagnosis):
+    alike = {("a", "b"): 0.99, ("b", "c"): 0.95, ("a", "c"): 0.93, ("d", "e"): 1.0, ("c", "d"): 0.4}
+    pairs = alike | {(b, a): value for (a, b), value in alike.items()}
+    known = {n: Evidence(n, 0.5, alike={b: v for (a, b), v in pairs.items() if a == n}) for n in "abcde"}
+    found = groups(dataclasses.replace(diagnosis, effects=known, explanations=(("d",),), leading=None))
+    assert [(set(group.names), group.least) for group in found] == [({"d", "e"}, 1.0), ({"a", "b", "c"}, 0.93)]
+
+
+def test_the_page_says_what_the_named_effect_is_and_how_to_add_it(study, diagnosis):
+    text = page(*study, diagnosis)
+    said = re.search(r'<p class="meaning"><b>linear_spring</b>: (.*?)</p>', text)[1]
+    assert said == "A spring in parallel pulls back in proportion to the stroke: K l0 eps."
+    assert f"mckibben add {study[0].experiments[0].folder} linear_spring" in text
+    assert f"mckibben diagnose {study[0].experiments[0].folder}" in page(*study)
+
+
+def test_what_was_added_is_no_longer_called_missing(study, diagnosis):
+    task, c = study
+    names = dataclasses.replace(diagnosis, explanations=(("coulomb_friction",),))
+    text = page(task, c, names)
+    assert "coulomb_friction was missing, and is in the model now." in text
+    assert "mckibben add" not in text
 
 
 def test_a_plan_and_a_posterior_stand_on_the_page(study):
     planned = SimpleNamespace(what="one loop at 50 kPa", why="the spring shows there", power=0.93)
-    text = page(*study, planned=planned, posterior="tip.k   1.12")
+    text = page(*study, planned=planned, posterior=[Section("Sampled", plain="tip.k   1.12")])
     assert "One loop at 50 kPa: the spring shows there." in text
     assert "93 %" in text
     assert "<pre>tip.k   1.12</pre>" in text
+
+
+@pytest.mark.slow
+def test_a_posterior_of_this_model_stands_on_the_report_and_no_other(tmp_path):
+    folder = write(tmp_path / "small", loops(repeats=2))
+    run = lambda *words: CliRunner().invoke(main, [words[0], str(folder), *words[1:], "--seed", "3"])  # noqa: E731
+    sampled = run("posterior", "--steps", "400", "--json", str(tmp_path / "p.json"))
+    assert sampled.exit_code in (0, 3), sampled.output  # three: so short a chain has not settled
+    page_of = lambda *words: run("report", "--no-diagnosis", "--html", str(tmp_path / "r.html"), *words)  # noqa: E731
+    shown = page_of()
+    assert shown.exit_code == 0, shown.output
+    text = (tmp_path / "r.html").read_text(encoding="utf-8")
+    median = json.loads((tmp_path / "p.json").read_text())["parameters"]["coulomb_friction.f_s"]["median"]
+    assert "What is known" in text
+    assert f"{median:.3g}" in text
+    other = page_of("--effects", "ideal_cylinder", "textile_friction")
+    assert "holds no posterior of this model" in " ".join(other.output.split())
+    assert "What is known" not in (tmp_path / "r.html").read_text(encoding="utf-8")
 
 
 def test_measured_points_lie_where_their_axes_say(study):
     task, c = study
     panel = panels(task.experiments, c.fit.samples, c.fit.residual)[0]
     placed = frame(panel, 0, [c.fit.residual])
-    x, y, width, height = map(float, re.findall(r'"(-?[\d.]+)"', placed.window))
+    x, y, width, height = placed.window.place
     at = np.array([[float(v) for v in point.split()] for point in re.findall(r"M([\d. -]+)h0", placed.opening)])
     assert np.all((at[:, 0] > x) & (at[:, 0] < x + width))
     assert np.all((at[:, 1] > y) & (at[:, 1] < y + height))
     top = np.argmin(at[:, 1])
-    assert panel.measured.max() == pytest.approx((at[top, 1] - placed.origin[1]) / placed.scale[1], rel=0.01)
+    value = (at[top, 1] - placed.window.origin[1]) / placed.window.scale[1]
+    assert panel.measured.max() == pytest.approx(value, rel=0.01)
+
+
+def test_a_small_misfit_shows_in_a_strip_of_its_own(study):
+    """Half a newton beside hundreds: on the axes of the force nobody sees it; the strip is scaled to it."""
+    task, c = study
+    panel = panels(task.experiments, c.fit.samples, c.fit.residual)[0]
+    missed = 0.5 * np.sin(np.arange(len(c.fit.residual)))
+    placed = frame(panel, 0, [missed])
+    drawn = placed.misfit(panel.model(missed) - panel.measured)
+    _, top, _, height = placed.strip.place
+    at = np.array([float(v) for v in re.findall(r"M[\d.-]+ ([\d.-]+)h0", drawn)])
+    assert np.all((at > top) & (at < top + height))
+    assert np.ptp(at) > 0.8 * height
+    assert "misfit, &#177; 0.5 N" in drawn
+    band = float(re.search(r'class="noise" d=".*?v([\d.]+)h', drawn)[1])
+    assert band == pytest.approx(height, abs=0.1)  # two standard deviations of 0.3 N are more than all of it
+
+
+def test_runs_of_one_name_in_two_files_are_told_apart(tmp_path):
+    extra = 'noise = "0.3 N"\n[[recording]]\nfile = "tuesday.csv"\ntest = "loop"'
+    folder = write(tmp_path, loops(repeats=1), extra=extra)
+    rows = loops(repeats=1, seed=1)
+    write(tmp_path / "other", rows)
+    (tmp_path / "other" / "loops.csv").rename(folder / "tuesday.csv")
+    task = task_of(Asked(data=(str(folder),), starts=1))
+    c = compare(fitted(task), task.experiments)
+    labels = [panel.label for panel in panels(task.experiments, c.fit.samples, c.fit.residual)]
+    assert labels[0] == "loops.csv, run 0, 100 kPa"
+    assert labels[3] == "tuesday.csv, run 0, 100 kPa"
+    assert len(set(labels)) == 6
+
+
+def test_the_page_speaks_in_the_units_of_the_data(tmp_path):
+    """Loops in psi, inches and pounds: the axes, tables and parameters too, and JSON in SI."""
+    folder = write(tmp_path, [])
+    head = "run,time [s],pressure [psi],displacement [in],force [lbf]"
+    rows = [f"{r},{t:.3f},{p / 6894.757:.5f},{x / 0.0254:.7f},{f / 4.4482216:.6f}" for r, t, p, x, f in loops()]
+    (folder / "loops.csv").write_text("\n".join([head, *rows]) + "\n", encoding="utf-8")
+    result = CliRunner().invoke(main, ["compare", str(folder), "--html", str(tmp_path / "x.html"),
+                                       "--json", str(tmp_path / "x.json")])  # fmt: skip
+    assert result.exit_code == 0, result.output
+    text = (tmp_path / "x.html").read_text(encoding="utf-8")
+    for words in ("force [lbf]", "pressure [psi]", "rms [lbf]", "14.5 psi", " in</td>"):
+        assert words in text, words
+    for words in ("kPa", " mm<", "[N]", " N<"):
+        assert words not in text, words
+    assert "psi" in result.output
+    assert "kPa" not in result.output
+    found = json.loads((tmp_path / "x.json").read_text())
+    full_scale = float(re.search(r"of full scale, ([\d.]+) lbf", text)[1])
+    assert found["full_scale_N"] == pytest.approx(4.448 * full_scale, rel=0.01)
+    assert units.show(1e5, "Pa") == "100 kPa"  # and nothing of it is left behind
 
 
 def test_thinning_keeps_the_corners_of_every_loop():

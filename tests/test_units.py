@@ -116,3 +116,25 @@ def test_a_misspelt_unit_gets_the_nearest(written, meant):
     with pytest.raises(InputError) as told:
         units.factor(written, "m")
     assert f"did you mean '{meant}'?" in str(told.value)
+
+
+@pytest.mark.parametrize(
+    ("stated", "own"),
+    [
+        ([{"Pa": "psig", "N": "lbf", "m": "in"}, {"Pa": "psi"}], {"Pa": "psi", "N": "lbf", "m": "in"}),
+        ([{"Pa": "kPa", "N": "kN", "m": "cm"}], {}),
+        ([{"Pa": "MPa"}], {"Pa": "MPa"}),
+        ([{"Pa": "psi"}, {"Pa": "bar"}], {}),
+    ],
+)
+def test_units_that_are_not_the_usual_ones_are_kept(stated, own):
+    assert units.own_units(stated) == own
+
+
+def test_values_are_shown_in_own_units_and_written_in_the_usual_ones():
+    with units.spoken({"Pa": "bar", "N": "lbf"}):
+        values = ((3e5, "Pa"), (3e9, "Pa"), (2.0, "N"), (1600, "N/m"), (0.1, "1"))
+        shown = [units.show(value, si) for value, si in values]
+        assert units.write(3e5, "Pa") == "300 kPa"
+    assert shown == ["3 bar", "3 GPa", "0.4496 lbf", "359.7 lbf/m", "0.1"]
+    assert units.show(3e5, "Pa") == "300 kPa"

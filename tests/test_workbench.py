@@ -1,20 +1,17 @@
 """The workbench: its actions without a browser, and the whole loop with one."""
 
 import ast
-import os
 import re
 import socket
 import subprocess
 import sys
 import threading
 import time
-import urllib.error
-import urllib.request
 
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from browser import Watched, browser, violations
+from served import COMMAND, Served
 from small_muscle import LENGTH, loops, write
 
 from fitting.console.options import Asked
@@ -22,13 +19,13 @@ from fitting.errors import InputError
 from fitting.reading.model_file import read_model
 from fitting.reading.own_effects import library
 from fitting.workbench import data as dropping
+from fitting.workbench import home
 from fitting.workbench import session as bench
 from fitting.workbench.job import Job
 from fitting.workbench.serving import is_loopback, is_own, listening
-from fitting.workbench.words import evidence, headline, offered
+from fitting.workbench.words import DESIGN, error_now, evidence, fall, headline, offered
 
 CANDIDATES = ("linear_spring", "viscous_damping")
-COMMAND = (sys.executable, "-m", "fitting.cli", "workbench", "--no-browser")
 STIFFNESS = 1600.0  # N/m, what is hidden in the data of these tests
 
 
@@ -99,7 +96,7 @@ def test_a_line_defines_an_effect_that_can_be_added(session):
     assert name == "bung"
     after = bench.added(defined, [name], told)
     assert after.last.fit.values["bung.K"] == pytest.approx(STIFFNESS, rel=0.1)
-    assert line in bench.script_text(after)
+    assert line in home.script_text(after)
 
 
 @pytest.mark.parametrize("line", ["bung = __import__('os').system('x')", "bung = K*x, K = 1 N (0..20)", "nothing"])
@@ -113,6 +110,51 @@ def test_words_tell_verdict_and_evidence(found):
     table = evidence(found.last, {name: f"<button>{name}</button>" for name in offered(found.last)})
     assert "explains the data" in table
     assert "<button>linear_spring</button>" in table
+
+
+def test_a_design_file_in_the_box_is_answered_and_a_slip_is_named():
+    told_so = bench.designed(DESIGN, told)
+    assert "braid_angle" in told_so
+    assert "stroke" in told_so
+    with pytest.raises(InputError, match="braid_angel"):
+        bench.designed(DESIGN.replace('braid_angle = ["12', 'braid_angel = ["12'), told)
+
+
+def test_what_to_measure_next_is_asked_after_a_diagnosis_only(session, found):
+    with pytest.raises(InputError, match="no diagnosis"):
+        bench.planned(session, told)
+    planned = bench.planned(found, told)
+    assert "PLAN" in dict(planned.last.said)[bench.NEXT]
+
+
+@pytest.mark.slow
+def test_what_is_sampled_stands_in_the_report(mended):
+    sampled = bench.sampled(mended, told, seconds=5)
+    assert "linear_spring.K" in dict(sampled.last.said)[bench.POSTERIOR]
+    assert "Do the readings lie where they should?" in home.report_text(sampled)
+
+
+def test_words_and_sliders_speak_in_the_units_of_the_data(folder, tmp_path):
+    """The same loops in psi and pounds; two sessions, each in its own units."""
+    copy = tmp_path / "imperial"
+    copy.mkdir()
+    (copy / "muscle.toml").write_bytes((folder / "muscle.toml").read_bytes().replace(b'"0.3 N"', b'"0.0674 lbf"'))
+    head, *rows = (folder / "loops.csv").read_text().splitlines()
+    cells = [row.split(",") for row in rows]
+    lines = [f"{r},{t},{float(p) / 6.894757:.5f},{x},{float(f) / 4.4482216:.6f}" for r, t, p, x, f in cells]
+    head = head.replace("kPa", "psi").replace("[N]", "[lbf]")
+    (copy / "loops.csv").write_text("\n".join([head, *lines]) + "\n")
+    ours = bench.begun(bench.opened(Asked(data=(str(copy),), starts=1)), told)
+    theirs = bench.begun(bench.opened(Asked(data=(str(folder),), starts=1)), told)
+    for session, unit, held in ((ours, "lbf", "14.5 psi"), (theirs, "N", "100 kPa")):
+        step = session.last
+        picture, error = bench.loops_of(step, bench.frames_of(step), {})
+        assert f"force [{unit}]" in picture
+        assert held in picture
+        assert f" {unit}." in error_now(step, error, {})
+        assert f" {unit} " in fall(session)
+        assert [s.unit for s in step.laid_out.sliders] == ["mm", "deg", ""]
+    assert ours.last.comparison.rmse == pytest.approx(theirs.last.comparison.rmse, rel=1e-3)
 
 
 # ------------------------------------------------------------------------------------------------------- the sliders
@@ -166,13 +208,13 @@ def test_ten_thousand_samples_are_redrawn_at_once(tmp_path):
 
 def test_the_model_can_be_taken_home(mended, tmp_path):
     path = tmp_path / "model.toml"
-    path.write_text(bench.model_text(mended))
+    path.write_text(home.model_text(mended))
     stored = read_model(path, library())
     assert stored.values["linear_spring.K"] == pytest.approx(mended.last.fit.values["linear_spring.K"])
 
 
 def test_the_report_shows_every_step(mended):
-    text = bench.report_text(mended)
+    text = home.report_text(mended)
     assert 'id="step0"' in text
     assert 'id="step1" checked' in text
     assert '<g class="model m1">' in text
@@ -180,11 +222,11 @@ def test_the_report_shows_every_step(mended):
 
 def test_before_the_first_fit_there_is_nothing_to_take_home(folder):
     with pytest.raises(InputError, match="nothing was fitted"):
-        bench.model_text(bench.opened(Asked(data=(str(folder),))))
+        home.model_text(bench.opened(Asked(data=(str(folder),))))
 
 
 def test_the_script_is_python_that_names_every_command(mended):
-    text = bench.script_text(mended)
+    text = home.script_text(mended)
     commands = ast.literal_eval(re.search(r"COMMANDS = (\[.*?\n\])", text, re.DOTALL)[1])
     assert [command[0] for command in commands] == ["fit", "diagnose", "add", "report"]
     assert "linear_spring" in commands[2]
@@ -193,7 +235,7 @@ def test_the_script_is_python_that_names_every_command(mended):
 
 @pytest.mark.slow
 def test_the_script_gives_the_same_model(mended, tmp_path):
-    (tmp_path / "session.py").write_text(bench.script_text(mended))
+    (tmp_path / "session.py").write_text(home.script_text(mended))
     ended = subprocess.run([sys.executable, "session.py"], cwd=tmp_path, capture_output=True, text=True, timeout=900)
     assert ended.returncode == 0, ended.stderr
     stored = read_model(tmp_path / "session_model_1.toml", library())
@@ -312,48 +354,6 @@ def test_it_listens_to_this_machine_alone():
         assert one.getsockname()[0] == "127.0.0.1"
 
 
-def free_port():
-    with socket.socket() as one:
-        one.bind(("127.0.0.1", 0))
-        return one.getsockname()[1]
-
-
-class Served:
-    """A workbench in a process of its own."""
-
-    def __init__(self, *arguments):
-        self.port = free_port()
-        command = [*COMMAND, "--port", str(self.port), *arguments]
-        env = {**os.environ, "PYTHONUNBUFFERED": "1"}
-        self.process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env=env)
-        self.lines = []
-        for line in self.process.stdout:
-            self.lines.append(line)
-            if "Ctrl+C" in line:
-                break
-        self.address = next(word for line in self.lines for word in line.split() if word.startswith("http://"))
-        self.wait()
-
-    def wait(self):
-        for _ in range(600):
-            try:
-                return self.status(f"http://127.0.0.1:{self.port}/health")
-            except (urllib.error.URLError, ConnectionError):
-                time.sleep(0.1)
-        raise AssertionError("the workbench does not answer")
-
-    def status(self, address, **headers):
-        try:
-            with urllib.request.urlopen(urllib.request.Request(address, headers=headers), timeout=60) as answer:
-                return answer.status, answer.read().decode()
-        except urllib.error.HTTPError as error:
-            return error.code, ""
-
-    def end(self):
-        self.process.terminate()
-        self.process.wait(30)
-
-
 @pytest.fixture
 def serve():
     """Workbenches that end with the test."""
@@ -391,64 +391,3 @@ def test_a_port_in_use_and_a_data_set_that_is_not_there_are_said():
             assert ended.returncode == 2
             assert words in ended.stderr
             assert "Cure:" in ended.stderr
-
-
-# ------------------------------------------------------------------------------------------------------- in a browser
-
-
-def press(page, name):
-    """Press a button from the keyboard."""
-    button = page.get_by_role("button", name=name).first
-    button.focus()
-    page.keyboard.press("Enter")
-
-
-def values_of_bars(page):
-    return [float(re.match(r"[\d.]+", text)[0]) for text in page.locator(".fall .value").all_inner_texts()]
-
-
-@pytest.mark.slow
-def test_from_an_empty_page_to_an_error_that_has_fallen(serve, folder, tmp_path):
-    """By keyboard alone but for the drop: bad file, good data, slider, diagnosis, add, undo, download."""
-    bad = b"run,time [s],pressure [kPa],displacement [mm],force [N]\n1,0,abc,0,0\n"
-    with browser() as chromium:
-        served = serve("--candidates", *CANDIDATES)
-        watched = Watched(chromium.new_page(viewport={"width": 1280, "height": 1600}))
-        page = watched.page
-        page.goto(served.address)
-        upload = page.locator("input[type=file]").first
-        upload.wait_for(state="attached")
-        upload.set_input_files([{"name": "muscle.toml", "mimeType": "text/plain",
-                                 "buffer": (folder / "muscle.toml").read_bytes()},
-                                {"name": "loops.csv", "mimeType": "text/csv", "buffer": bad}])  # fmt: skip
-        page.get_by_text("loops.csv, row 2").wait_for()
-
-        upload.set_input_files([folder / "muscle.toml", folder / "loops.csv"])
-        page.locator(".loops figure").first.wait_for()
-        page.get_by_role("button", name="Run the diagnosis").wait_for()
-        page.locator(".now", has_text="As fitted").wait_for()
-
-        before = page.locator(".now").inner_text()
-        page.get_by_role("slider").nth(1).focus()
-        page.keyboard.press("ArrowLeft")
-        page.locator(".now", has_text="moved").wait_for()
-        assert page.locator(".now").inner_text() != before
-
-        press(page, "Run the diagnosis")
-        page.get_by_text("linear_spring is missing.").wait_for()
-        press(page, "add linear_spring")
-        page.locator(".fall .row").nth(1).wait_for()
-        bars = values_of_bars(page)
-        assert bars[1] < 0.2 * bars[0]
-        found = violations(page, "color-contrast", "button-name", "label", "image-alt", "svg-img-alt")
-        assert [line for line in found if "radix-" not in line] == []  # marimo's own menu button has no name
-
-        with page.expect_download() as expected:
-            page.get_by_role("link", name="model.toml").first.focus()
-            page.keyboard.press("Enter")
-        expected.value.save_as(tmp_path / "model.toml")
-        assert "linear_spring" in (tmp_path / "model.toml").read_text()
-
-        press(page, "Undo")
-        page.locator(".fall .row").nth(1).wait_for(state="detached")
-        watched.check()

@@ -1,6 +1,9 @@
 """`mckibben report`: everything on one page."""
 
-from typing import Any
+import shutil
+import tempfile
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -12,9 +15,15 @@ from fitting.console.options import (
     output_options,
     study_options,
 )
-from fitting.console.study import begin
+from fitting.console.study import Study, begin
+
+if TYPE_CHECKING:
+    from fitting.least_squares import Fit
+    from fitting.showing.parts import Section
 
 PAGE = "mckibben_report.html"
+CHAINS = "posterior.chains"  # what `mckibben posterior` leaves beside the data
+FEWEST_STEPS = 100  # of chains: fewer were not begun with this model, or hardly
 
 
 @click.command("report", cls=Command)
@@ -25,7 +34,10 @@ PAGE = "mckibben_report.html"
 @click.option("--no-diagnosis", is_flag=True, help="Compare only; takes seconds.")
 @output_options
 def command(no_diagnosis: bool, **given: Any) -> None:
-    """Compare, diagnose, and write one HTML page (mckibben_report.html, or what --html names)."""
+    """Compare, diagnose, and write one HTML page (mckibben_report.html, or what --html names).
+
+    A posterior that `mckibben posterior` sampled of the same model stands on it too.
+    """
     study = begin({**given, "html": given["html"] or PAGE})
     from fitting.compare import compare
     from fitting.console.task import as_known
@@ -36,15 +48,38 @@ def command(no_diagnosis: bool, **given: Any) -> None:
 
     with study.working("comparing") as told:
         if no_diagnosis:
-            diagnosis, compared = None, compare(as_known(study.task)[0], study.task.experiments)
+            diagnosis, planned = None, None
+            compared = compare(as_known(study.task)[0], study.task.experiments)
         else:
-            from fitting.console.diagnosing import candidates_of, diagnosed
+            from fitting.console.diagnosing import candidates_of, diagnosed, following
 
             candidates = candidates_of(study.task, given["candidates"], given["rivals"])
             diagnosis, compared = diagnosed(study.task, candidates, told)
+            planned = following(study.task, diagnosis, told)
     study.print([headed("VERDICT", verdict_in_words(diagnosis), "bold")] if diagnosis else [])
     study.print([headed("RESULT", judged(compared))])
-    write_page(str(study.asked.html), study.task, compared, diagnosis)
+    sampled = _posterior(study, compared.fit)
+    write_page(str(study.asked.html), study.task, compared, diagnosis, planned=planned, posterior=sampled)
     study.print([headed("WRITTEN", str(study.asked.html))])
-    study.write(diagnosis_result(diagnosis, compared) if diagnosis else comparison_result(compared))
+    study.write(diagnosis_result(diagnosis, compared, planned) if diagnosis else comparison_result(compared))
     study.end(compared.fit.converged)
+
+
+def _posterior(study: Study, fit: "Fit") -> "list[Section]":
+    """What was sampled of this model, if chains of it lie beside the data; they are read from a copy."""
+    task, kept = study.task, study.task.experiments[0].folder / CHAINS
+    if not kept.is_file():
+        return []
+    from fitting.posterior import sample
+    from fitting.report import headed
+    from fitting.sampling.page import posterior_sections
+
+    steps = [0]
+    with tempfile.TemporaryDirectory() as folder, study.working("reading the posterior"):
+        copy = shutil.copy(kept, Path(folder))
+        found = sample(fit, task.experiments, seed=task.seed, priors=task.priors, limit_s=0.0, chains=str(copy),
+                       progress=lambda done, _: steps.append(done))  # fmt: skip
+    if steps[-1] < FEWEST_STEPS:
+        study.print([headed("NOTE", f"{kept} holds no posterior of this model and these data: left out")])
+        return []
+    return posterior_sections(found)

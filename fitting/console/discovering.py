@@ -3,13 +3,16 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+import numpy as np
+
 from fitting.compare import Comparison, compare
 from fitting.console.study import Progress
 from fitting.console.task import Task, fitted, merged
 from fitting.diagnosis.record import Diagnosis
-from fitting.discover import discover
+from fitting.discover import Step, discover
 from fitting.figures import Stage
 from fitting.reading.own_effects import named
+from fitting.solving.evaluate import evaluate
 from mckibben_jax.effect import Effect
 
 
@@ -35,12 +38,17 @@ def discovered(task: Task, candidates: Sequence[Effect], told: Progress) -> Disc
         seed=task.seed,
         progress=told,
     )
-    effects = task.effects
-    for step in steps[1:]:
-        effects = merged(effects, [kind() for kind in named(step.effect.split("+"), task.library)])
+    effects, stages = task.effects, []
+    for number, step in enumerate(steps):
+        if number:
+            effects = merged(effects, [kind() for kind in named(step.effect.split("+"), task.library)])
+        words = f"+ {step.effect}" if number else step.effect
+        residual = _residual(task.with_effects(effects), step)
+        stages.append(Stage(words, step.rmse, step.held_out_rmse, step.verdict, residual))
     final = task.with_effects(effects)
-    stages = tuple(
-        Stage(f"+ {step.effect}" if number else step.effect, step.rmse, step.held_out_rmse, step.verdict)
-        for number, step in enumerate(steps)
-    )
-    return Discovery(stages, final, compare(fitted(final), final.experiments), steps[-1].diagnosis)
+    return Discovery(tuple(stages), final, compare(fitted(final), final.experiments), steps[-1].diagnosis)
+
+
+def _residual(task: Task, step: Step) -> np.ndarray:
+    """What the model of a step misses on every sample; the diagnosis itself may have looked at fewer."""
+    return evaluate(task.experiments, task.effects, step.diagnosis.baseline.values, (), task.own).residual

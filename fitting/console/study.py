@@ -13,6 +13,7 @@ import click
 from fitting.console.options import Asked
 from fitting.console.prepare import prepare
 from fitting.errors import InputError
+from fitting.units import own_units, spoken
 
 if TYPE_CHECKING:
     from rich.console import Console, RenderableType
@@ -68,6 +69,7 @@ def begin(given: dict[str, Any]) -> Study:
     check_places(asked.json, asked.html, asked.save)
     with errors_for_machines(asked.json):
         task = task_of(asked)
+    click.get_current_context().with_resource(spoken(own_units(u for e in task.experiments for u in e.units)))
     study = Study(asked, task, console(asked.quiet), begun)
     study.print(opening(task))
     return study

@@ -291,13 +291,15 @@ def simulation(p: Protocol, repeats: int, can: Shown, model: str, folder: str) -
     """The command that rehearses the recording on a model; None where `mckibben simulate` cannot do it."""
     if p.hold or p.test == "static" or p.specimen:
         return None
-    rate = f'--rate "{1 / can.interval:.4g} Hz" --noise "{can.noise:.3g} N" --out {folder}'
+    rate = f'--rate "{1 / can.interval:.4g} Hz" --noise "{units.show(can.noise, "N", digits=3)}" --out {folder}'
     if p.test == "isometric":
-        low, high = (f"{value:.6g}" for value in p.pressures)
+        pressure, size = units.shown_in("Pa", max(p.pressures))
+        low, high = (f"{value / size:.6g}" for value in p.pressures)
         turns = ",".join([low, *[high, low] * repeats])
-        order = f'--contraction {p.contractions[0]:.4g} --pressures "{turns} Pa" --duration "{p.branch_time:.4g} s"'
-        return f"mckibben simulate {model} --test isometric {order} {rate}"
+        order = f'--contraction {p.contractions[0]:.4g} --pressures "{turns} {pressure}"'
+        return f'mckibben simulate {model} --test isometric {order} --duration "{p.branch_time:.4g} s" {rate}'
     low, high = (f"{value:.4g}" for value in p.contractions)
     turns = ",".join([low, *[high, low] * repeats])
-    speed, pressure = f'--speed "{1e3 * p.rate * can.length:.4g} mm/s"', f'--pressure "{p.pressures[0]:.6g} Pa"'
-    return f"mckibben simulate {model} --test loop {pressure} --turns {turns} {speed} {rate}"
+    speed, pressure = units.show(p.rate * can.length, "m/s"), units.show(p.pressures[0], "Pa", digits=6)
+    held = f'--pressure "{pressure}" --turns {turns} --speed "{speed}"'
+    return f"mckibben simulate {model} --test loop {held} {rate}"

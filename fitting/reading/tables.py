@@ -43,6 +43,7 @@ class Table:
     row: np.ndarray  # line of the file, per row of the table
     unused: tuple[str, ...]  # heads of columns that are none of the program's
     raw: bytes
+    units: dict[str, str]  # what the file gives each column in, by the program's names; labels have none
 
     def __contains__(self, name: str) -> bool:
         return name in self.columns
@@ -68,13 +69,11 @@ def read_table(
     cells, decimal = cells_of(lines, rows, heads, separator, path)
     _check_units_used(given_units, where, path)
     place = _Place(path, header_row, rows, decimal)
-    columns = {
-        name: _column(name, cells[at], heads[at], _unit_of(name, heads[at], called, given_units), place)
-        for name, at in where.items()
-    }
-    return Table(
-        str(path), columns, {name: heads[at] for name, at in where.items()}, header_row, rows, tuple(unused), raw
-    )
+    given = {name: _unit_of(name, heads[at], called, given_units) for name, at in where.items()}
+    columns = {name: _column(name, cells[at], heads[at], given[name], place) for name, at in where.items()}
+    named = {name: heads[at] for name, at in where.items()}
+    stated = {name: unit for name, unit in given.items() if unit and COLUMNS[name] is not None}
+    return Table(str(path), columns, named, header_row, rows, tuple(unused), raw, stated)
 
 
 def read_heads(path: Path) -> list[str]:

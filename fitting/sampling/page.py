@@ -5,7 +5,7 @@ from fitting.console.task import Task
 from fitting.results import provenance, write_text
 from fitting.sampling.figures import pairs, predicted
 from fitting.sampling.record import Posterior, Quantity, inside_in_words, table_rows
-from fitting.showing.page import Grid, Line, Section, _rendered
+from fitting.showing.parts import Grid, Line, Section, rendered
 from fitting.showing.sentences import data_in_words
 
 
@@ -18,14 +18,14 @@ def posterior_page(task: Task, posterior: Posterior) -> str:
     """The page as text."""
     verdict = "These intervals can be trusted" if posterior.trusted else "Do not take these intervals at their word"
     names = ", ".join(e.name for e in task.experiments)
-    return _rendered(
+    return rendered(
         title=f"{names}: {verdict}",
         about=f"{data_in_words(task.experiments)}. Model: {' + '.join(task.names)}.",
         verdict=verdict,
         lead=[] if posterior.warnings else ["Nothing speaks against them."],
         cards=[_card(name, q) for name, q in posterior.parameters.items() if not name.startswith("muscle.")][:6],
         warnings=posterior.warnings,
-        sections=[*_sections(posterior), _origin(task, posterior)],
+        sections=[*posterior_sections(posterior), _origin(task, posterior)],
     )
 
 
@@ -34,7 +34,8 @@ def _card(name: str, q: Quantity) -> tuple[str, str]:
     return median, f"{name}: {low} to {high}"
 
 
-def _sections(posterior: Posterior) -> list[Section]:
+def posterior_sections(posterior: Posterior) -> list[Section]:
+    """What a page shows of a posterior: the intervals, and whether readings lie where they should."""
     heads, *rows = table_rows(posterior.parameters)
     priors = tuple(
         Line((name, q.prior, f"{q.prior_sensitivity:.2f}")) for name, q in posterior.parameters.items()

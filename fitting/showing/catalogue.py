@@ -34,7 +34,7 @@ def effects_report(kinds: Sequence[type[Effect]]) -> list[RenderableType]:
         for kind in (k for k in kinds if k.stage == stage):
             own = ", ".join(p.name for p in parameters(kind))
             name = Text("  " + name_of(kind), style="bold")
-            table.add_row(name, Text(own, style="cyan"), Text(_first(meaning(kind))))
+            table.add_row(name, Text(own, style="cyan"), Text(first_sentence(meaning(kind))))
         if table.row_count:
             shown += [Text(f"{stage}: {question}", style="bold underline"), table, Text()]
     return [*shown, Text("'mckibben effects NAME' explains one; 'mckibben add DATASET NAME' puts it into the model.")]
@@ -59,7 +59,7 @@ def _parameter(p: Declaration) -> str:
     return f"{p.name}: {p.meaning}; {units.show(p.default, p.unit)} unless fitted, range {ends}"
 
 
-def _first(text: str) -> str:
+def first_sentence(text: str) -> str:
     """The first sentence, for lists."""
     return text.split(". ")[0].rstrip(".")
 

@@ -4,9 +4,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from fitting import units
 from fitting.compare import PRESSURE_LED, Comparison, branch_name
 from fitting.diagnosis.record import Diagnosis
 from fitting.figures import BLUE, VERMILION, blank, settings
+from fitting.showing.alike_groups import cosines
+from fitting.showing.sentences import places
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -21,7 +24,8 @@ def residual_map(c: Comparison) -> "Figure":
     if found is None:
         raise ValueError("there is no map: no force was measured")
     branches = [b for b in (1, -1, 0) if found.count[b].any()]
-    top = max(float(np.nanmax(np.abs(found.mean[b]))) for b in branches) or 1.0
+    unit, size = units.shown_in("N")
+    top = max(float(np.nanmax(np.abs(found.mean[b]))) for b in branches) / size or 1.0
     height = 0.9 + 0.24 * max(len(found.pressure), 4)
     figure = blank(3.1 * len(branches) + 0.9, height)
     figure.set_layout_engine("constrained")
@@ -29,13 +33,13 @@ def residual_map(c: Comparison) -> "Figure":
         drawn = None
         for number, branch in enumerate(branches):
             axes = figure.add_subplot(1, len(branches), number + 1)
-            values = np.ma.masked_invalid(found.mean[branch])
+            values = np.ma.masked_invalid(found.mean[branch] / size)
             drawn = axes.pcolormesh(values, cmap=_diverging(), vmin=-top, vmax=top, edgecolors="face", linewidth=0.2)
             _label_cells(axes, c, number == 0)
             axes.set_title(branch_name(branch, _led_by(c)) if len(branches) > 1 or branch else "all points")
         bar = figure.colorbar(drawn, ax=figure.axes, shrink=0.9, aspect=18, pad=0.02)  # type: ignore[arg-type]
         bar.outline.set_visible(False)  # type: ignore[operator]
-        bar.set_label("model minus measured [N]")
+        bar.set_label(f"model minus measured [{unit}]")
     return figure
 
 
@@ -55,7 +59,8 @@ def parity_maps(c: Comparison) -> list["Figure"]:
 
 
 def _small_maps(c: Comparison, shown: dict[str, np.ndarray]) -> list["Figure"]:
-    top = max(float(np.nanmax(np.abs(values))) for values in shown.values()) or 1.0
+    unit, size = units.shown_in("N")
+    top = max(float(np.nanmax(np.abs(values))) for values in shown.values()) / size or 1.0
     assert c.cells is not None  # the callers have looked
     drawn = []
     for title, values in shown.items():
@@ -63,14 +68,13 @@ def _small_maps(c: Comparison, shown: dict[str, np.ndarray]) -> list["Figure"]:
         figure.set_layout_engine("constrained")
         with settings():
             axes = figure.add_subplot()
-            mesh = axes.pcolormesh(
-                np.ma.masked_invalid(values), cmap=_diverging(), vmin=-top, vmax=top, edgecolors="face", linewidth=0.2
-            )
+            cells = np.ma.masked_invalid(values / size)
+            mesh = axes.pcolormesh(cells, cmap=_diverging(), vmin=-top, vmax=top, edgecolors="face", linewidth=0.2)
             _label_cells(axes, c, True)
             axes.set_title(title, loc="left")
             bar = figure.colorbar(mesh, ax=axes, shrink=0.9, aspect=18, pad=0.02)
             bar.outline.set_visible(False)  # type: ignore[operator]
-            bar.set_label("model minus measured [N]")
+            bar.set_label(f"model minus measured [{unit}]")
         drawn.append(figure)
     return drawn
 
@@ -84,8 +88,7 @@ def alike_names(d: Diagnosis) -> list[str]:
 def alike_map(d: Diagnosis) -> "Figure":
     """How alike effects look in these data: the cosine between what each changes, once the model has given way."""
     names = alike_names(d)
-    values = np.array([[1.0 if a == b else d.effects[a].alike.get(b, np.nan) for b in names] for a in names])
-    values = np.where(np.isfinite(values), values, values.T)
+    values = cosines(d, names)
     size = 0.27 * len(names)
     figure = blank(size + 3.1, size + 1.5)
     figure.set_layout_engine("constrained")
@@ -117,9 +120,11 @@ def _label_cells(axes: "Axes", c: Comparison, first: bool) -> None:
     at = np.linspace(0, len(contraction) - 1, min(5, len(contraction))).round().astype(int)
     axes.set_xticks(at + 0.5, [f"{contraction.centre[k]:.2f}" for k in at])
     axes.set_xlabel("contraction")
-    axes.set_yticks(np.arange(len(pressure)) + 0.5, [f"{p / 1e3:.0f}" if first else "" for p in pressure.centre])
+    name, size = units.shown_in("Pa", float(np.max(pressure.centre)))
+    after = places(pressure.centre / size)
+    axes.set_yticks(np.arange(len(pressure)) + 0.5, [f"{p / size:.{after}f}" * first for p in pressure.centre])
     if first:
-        axes.set_ylabel("pressure [kPa]")
+        axes.set_ylabel(f"pressure [{name}]")
     for side in axes.spines.values():
         side.set_visible(False)
 

@@ -1,11 +1,8 @@
 """Results as one HTML page that opens from disk, needs no network, and prints."""
 
-import functools
-import io
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
-from importlib import resources
-from typing import TYPE_CHECKING, Any
+import shlex
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -13,16 +10,17 @@ from fitting import figures, units
 from fitting.compare import Comparison
 from fitting.compare import Table as ErrorTable
 from fitting.console.task import Task
-from fitting.diagnosis.record import Diagnosis, Evidence
+from fitting.diagnosis.record import Diagnosis
 from fitting.figures import Stage
 from fitting.least_squares import Fit
 from fitting.reading.model_file import state_of
-from fitting.report import sorted_evidence
 from fitting.results import provenance, shown_names, write_text
 from fitting.showing import maps
+from fitting.showing.diagnosis_parts import alike, effects, meanings, tried
 from fitting.showing.fall import fall_html
 from fitting.showing.loops_picture import frame, key, loops_html, thinned_in_words
 from fitting.showing.panels import panels
+from fitting.showing.parts import Grid, Line, Section, as_text, pictures_style, rendered, write_words
 from fitting.showing.sentences import (
     NEAR_FLOOR,
     amount,
@@ -33,56 +31,18 @@ from fitting.showing.sentences import (
     judged,
     kind_in_words,
     leading_in_words,
-    p_in_words,
+    next_command,
     percent,
     places,
     rounded,
     verdict_in_words,
     with_error,
 )
-from mckibben_jax.effect import Effect
-from mckibben_jax.parameter import parameters
 
 if TYPE_CHECKING:
     from fitting.next_measurement import NextMeasurement
 
-
-TERMS = (
-    "Seen from: the smallest error that this effect would be noticed at, as rms left after the model is fitted again.",
-    "Absorbed: how much of its trace the model's own parameters can imitate; near 100 % it hides in them.",
-)
-
-
-@dataclass(frozen=True)
-class Line:
-    """One row of a table; a good one stands out."""
-
-    cells: tuple[str, ...]
-    good: bool = False
-
-
-@dataclass(frozen=True)
-class Grid:
-    """A table: its heads, and which columns are words rather than numbers."""
-
-    heads: tuple[str, ...]
-    rows: tuple[Line, ...]
-    title: str = ""
-    words: tuple[int, ...] = ()
-
-
-@dataclass(frozen=True)
-class Section:
-    """A part of the page."""
-
-    title: str
-    sentences: tuple[str, ...] = ()
-    picture: str = ""
-    caption: str = ""
-    tables: tuple[Grid, ...] = ()
-    folded: tuple[Grid, ...] = ()
-    folded_title: str = ""
-    plain: str = ""
+__all__ = ["Grid", "Line", "Section", "as_text", "page", "pictures_style", "write_page", "write_words"]
 
 
 def write_page(
@@ -93,16 +53,10 @@ def write_page(
     stages: Sequence[Stage] = (),
     *,
     planned: "NextMeasurement | None" = None,
-    posterior: str = "",
+    posterior: Sequence[Section] = (),
 ) -> None:
     """Write the page of a comparison, with what else there is: diagnosis, steps, next measurement, posterior."""
     write_text(path, page(task, c, d, stages, planned=planned, posterior=posterior))
-
-
-def write_words(path: str, title: str, shown: Iterable[Any], pictures: Sequence[Section] = ()) -> None:
-    """Write a page that says what the terminal says, under pictures if there are any."""
-    words = Section("", plain=as_text(shown))
-    write_text(path, _rendered(title=title, about="mckibben", verdict=title, sections=[*pictures, words]))
 
 
 def page(
@@ -112,30 +66,28 @@ def page(
     stages: Sequence[Stage] = (),
     *,
     planned: "NextMeasurement | None" = None,
-    posterior: str = "",
+    posterior: Sequence[Section] = (),
 ) -> str:
-    """The page as text; `posterior` as the terminal shows it."""
-    verdict = judged(c) if d is None else verdict_in_words(d)
-    lead = [] if d is None else [text for text in (leading_in_words(d, c.unit), judged(c)) if text]
-    if len(stages) > 1:
-        first, last = stages[0].rmse, stages[-1].rmse
-        lead.append(f"The error fell from {amount(first, c.unit)} to {amount(last, c.unit)}.")
+    """The page as text; `posterior` holds the sections that show one."""
+    verdict = judged(c) if d is None else _verdict(d, task, stages)
     steps = steps_with_models(c, stages)
     sections = [
         _fall(c, d, stages, chosen=len(steps) > 1),
         _loops(c, task, steps),
         _where(c),
-        *([] if d is None else [_effects(d, c, task), _alike(d)]),
+        *([] if d is None else [effects(d, c, task), alike(d)]),
         _parameters(c.fit),
         *([] if planned is None else [_planned(planned)]),
-        *([Section("What the data leave open: posterior", plain=posterior)] if posterior else []),
+        *posterior,
         _provenance(task, c, d),
     ]
-    return _rendered(
+    return rendered(
         title=f"{', '.join(e.name for e in task.experiments)}: {verdict}",
         about=f"{data_in_words(task.experiments)}. Model: {' + '.join(task.names)}.",
         verdict=verdict,
-        lead=lead,
+        meanings=[] if d is None else meanings(d, task),
+        lead=_lead(c, d, stages),
+        typed=_typed(c, d, task),
         cards=_cards(c, d),
         warnings=fit_in_words(c.fit),
         sections=[section for section in sections if section is not None],
@@ -144,34 +96,39 @@ def page(
     )
 
 
-def pictures_style() -> str:
-    """Style of the pictures that are HTML."""
-    return resources.files("fitting").joinpath("pictures.css").read_text(encoding="utf-8")
+def _verdict(d: Diagnosis, task: Task, stages: Sequence[Stage]) -> str:
+    """The verdict; what was missing may be in the model by now."""
+    said = verdict_in_words(d)
+    added = " and ".join(stage.added.removeprefix("+ ") for stage in stages[1:])
+    if d.verdict == "missing" and _is_added(d, task):
+        return said.replace(" is missing.", " was missing, and is in the model now.")
+    if not added:
+        return said
+    before = "With" if stages[-1].verdict else "Before"  # a verdict on the last model, or on one before it
+    return f"{before} {added} added: {said[:1].lower()}{said[1:]}"
 
 
-def _rendered(**content: Any) -> str:
-    return _template().render({"lead": (), "cards": (), "warnings": (), "style": "", "steps": 0, **content})
+def _is_added(d: Diagnosis, task: Task) -> bool:
+    return any({*names} <= {*task.names} for names in d.explanations)
 
 
-@functools.cache
-def _template() -> Any:
-    from jinja2 import Environment
-
-    source = resources.files("fitting").joinpath("page.html").read_text(encoding="utf-8")
-    return Environment(autoescape=True, trim_blocks=True, lstrip_blocks=True).from_string(source)
-
-
-def as_text(shown: Iterable[Any]) -> str:
-    """What the terminal would show, as plain text."""
-    from rich.console import Console
-
-    console = Console(record=True, width=100, file=io.StringIO(), highlight=False, markup=False)
-    for thing in shown:
-        console.print(thing)
-    return console.export_text()
+def _typed(c: Comparison, d: Diagnosis | None, task: Task) -> tuple[str, str] | None:
+    """What to do next, and the command for it."""
+    folders = [shlex.quote(str(e.folder)) for e in task.experiments]
+    if d is None:
+        near = c.rmse <= NEAR_FLOOR * c.floor
+        return None if near else ("Which effect is missing?", f"mckibben diagnose {' '.join(folders)}")
+    command = None if _is_added(d, task) else next_command(d, folders)
+    return ("Put it into the model:", command) if command else None
 
 
-# ----------------------------------------------------------------------------------------------------------- sections
+def _lead(c: Comparison, d: Diagnosis | None, stages: Sequence[Stage]) -> list[str]:
+    """The sentences below the verdict."""
+    lead = [] if d is None else [text for text in (leading_in_words(d, c.unit), judged(c)) if text]
+    if len(stages) > 1:
+        first, last = stages[0].rmse, stages[-1].rmse
+        lead.append(f"The error fell from {amount(first, c.unit)} to {amount(last, c.unit)}.")
+    return lead
 
 
 def _cards(c: Comparison, d: Diagnosis | None) -> list[tuple[str, str]]:
@@ -262,67 +219,18 @@ def _errors_by(table: ErrorTable, unit: str) -> Grid:
     return Grid((table.title, "samples", f"rms [{name}]", f"mean [{name}]", f"largest [{name}]"), rows)
 
 
-def _effects(d: Diagnosis, c: Comparison, task: Task) -> Section:
-    unit, known = c.unit, task.library
-    helping, idle, blind = sorted_evidence(d)
-    heads = ("effect added", "note", "rms", "on runs left out", "seen from", "absorbed", "estimate", "most alike")
-    grid, others = (Grid(heads, tuple(Line(_evidence(e, unit, known), e.adequate) for e in some), words=(1, 6, 7))
-                    for some in (helping, idle))  # fmt: skip
-    unseen = Grid(("cannot be seen", "why"), tuple(Line((", ".join(v), k)) for k, v in blind.items()), words=(1,))
-    return Section(
-        "Which effects could explain it",
-        sentences=(p_in_words(d), *TERMS),
-        picture=figures.as_svg(figures.effects_picture(d, c.floor, unit), "effects") if helping or idle else "",
-        tables=(grid,) if helping else (),
-        folded=tuple(table for table in (others, unseen) if table.rows),
-        folded_title=f"{len(idle)} that do not help, and {sum(map(len, blind.values()))} that cannot be seen here",
-    )
-
-
-def _evidence(e: Evidence, unit: str, known: dict[str, type[Effect]]) -> tuple[str, ...]:
-    alike = max(e.alike, key=lambda name: e.alike[name], default="")
-    declared = {p.name: p.unit for p in parameters(known[e.name])} if e.name in known else {}
-    estimate = "; ".join(
-        f"{name} = {units.show(value, declared.get(name, '1'), error)}" for name, (value, error) in e.estimate.items()
-    )
-    return (
-        e.name,
-        "explains the data" if e.adequate else e.reason,
-        amount(e.rmse, unit),
-        amount(e.held_out_rmse, unit),
-        amount(e.detection_limit, unit),
-        "-" if e.absorbed_share is None else f"{100 * e.absorbed_share:.0f} %",
-        estimate,
-        f"{alike} {e.alike[alike]:.2f}" if alike else "",
-    )
-
-
-def _alike(d: Diagnosis) -> Section | None:
-    """Which effects leave nearly the same trace in these data."""
-    if not maps.alike_names(d):
-        return None
-    words = (
-        "1: two effects change these data in the same way, once the model has given way; 0: in ways that have nothing "
-        "in common.",
-        *(f"{' = '.join(group)}: these data cannot tell them apart." for group in d.classes),
-    )
-    picture = figures.as_svg(maps.alike_map(d), "alike")
-    return Section("Which effects look alike here", sentences=words, picture=picture)
-
-
 def _planned(planned: "NextMeasurement") -> Section:
     told = [f"{planned.what}: {planned.why}", f"It tells them apart in {percent(planned.power)} of the cases."]
     return Section("What to measure next", sentences=tuple(_sentence(text.rstrip(".")) for text in told))
 
 
-def _p(value: float) -> str:
-    return "" if np.isnan(value) else f"{value:.2g}"
-
-
 def _parameters(fit: Fit) -> Section:
-    heads = ("parameter", "value", "± robust", "± i.i.d.", "range", "state", "tied with")
+    heads = ("parameter", "value", "± robust", "± if independent", "range", "state", "tied with")
     rows = tuple(Line(_parameter(fit, name)) for name in shown_names(fit))
-    words = ("The robust error lets neighbouring samples err together; the i.i.d. error does not, and is too small.",)
+    words = (
+        "Believe the robust error: it lets neighbouring samples err together. The one beside it takes every sample for "
+        "independent of the others, and is too small.",
+    )
     return Section("Parameters", sentences=words, tables=(Grid(heads, rows, words=(5, 6)),))
 
 
@@ -347,14 +255,6 @@ def _provenance(task: Task, c: Comparison, d: Diagnosis | None) -> Section:
         "Where this comes from",
         sentences=(error_in_words(c),),
         tables=(grid,),
-        folded=() if d is None else (_tried(d, c.unit),),
+        folded=() if d is None else (tried(d, c.unit),),
         folded_title="" if d is None else f"All {len(d.tried)} sets of effects that were tried",
     )
-
-
-def _tried(d: Diagnosis, unit: str) -> Grid:
-    rows = tuple(
-        Line((effect_set(e.effects), amount(e.rmse, unit), amount(e.held_out_rmse, unit), _p(e.p_value), e.reason))
-        for e in d.tried
-    )
-    return Grid(("effects", "rms", "on runs left out", "p", "note"), rows, words=(4,))

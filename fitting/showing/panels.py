@@ -1,11 +1,14 @@
 """Which runs are drawn, along what, and how many of their samples: shared by every picture of measured and model."""
 
+from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
+from fitting import units
+from fitting.reading.noise import noise_of
 from fitting.records import FORCE_TESTS, Experiment, Recording, Run
 from fitting.residuals import Samples
 from fitting.showing.sentences import rounded
@@ -29,11 +32,13 @@ class Panel:
     along: np.ndarray
     xlabel: str
     rmse: float
+    noise: float = 0.0  # standard deviation of one reading, in the recording's unit
+    file: str = ""  # where run names alone do not tell the runs apart
 
     @property
     def ylabel(self) -> str:
         """What is measured, with its unit."""
-        return "force [N]" if self.unit == "N" else "shortening [mm]"
+        return f"{'force' if self.unit == 'N' else 'shortening'} [{units.shown_in(self.unit)[0]}]"
 
     @property
     def title(self) -> str:
@@ -43,7 +48,7 @@ class Panel:
     @property
     def label(self) -> str:
         """Which run, and what it holds."""
-        return f"run {self.name}, {self.held}"
+        return f"{self.file}{', ' * bool(self.file)}run {self.name}, {self.held}"
 
     @property
     def is_few(self) -> bool:
@@ -53,7 +58,7 @@ class Panel:
     @property
     def size(self) -> float:
         """How much of SI one of the unit on the axis is."""
-        return 1.0 if self.unit == "N" else 1e-3
+        return units.shown_in(self.unit)[1]
 
     @property
     def measured(self) -> np.ndarray:
@@ -108,14 +113,28 @@ def panels(experiments: Sequence[Experiment], samples: Samples, residual: np.nda
     number = 0
     for experiment in experiments:
         for recording in experiment.recordings:
+            noise = noise_of(recording)
             for run in recording.runs:
-                found += _panel(samples, residual, recording, run, number)
+                found += _panel(samples, residual, recording, run, number, noise)
                 number += 1
+    found = _told_apart(found, experiments)
     worst = sorted(found, key=lambda panel: -panel.rmse)[:MOST_PANELS]
     return [panel for panel in found if any(panel is one for one in worst)]
 
 
-def _panel(samples: Samples, residual: np.ndarray, recording: Recording, run: Run, number: int) -> list[Panel]:
+def _told_apart(found: list[Panel], experiments: Sequence[Experiment]) -> list[Panel]:
+    """The panels with their file in the label where two runs go by one name."""
+    if max(Counter(panel.label for panel in found).values(), default=1) == 1:
+        return found
+    of_run = {id(run): (e.name, r.file) for e in experiments for r in e.recordings for run in r.runs}
+    several = len(experiments) > 1
+    named = (", ".join(of_run[id(panel.run)][0 if several else 1 :]) for panel in found)
+    return [replace(panel, file=file) for panel, file in zip(found, named, strict=True)]
+
+
+def _panel(
+    samples: Samples, residual: np.ndarray, recording: Recording, run: Run, number: int, noise: float
+) -> list[Panel]:
     mine = np.flatnonzero(samples.run == number)
     if not len(mine):
         return []
@@ -123,12 +142,13 @@ def _panel(samples: Samples, residual: np.ndarray, recording: Recording, run: Ru
     rmse = float(np.sqrt(np.mean(residual[mine] ** 2)))
     held = _held(run, recording.test)
     position, unit = samples.position[mine], recording.unit
-    return [Panel(run.name, held, run, mine, position, recording.test, unit, along, xlabel, rmse)]
+    return [Panel(run.name, held, run, mine, position, recording.test, unit, along, xlabel, rmse, noise)]
 
 
 def _along(run: Run, test: str) -> tuple[np.ndarray, str]:
     if test in ("isometric", "isotonic") or (test == "static" and _by_pressure(run)):
-        return run.pressure / 1e3, "pressure [kPa]"
+        name, size = units.shown_in("Pa")
+        return run.pressure / size, f"pressure [{name}]"
     return (run.contraction, "contraction") if test in FORCE_TESTS else (run.time, "time [s]")
 
 
@@ -141,5 +161,5 @@ def _held(run: Run, test: str) -> str:
     if test == "isometric" or (test == "static" and _by_pressure(run)):
         return f"ε = {np.median(run.contraction):.3g}"
     if run.load is not None:
-        return f"{np.median(run.load):.0f} N"
-    return f"{np.median(run.pressure) / 1e3:.0f} kPa"
+        return rounded(float(np.median(run.load)), "N")
+    return rounded(float(np.median(run.pressure)), "Pa")

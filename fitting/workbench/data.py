@@ -20,6 +20,7 @@ from mckibben_jax.muscle import quantities
 IGNORED = "not used"
 ASKED = (*REQUIRED, "wall_thickness", "shear_modulus")  # of the muscle: needed always, needed by most effects
 SUFFIXES = (".csv", ".toml")
+PLACE = "mckibben_workbench_"  # how the folder begins in which a session keeps what is dropped
 
 
 @dataclass(frozen=True)
@@ -58,6 +59,11 @@ def keep(files: Sequence[tuple[str, bytes]], folder: Path) -> Path:
 def without_place(text: str, place: str) -> str:
     """A message in which dropped files have their plain names: where they are kept is nobody's concern."""
     return re.sub(rf"{re.escape(place)}[\\/][^\\/]+[\\/]", "", text)
+
+
+def is_dropped(folder: Path) -> bool:
+    """Whether a session keeps these data, and not their owner."""
+    return folder.resolve().parent.name.startswith(PLACE)
 
 
 def is_described(folder: Path) -> bool:

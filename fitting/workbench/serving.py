@@ -1,8 +1,10 @@
 """The workbench as a local web server: for this machine alone, unless told otherwise, and then with a token."""
 
+import importlib
 import importlib.util
 import ipaddress
 import json
+import logging
 import os
 import secrets
 import socket
@@ -65,6 +67,7 @@ def serve(
             click.echo("Anyone who has this address with its token can see your data and compute on this machine.")
         click.echo(f"The workbench is at {address}")
         click.echo("Ctrl+C ends it.")
+        threading.Thread(target=_warm, daemon=True).start()
         if browse:
             threading.Timer(1.0, webbrowser.open, (address,)).start()
         _run(application(token, host), open_socket)
@@ -127,8 +130,17 @@ def is_own(headers: dict[bytes, bytes], hosts: tuple[str, ...] | None) -> bool:
     return known and (origin is None or urlsplit(origin.decode("latin-1")).netloc == host)
 
 
+def _warm() -> None:
+    """Load what a session needs while the browser opens: the first picture comes the sooner."""
+    from fitting.console.prepare import prepare
+
+    prepare()
+    importlib.import_module("fitting.workbench.session")
+
+
 def _run(app: App, open_socket: socket.socket) -> None:
     import uvicorn
 
+    logging.getLogger("asyncio").setLevel(logging.ERROR)  # that a closed tab cannot be written to is no news
     config = uvicorn.Config(app, log_level="warning", ws="websockets-sansio", timeout_graceful_shutdown=1)
     uvicorn.Server(config).run(sockets=[open_socket])

@@ -8,11 +8,16 @@ from typing import Any
 from fitting.diagnosis.record import Diagnosis
 from fitting.errors import InputError
 from fitting.report import sorted_evidence
-from fitting.showing.page import pictures_style
+from fitting.showing.diagnosis_parts import NOTICED, TERMS, meanings
+from fitting.showing.fall import fall_html
+from fitting.showing.parts import pictures_style
 from fitting.showing.sentences import amount, data_in_words, effect_set, fit_in_words, leading_in_words, p_in_words
-from fitting.workbench.session import Session, Step, where_we_are
+from fitting.workbench.session import Session, Step, in_own_units, where_we_are
 
 MOST_OFFERED = 8
+WELCOME = """Open a data set. You then see the ideal muscle with dry friction beside what was measured. **Run the
+diagnosis** to learn which effect is missing, **add** it with a click, and watch the error fall. To try it first, choose
+`muscle_b` from the data that come with the program: something is hidden in it."""
 DESIGN = """\
 [muscle]
 length = "300 mm"
@@ -59,18 +64,29 @@ def progress(words: str, share: float) -> str:
     return f'<div class="bench" role="status"><p>{said} ...</p>{bar}</div>'
 
 
+@in_own_units
 def headline(session: Session) -> str:
     """Where the session stands, and what there is to be wary of."""
     step = session.last
     about = f"{data_in_words(step.task.experiments)}. Model: {' + '.join(step.task.names)}."
     lines = [f'<p class="about">{html.escape(about)}</p>']
     lines.append(f'<p class="verdict">{html.escape(where_we_are(session))}</p>')
+    if step.diagnosis is not None:
+        told = meanings(step.diagnosis, step.task)
+        lines += [f"<p><b>{html.escape(name)}</b>: {html.escape(words)}</p>" for name, words in told]
     if step.diagnosis is not None and step.comparison is not None:
         leading = leading_in_words(step.diagnosis, step.comparison.unit)
         lines += [f"<p>{html.escape(text)}</p>" for text in (leading, p_in_words(step.diagnosis)) if text]
     if step.fit is not None:
         lines += [f"<p>{html.escape(text)}</p>" for text in fit_in_words(step.fit)]
     return f'<div class="bench" role="status">{"".join(lines)}</div>'
+
+
+@in_own_units
+def fall(session: Session) -> str:
+    """How the error fell so far; empty before the first fit."""
+    compared = session.last.comparison
+    return "" if compared is None else fall_html(session.stages, compared.floor, compared.unit)
 
 
 def offered(step: Step | None) -> list[str]:
@@ -82,6 +98,7 @@ def offered(step: Step | None) -> list[str]:
     return list(dict.fromkeys([*sets, *(e.name for e in (*helping, *idle))]))[:MOST_OFFERED]
 
 
+@in_own_units
 def evidence(step: Step, buttons: Mapping[str, Any]) -> str:
     """What each effect would do, with the button that adds it."""
     assert step.diagnosis is not None  # the caller has looked
@@ -91,28 +108,33 @@ def evidence(step: Step, buttons: Mapping[str, Any]) -> str:
     for name, button in buttons.items():
         *cells, note = _cells(found, name, unit)
         told = "".join(f"<td>{html.escape(cell)}</td>" for cell in cells)
-        rows.append(f'<tr>{told}<td class="words">{html.escape(note)}</td><td>{button}</td></tr>')
-    heads = ("effect", "rms with it", "on runs left out", "seen from", "most alike", "", "")
-    head = "".join(f'<th scope="col">{text}</th>' for text in heads)
+        rows.append(f'<tr><td>{button}</td>{told}<td class="words">{html.escape(note)}</td></tr>')
+    heads = ("effect", "error with it", "on runs left out", NOTICED, "most alike")
+    head = "".join(f'<th scope="col">{text}</th>' for text in heads) + "<td></td>"
     _, _, blind = sorted_evidence(found)
     unseen = "; ".join(f"{effect_set(names).replace(' with ', ', ')}: {why}" for why, names in blind.items())
     table = f'<div class="scroll"><table><thead><tr>{head}</tr></thead><tbody>{"".join(rows)}</tbody></table></div>'
-    foot = "Seen from: the smallest error, as rms left after refitting, at which this effect would be noticed."
     tail = f"<p class='about'>Cannot be seen here: {html.escape(unseen)}</p>" if unseen else ""
-    return f'<div class="bench"><h2>Which effects could explain it</h2>{table}<p class="about">{foot}</p>{tail}</div>'
+    return f'<div class="bench"><h2>Which effects could explain it</h2>{table}{_terms()}{tail}</div>'
+
+
+def _terms() -> str:
+    words = "".join(f"<div><dt>{term}</dt><dd>{text}</dd></div>" for term, text in TERMS if term != "imitated")
+    return f'<dl class="terms">{words}</dl>'
 
 
 def _cells(found: Diagnosis, name: str, unit: str) -> tuple[str, ...]:
-    """One row: errors, detection limit, what is most alike, and a note."""
+    """One row behind the button, which says the name: errors, detection limit, what is most alike, and a note."""
     e = found.effects.get(name)
     if e is None:  # a set of several
         tried = next(t for t in found.tried if " + ".join(t.effects) == name)
-        return name, amount(tried.rmse, unit), amount(tried.held_out_rmse, unit), "", "", "explains the data"
+        return amount(tried.rmse, unit), amount(tried.held_out_rmse, unit), "", "", "explains the data"
     alike = max(e.alike, key=lambda other: e.alike[other], default="")
     values = (amount(value, unit) for value in (e.rmse, e.held_out_rmse, e.detection_limit))
-    return name, *values, alike, "explains the data" if e.adequate else e.reason
+    return *values, alike, "explains the data" if e.adequate else e.reason
 
 
+@in_own_units
 def error_now(step: Step, error: float, moved: Mapping[str, float]) -> str:
     """The error at the values of the sliders."""
     unit = "N" if step.comparison is None else step.comparison.unit

@@ -1,0 +1,109 @@
+"""What is taken home from the workbench: the model, the report page, the session as a script, muscle.toml."""
+
+import tempfile
+from pathlib import Path
+
+from fitting.console.options import Asked
+from fitting.errors import InputError
+from fitting.reading.model_file import write_model
+from fitting.sampling.page import posterior_sections
+from fitting.showing.page import page
+from fitting.workbench.data import is_dropped
+from fitting.workbench.session import Session, fit_of, in_own_units
+
+FOLDER = "FOLDER"  # stands for the place of files that were dropped: where they are kept is nobody's concern
+
+
+def model_text(session: Session) -> str:
+    """The fitted model as a model.toml."""
+    fit = fit_of(session)
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "model.toml"
+        why = write_model(path, fit, session.last.task.experiments)
+        if why:
+            raise InputError(why)
+        return path.read_text(encoding="utf-8")
+
+
+def muscle_text(session: Session) -> str | None:
+    """The muscle.toml of files that were dropped, which may have been filled in here; None for data on disk."""
+    folder = _place(session)
+    return (folder / "muscle.toml").read_text(encoding="utf-8") if folder else None
+
+
+@in_own_units
+def report_text(session: Session) -> str:
+    """The report page, with every step."""
+    step = session.last
+    if step.comparison is None:
+        raise InputError("nothing was fitted yet", cure="wait for the first fit")
+    diagnosis = next((s.diagnosis for s in reversed(session.steps) if s.diagnosis is not None), None)
+    sampled = () if step.posterior is None else posterior_sections(step.posterior)
+    text = page(step.task, step.comparison, diagnosis, session.stages, posterior=sampled)
+    folder = _place(session)
+    return text.replace(str(folder), FOLDER) if folder else text
+
+
+def _place(session: Session) -> Path | None:
+    """Where dropped files are kept, or None."""
+    folder = session.last.task.experiments[0].folder
+    return folder if is_dropped(folder) else None
+
+
+SCRIPT = '''"""What was done at the workbench, to be run again: python session.py {usage}
+
+DATASET is the folder with muscle.toml and the recordings. Writes {written} into the current folder.
+"""
+
+import subprocess
+import sys
+
+DATA = sys.argv[1:]{default}
+if not DATA:
+    sys.exit(__doc__)
+COMMANDS = {commands}
+
+for name, *arguments in COMMANDS:
+    command = ["mckibben", name, *DATA, *arguments]
+    print("$", *command, flush=True)
+    ended = subprocess.run([sys.executable, "-m", "fitting.cli", *command[1:]])
+    if ended.returncode:
+        sys.exit(ended.returncode)
+'''
+
+
+def script_text(session: Session) -> str:
+    """The session as a Python script that gives the same commands."""
+    asked, commands, written = session.asked, [], []
+    model = _model_words(asked)
+    for number, step in enumerate(session.steps):
+        if step.comparison is None:
+            continue
+        saved = f"session_model_{number}.toml"
+        commands.append([*step.typed, *model, "--save", saved])
+        written.append(saved)
+        model = ["--model", saved, *_data_words(asked)]
+        if step.diagnosis is not None:
+            sought = ["--candidates", *step.sought] if step.sought else []
+            commands.append(["diagnose", *model, *sought])
+    commands.append(["report", *model, "--no-diagnosis", "--html", "session_report.html"])
+    lines = ",\n".join(f"    {command!r}" for command in commands)
+    dropped = _place(session) is not None
+    return SCRIPT.format(
+        usage="DATASET" if dropped else "[DATASET]",
+        written=", ".join([*written, "session_report.html"]),
+        default="" if dropped else f" or {list(asked.data)!r}",
+        commands=f"[\n{lines},\n]",
+    )
+
+
+def _data_words(asked: Asked) -> list[str]:
+    words = [word for name in ("muscle", "test", "effect_file") if getattr(asked, name)
+             for word in (f"--{name.replace('_', '-')}", getattr(asked, name))]  # fmt: skip
+    defined_ones = [word for line in asked.define for word in ("--define", line)]
+    return [*words, *defined_ones, "--seed", str(asked.seed)]
+
+
+def _model_words(asked: Asked) -> list[str]:
+    chosen = ["--baseline"] if asked.baseline else ["--model", asked.model] if asked.model else []
+    return [*chosen, *_data_words(asked)]
