@@ -26,6 +26,7 @@ from mckibben_jax.muscle import Muscle
 
 BLOCK = 2048  # designs evaluated at once on one device: their intermediate results stay in the cache
 _WORD = 64
+_ROW = 64  # scores of a block that are searched at once
 
 
 # Which designs -------------------------------------------------------------------------------------------------------
@@ -123,20 +124,32 @@ class Tally(NamedTuple):
 
 def values_of(batch: Batch) -> Callable[[jax.Array], tuple[jax.Array, jax.Array, jax.Array]]:
     """From a design's number to its variables, its outputs, and whether it is feasible."""
+    law, feasible = _law_and_limits(batch)
+
+    def whole(number: jax.Array) -> tuple[jax.Array, jax.Array, jax.Array]:
+        place, values = law(number)
+        return place, values[: len(batch.outputs)], feasible(values)
+
+    return whole
+
+
+def _law_and_limits(batch: Batch) -> tuple[Callable, Callable]:
+    """From a design's number to its variables and all its quantities, outputs first; from these to its feasibility."""
     wanted = list(batch.outputs)
     rows = [_row(wanted, (limit.quantity, limit.at)) for limit in batch.limits]
 
-    def law(number: jax.Array) -> tuple[jax.Array, jax.Array, jax.Array]:
+    def law(number: jax.Array) -> tuple[jax.Array, jax.Array]:
         place = batch.space.place(number)
         muscle = dataclasses.replace(batch.muscle, **dict(zip(batch.space.ranges, place, strict=True)))
-        values = evaluate(built(muscle, batch.effects), wanted)
-        outputs = values[: len(batch.outputs)]
-        feasible = jnp.all(jnp.isfinite(outputs))
-        for limit, row in zip(batch.limits, rows, strict=True):
-            feasible &= (values[row] >= _or(limit.min, -math.inf)) & (values[row] <= _or(limit.max, math.inf))
-        return place, outputs, feasible
+        return place, evaluate(built(muscle, batch.effects), wanted)
 
-    return law
+    def feasible(values: jax.Array) -> jax.Array:
+        good = jnp.all(jnp.isfinite(values[: len(batch.outputs)]))
+        for limit, row in zip(batch.limits, rows, strict=True):
+            good &= (values[row] >= _or(limit.min, -math.inf)) & (values[row] <= _or(limit.max, math.inf))
+        return good
+
+    return law, feasible
 
 
 def _row(wanted: list, one: tuple[str, At]) -> int:
@@ -182,10 +195,13 @@ class Engine:
 
     @functools.cached_property
     def _rows(self) -> Callable:
+        law, feasible = _law_and_limits(self.batch)
+
         def one(start: jax.Array) -> Any:
             blocks = (start[0] + jnp.arange(self.share, dtype=jnp.uint64)).reshape(-1, self.block)
-            place, outputs, feasible = jax.lax.map(lambda n: _in_columns(jax.vmap(self._law)(n)), blocks)
-            return [x.ravel() for x in place], [x.ravel() for x in outputs], feasible.ravel()
+            # rows first and columns from them: where columns are computed, XLA computes what they share for each again
+            place, values = (x.reshape(self.share, -1) for x in jax.lax.map(jax.vmap(law), blocks))
+            return list(place.T), list(values[:, : len(self.batch.outputs)].T), jax.vmap(feasible)(values)
 
         return self._everywhere(one)
 
@@ -254,33 +270,33 @@ class Picked:
         return tuple(np.concatenate(part)[: len(numbers)] for part in zip(*parts, strict=True))
 
 
-def _in_columns(found: tuple[jax.Array, jax.Array, jax.Array]) -> tuple[list[jax.Array], list[jax.Array], jax.Array]:
-    place, outputs, feasible = found
-    return list(place.T), list(outputs.T), feasible
-
-
 def _with_better(top: tuple[jax.Array, jax.Array], scores: jax.Array, numbers: jax.Array) -> Any:
     """The best, best first, after a block. One enters at a time: after the first blocks few do, and a sort costs more.
 
-    Of equal scores the earlier one stands first.
+    The next to enter is sought among the heads of short rows of the block, then in its row. Of equal scores the earlier
+    one stands first.
     """
+    rows = jnp.pad(scores, (0, -len(scores) % _ROW), constant_values=-jnp.inf).reshape(-1, _ROW)
 
     def some(known: tuple) -> jax.Array:
-        (best, _), left = known
-        return jnp.max(left) > best[-1]
+        (best, _), _, heads = known
+        return jnp.max(heads) > best[-1]
 
     def enter(known: tuple) -> tuple:
-        (best, owners), left = known
-        first = jnp.argmax(left)
-        place = jnp.sum(best >= left[first])
+        (best, owners), left, heads = known
+        row = jnp.argmax(heads)
+        column = jnp.argmax(left[row])
+        place = jnp.sum(best >= heads[row])
         ranks = jnp.arange(len(best))
 
         def inserted(old: jax.Array, new: jax.Array) -> jax.Array:
             return jnp.where(ranks < place, old, jnp.where(ranks == place, new, jnp.roll(old, 1)))
 
-        return (inserted(best, left[first]), inserted(owners, numbers[first])), left.at[first].set(-jnp.inf)
+        entered = inserted(best, heads[row]), inserted(owners, numbers[row * _ROW + column])
+        left = left.at[row, column].set(-jnp.inf)
+        return entered, left, heads.at[row].set(jnp.max(left[row]))
 
-    return jax.lax.while_loop(some, enter, (top, scores))[0]
+    return jax.lax.while_loop(some, enter, (top, rows, jnp.max(rows, axis=1)))[0]
 
 
 def _bin(histogram: Histogram, outputs: jax.Array) -> jax.Array:

@@ -20,7 +20,7 @@ from mckibben_jax.effects import BladderNeoHookean, IdealCylinder
 from mckibben_jax.merit import QUANTITIES, At, built
 from mckibben_jax.muscle import Muscle
 from mckibben_jax.muscle import quantities as muscle_quantities
-from mckibben_jax.optimum import ACTIVE, Search, climb, multipliers, nearest
+from mckibben_jax.optimum import ACTIVE, NEAR, Search, climb, multipliers, nearest
 
 DESIGN_BASELINE: tuple[type[Effect], ...] = (IdealCylinder, BladderNeoHookean)
 SAME = 1e-5  # of the objective: so far apart may be what different starts call the same best
@@ -119,7 +119,7 @@ def design(task: Task) -> Design:
 
 def settle(task: Task, search: Search, more: Sequence[np.ndarray] = ()) -> Design:
     """The best design that the search's starts, and `more` of them, lead to."""
-    ends = [climb(search, x) for x in (*more, *search.starts)]
+    ends = [climb(search, x, NEAR) for x in (*more, *search.starts)]
     good = [x for x in ends if search.violation(x) <= ACTIVE]
     if not good:
         closest = nearest(search)
@@ -128,9 +128,16 @@ def settle(task: Task, search: Search, more: Sequence[np.ndarray] = ()) -> Desig
         good = [x for x in (climb(search, closest), closest) if search.violation(x) <= ACTIVE]
     best = min(good, key=search.cost)
     same = sum(search.cost(x) - search.cost(best) <= SAME * abs(search.cost(best)) for x in good)
+    best = _sharper(search, best)
     sure = multipliers(search, best)[1] <= STATIONARY
     told = f"{len(ends)} starts: {same} reached the same best design"
     return _conclude(task, search, best, "optimal" if sure else "not converged", told)
+
+
+def _sharper(search: Search, x: np.ndarray) -> np.ndarray:
+    """The optimum that x is near to; x itself where the conditions of an optimum hold better there."""
+    ends = [end for end in (climb(search, x), x) if search.violation(end) <= ACTIVE]
+    return min(ends, key=lambda end: multipliers(search, end)[1])
 
 
 def limits_of(task: Task) -> list[tuple[int, float, float]]:

@@ -15,25 +15,17 @@ from scipy.optimize import Bounds, minimize, nnls
 from scipy.stats import qmc
 
 ACTIVE = 1e-6  # of a limit, or of a range: so close is at it
+CLOSE, NEAR = 1e-12, 1e-8  # of the cost: an optimum, and as near to one as it takes to know which it is
 LOOKS = 9  # log2 of the places that are looked at before a search
 NOWHERE = 1e3  # cost, and relative violation, where the laws give no number
 
 
 class Side:
-    """One side of one limit, as a function that must not be negative: sign (value - limit) / scale."""
+    """One side of one limit: sign (value - limit) / scale must not be negative."""
 
     def __init__(self, row: int, limit: float, sign: float, typical: float):
         self.row, self.limit, self.sign = row, limit, sign
         self.scale = abs(limit) or typical
-
-    def gap(self, values: np.ndarray) -> float:
-        """How far from the limit, relative to it; negative beyond, and where the laws give no number."""
-        gap = float(self.sign * (values[self.row] - self.limit) / self.scale)
-        return gap if np.isfinite(gap) else -NOWHERE
-
-    def slope(self, slopes: np.ndarray) -> np.ndarray:
-        """Slope of the gap over the unit box."""
-        return self.sign * slopes[self.row] / self.scale
 
 
 Limits = list[tuple[int, float, float]]  # row, limit, and +1 where it is a lower one, -1 where it is an upper one
@@ -53,7 +45,7 @@ class Search:
         self.low, self.high = np.asarray(low, float), np.asarray(high, float)
         self.span = self.high - self.low
         place = lambda x: law(self.low + x * self.span)  # noqa: E731
-        self._both: Callable[[Any], Any] = jax.jit(lambda x: (place(x), jax.jacfwd(place)(x)))
+        self._both = jax.jit(lambda x: _with_slopes(place, x))
         self._last: tuple[bytes, np.ndarray, np.ndarray] | None = None
         self.calls = 0  # of values with slopes
         self.looked = np.vstack([np.full((1, len(self.low)), 0.5), _sobol(len(self.low), seed)])
@@ -64,6 +56,9 @@ class Search:
     def _aim(self, goal: int, sign: float, limits: Limits, starts: int) -> None:
         self.goal, self.sign = goal, sign
         self.sides = [Side(row, limit, way, self.typical[row]) for row, limit, way in limits]
+        self._rows = np.array([side.row for side in self.sides], int)
+        self._limits = np.array([side.limit for side in self.sides])
+        self._ways = np.array([side.sign / side.scale for side in self.sides])
         self.starts = self._spread(max(starts, 1))
 
     def aimed(self, goal: int, sign: float, limits: Limits, starts: int) -> "Search":
@@ -75,8 +70,8 @@ class Search:
     def _spread(self, count: int) -> np.ndarray:
         """The best places seen, none within a distance of another that leaves room for so many, the middle first."""
         costs = -self.sign * self.seen[:, self.goal] / self.typical[self.goal]
-        misses = np.array([max((-side.gap(values) for side in self.sides), default=0.0) for values in self.seen])
-        order = np.lexsort((np.nan_to_num(costs, nan=NOWHERE), np.maximum(misses, 0.0)))
+        misses = -self._gaps(self.seen).min(axis=1, initial=0.0)
+        order = np.lexsort((np.nan_to_num(costs, nan=NOWHERE), misses))
         apart = 0.5 / count ** (1 / len(self.low))
         chosen = [self.looked[0]]
         for x in self.looked[order]:
@@ -88,9 +83,9 @@ class Search:
         """Values and slopes; where the laws give no number, no slope."""
         key = np.asarray(x, float).tobytes()
         if self._last is None or self._last[0] != key:
-            values, slopes = map(np.asarray, self._both(jnp.asarray(x)))
+            both = np.asarray(self._both(np.asarray(x, float)))
             self.calls += 1
-            self._last = (key, values, np.nan_to_num(slopes, posinf=0.0, neginf=0.0))
+            self._last = (key, both[:, 0], both[:, 1:])
         return self._last[1], self._last[2]
 
     def cost(self, x: np.ndarray) -> float:
@@ -103,18 +98,26 @@ class Search:
         return -self.sign * self.at(x)[1][self.goal] / self.typical[self.goal]
 
     def gaps(self, x: np.ndarray) -> np.ndarray:
-        """Distances from all limits, none of which must be negative."""
-        values = self.at(x)[0]
-        return np.array([side.gap(values) for side in self.sides])
+        """Distances from all limits, relative to them; negative beyond, and where the laws give no number."""
+        return self._gaps(self.at(x)[0])
+
+    def _gaps(self, values: np.ndarray) -> np.ndarray:
+        gaps = self._ways * (values[..., self._rows] - self._limits)
+        return np.where(np.isfinite(gaps), gaps, -NOWHERE)
 
     def gap_slopes(self, x: np.ndarray) -> np.ndarray:
         """Their slopes."""
-        slopes = self.at(x)[1]
-        return np.array([side.slope(slopes) for side in self.sides]).reshape(len(self.sides), len(x))
+        return self._ways[:, None] * self.at(x)[1][self._rows]
 
     def violation(self, x: np.ndarray) -> float:
         """The largest share by which a limit is missed."""
         return float(max(0.0, -self.gaps(x).min(initial=0.0)))
+
+
+def _with_slopes(law: Callable[[Any], jax.Array], x: jax.Array) -> jax.Array:
+    """Values in the first column, slopes in the others; where the laws give no number, no slope."""
+    slopes = jnp.nan_to_num(jax.jacfwd(law)(x), posinf=0.0, neginf=0.0)
+    return jnp.hstack([law(x)[:, None], slopes])
 
 
 def _sobol(count: int, seed: int) -> np.ndarray:
@@ -127,12 +130,12 @@ def _typical(values: np.ndarray) -> np.ndarray:
     return np.where(middle > 0, middle, 1.0)
 
 
-def climb(search: Search, x: np.ndarray) -> np.ndarray:
-    """The best place that can be reached from x."""
+def climb(search: Search, x: np.ndarray, close: float = CLOSE) -> np.ndarray:
+    """The best place that can be reached from x, until a step changes the cost by less than `close`."""
     limits = {"type": "ineq", "fun": search.gaps, "jac": search.gap_slopes}
     found = minimize(
         search.cost, x, jac=search.cost_slope, bounds=Bounds(0.0, 1.0), method="SLSQP",
-        constraints=[limits] if search.sides else [], options={"ftol": 1e-12, "maxiter": 200},
+        constraints=[limits] if search.sides else [], options={"ftol": close, "maxiter": 200},
     )  # fmt: skip
     return np.clip(found.x, 0.0, 1.0)
 

@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 from scipy.integrate import quad, solve_ivp
 
-from fitting.designs.answer import model_text
+from fitting.designs.answer import answer, model_text
 from fitting.designs.file import read_design
-from fitting.designs.order import read_order
-from fitting.designs.words import describe
+from fitting.designs.order import DesignOrder, read_order
+from fitting.designs.words import describe, odds_in_words
 from fitting.errors import InputError
 from fitting.reading.model_file import read_model
 from fitting.reading.own_effects import library
@@ -31,7 +31,7 @@ from mckibben_jax.effects import (
 from mckibben_jax.merit import QUANTITIES, built
 from mckibben_jax.muscle import Muscle
 from mckibben_jax.pareto import Second, front
-from mckibben_jax.scatter import design_cautiously, odds, scatter_of
+from mckibben_jax.scatter import Odds, design_cautiously, odds, scatter_of
 
 MUSCLE = Muscle(length=0.3, radius=8e-3, braid_angle=np.radians(25.0), wall_thickness=1e-3, shear_modulus=0.54e6,
                 breaking_stress=28e6)  # fmt: skip
@@ -355,11 +355,30 @@ def test_a_front_runs_from_one_best_to_the_other():
 # Words and pictures --------------------------------------------------------------------------------------------------
 
 
+def test_where_one_design_is_best_in_both_that_is_said():
+    task = Task(MUSCLE, {"radius": RANGES["radius"]}, "force", {"contraction": 0.1, "pressure": BAR}, (), IDEAL)
+    found = answer(DesignOrder(task, {}, None, Second("gas_volume", {"contraction": 0.1})), {})
+    assert found.words.startswith("no trade-off: one design is best in force and in gas_volume")
+    assert float(found.first.muscle.radius) == pytest.approx(RANGES["radius"][1])
+
+
+def test_who_asked_for_a_chance_is_not_told_to():
+    found, fate = design(ALONE), Odds(1.0, 0.5, 1.5, (0.5,) * len(ALONE.constraints), 0.5, 10)
+    assert "ask for it" in odds_in_words(found, fate)
+    assert "ask for it" not in odds_in_words(found, fate, asked=True)
+
+
 def test_prices_are_told_in_bars_and_newtons():
-    words = describe(design(TASK))
-    assert re.search(r"one bar less of minimum_pressure_thin costs [\d.e+]+ N of force", words)
-    assert re.search(r"one bar more of burst_pressure costs [\d.e+]+ N of force", words)
-    assert re.search(r"one mm more of radius would bring [\d.e+]+ N of force", words)
+    """A price holds for a small part of a limit: of 1 bar for a tenth, of 5 bar for one."""
+    found = design(TASK)
+    words = describe(found)
+    told = [re.search(rf"{start} ([\d.e+]+) N of force", words) for start in (
+        "0.1 bar less of minimum_pressure_thin costs", "one bar more of burst_pressure costs",
+        "one mm more of radius would bring")]  # fmt: skip
+    prices = [*(c.multiplier for c in found.constraints[1:]), found.variables[1].multiplier]
+    for match, price, step in zip(told, prices, (0.1 * BAR, BAR, 1e-3), strict=True):
+        assert match
+        assert float(match[1]) == pytest.approx(price * step, rel=6e-3)
 
 
 def test_sensitivities_are_exponents():

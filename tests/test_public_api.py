@@ -144,12 +144,12 @@ OPTIONS = {
         "--own --quiet --seed --set --starts --test"
     ),
     "fit": (
-        "--baseline --define --effect-file --effects --fix --free --html --json --model --muscle --no-save "
-        "--own --quiet --save --seed --set --starts --test"
+        "--baseline --define --each --effect-file --effects --fix --free --html --json --model --muscle --no-save "
+        "--out --own --quiet --save --scheduler --seed --set --starts --test"
     ),
     "diagnose": (
-        "--baseline --candidates --define --effect-file --effects --fix --free --html --json --model --muscle "
-        "--own --propose --quiet --rivals --seed --set --test"
+        "--baseline --candidates --define --each --effect-file --effects --fix --free --html --json --model --muscle "
+        "--out --own --propose --quiet --rivals --scheduler --seed --set --test"
     ),
     "add": (
         "--baseline --define --effect-file --effects --fix --free --html --json --model --muscle --no-save "
@@ -188,7 +188,7 @@ OPTIONS = {
         "--contraction --effect-file --html --json --muscle --out --points --pressure --quiet --seed --to --without"
     ),
     "design": "--effect-file --html --json --picture --posterior --quiet --save --seed",
-    "sweep": "--effect-file --html --json --out --quiet --scheduler --seed",
+    "sweep": "--effect-file --html --json --out --quiet --scheduler --seed --to",
     "effects": "--effect-file --html --json --quiet --seed",
     "equations": "--html --json --quiet --seed",
     "cite": (

@@ -11,6 +11,7 @@ import time
 import numpy as np
 import pyarrow.parquet as pq
 import pytest
+import zarr
 from scipy.stats import qmc
 
 from fitting.designs.sweep import here, sweep
@@ -60,6 +61,9 @@ def order(folder, keep=BEST, space=SAMPLE, **changes):
 
 def table(found):
     """All that a sweep has written, as columns of numpy."""
+    if found.files[0].endswith(".zarr"):
+        group = zarr.open_group(found.folder / found.files[0], mode="r")
+        return {name: array[:] for name, array in group.arrays()}
     parts = [pq.read_table(found.folder / name) for name in found.files]
     return {name: np.concatenate([part[name].to_numpy() for part in parts]) for name in parts[0].column_names}
 
@@ -83,6 +87,30 @@ def test_a_grid_is_written_out_whole_and_in_order(tmp_path):
     np.testing.assert_allclose(rows["stroke"], stroke, rtol=1e-10)
     np.testing.assert_allclose(rows["work_J"], work, rtol=1e-10)
     np.testing.assert_array_equal(rows["feasible"], stroke >= 0.25)
+
+
+HISTOGRAM = 'histogram = { of = "work", bins = 30 }\n'
+
+
+@pytest.mark.parametrize("keep", [BEST, ALL])
+def test_zarr_holds_what_parquet_holds(tmp_path, keep):
+    ordered = order(tmp_path, keep, SAMPLE + HISTOGRAM)
+    parquet, other = (sweep(ordered, tmp_path / kind, piece=700, kind=kind) for kind in ("parquet", "zarr"))
+    mine, theirs = table(parquet), table(other)
+    assert mine.keys() == theirs.keys()
+    for name, column in mine.items():
+        assert column.dtype == theirs[name].dtype
+        np.testing.assert_array_equal(column, theirs[name])
+    for a, b in zip(parquet.tally, other.tally, strict=True):
+        np.testing.assert_array_equal(a, b)
+
+
+def test_a_piece_is_a_chunk_and_every_array_says_what_it_runs_over(tmp_path):
+    found = sweep(order(tmp_path, ALL), tmp_path / "out", piece=700, kind="zarr")
+    for _, array in zarr.open_group(found.folder / "designs.zarr", mode="r").arrays():
+        assert array.shape == (5000,)
+        assert array.chunks == (700,)
+        assert array.metadata.dimension_names == ("design",)
 
 
 def test_the_best_the_histogram_and_the_count_are_those_of_all(tmp_path):
@@ -168,19 +196,36 @@ def cut_after(count):
     return work
 
 
-@pytest.mark.parametrize("keep", [BEST, ALL])
-def test_a_sweep_that_was_cut_goes_on(tmp_path, keep, monkeypatch):
-    monkeypatch.setattr("fitting.designs.sweep.SAVE_EVERY", 0.0)
-    whole = sweep(order(tmp_path, keep), tmp_path / "whole", piece=500)
+@pytest.mark.parametrize(("keep", "kind"), [(BEST, "parquet"), (ALL, "parquet"), (ALL, "zarr")])
+def test_a_sweep_that_was_cut_goes_on(tmp_path, keep, kind, monkeypatch):
+    monkeypatch.setattr("fitting.designs.sweep_store.SAVE_EVERY", 0.0)
+    whole = sweep(order(tmp_path, keep), tmp_path / "whole", piece=500, kind=kind)
     with pytest.raises(Cut):
-        sweep(order(tmp_path, keep), tmp_path / "cut", work=cut_after(4), piece=500)
+        sweep(order(tmp_path, keep), tmp_path / "cut", work=cut_after(4), piece=500, kind=kind)
     (tmp_path / "cut" / ".part-000004.parquet.77").write_bytes(b"half")
-    rest = sweep(order(tmp_path, keep), tmp_path / "cut", piece=999)  # pieces keep the size that they began with
+    # pieces keep the size that they began with
+    rest = sweep(order(tmp_path, keep), tmp_path / "cut", piece=999, kind=kind)
     assert rest.computed == 5000 - 4 * 500
     for a, b in zip(whole.tally, rest.tally, strict=True):
         np.testing.assert_array_equal(a, b)
     for name, column in table(whole).items():
         np.testing.assert_array_equal(column, table(rest)[name])
+
+
+def test_a_zarr_piece_that_was_cut_between_its_columns_is_done_again(tmp_path):
+    whole = sweep(order(tmp_path, ALL), tmp_path / "whole", piece=500, kind="zarr")
+    with pytest.raises(Cut):
+        sweep(order(tmp_path, ALL), tmp_path / "cut", work=cut_after(4), piece=500, kind="zarr")
+    zarr.open_group(tmp_path / "cut" / "designs.zarr", mode="r+")["force_N"][2000:2500] = -1.0
+    rest = sweep(order(tmp_path, ALL), tmp_path / "cut", kind="zarr")
+    assert rest.computed == 3000
+    np.testing.assert_array_equal(table(whole)["force_N"], table(rest)["force_N"])
+
+
+def test_a_folder_keeps_the_format_that_it_began_with(tmp_path):
+    sweep(order(tmp_path, ALL), tmp_path / "out")
+    with pytest.raises(InputError, match=r"holds this sweep as parquet.*add --to parquet"):
+        sweep(order(tmp_path, ALL), tmp_path / "out", kind="zarr")
 
 
 def test_a_finished_sweep_is_not_done_again(tmp_path):
@@ -264,6 +309,40 @@ def test_a_cluster_loses_and_doubles_nothing_when_a_worker_is_killed(tmp_path, k
         np.testing.assert_array_equal(a, b)
     for name, column in table(whole).items():
         np.testing.assert_array_equal(column, table(shared)[name])
+
+
+MODEL = """format = 1
+[muscle]
+length = "300 mm"
+radius = "8 mm"
+braid_angle = "25 deg"
+[[effect]]
+name = "ideal_cylinder"
+[[effect]]
+name = "spring"
+define = "spring = -K*x, K = 500 N/m (0..9000)"
+K = "2000 N/m"
+"""
+ELSEWHERE = """
+import sys
+from fitting.designs.sweep_scheduler import do_piece
+print(do_piece(open(sys.argv[1], "rb").read(), 0, 1000, float("-inf")).scores[0].hex())
+"""
+
+
+def test_an_effect_that_a_line_defines_goes_along(tmp_path):
+    """A class that pickle takes apart forgets what its fields are, and the law would be another one."""
+    from fitting.cluster import packed
+
+    (tmp_path / "model.toml").write_text(MODEL)
+    model, muscle = 'file = "model.toml"', FILE.partition("[model]")[0]
+    ordered = order(tmp_path, BEST, SAMPLE, **{'effects = ["ideal_cylinder"]': model, muscle: "\n"})
+    (tmp_path / "order").write_bytes(packed(ordered))
+    ran = subprocess.run([sys.executable, "-c", ELSEWHERE, str(tmp_path / "order")], capture_output=True, text=True)
+    best = Engine(ordered.batch, 1000).tally(0).scores[0]
+    assert float.fromhex(ran.stdout.strip()) == best, ran.stderr
+    alone = order(tmp_path, BEST, SAMPLE).batch
+    assert best < Engine(alone, 1000).tally(0).scores[0]  # the spring takes its share
 
 
 def test_a_scheduler_that_does_not_answer_is_said(monkeypatch):

@@ -4,6 +4,7 @@ from typing import Any
 
 import click
 
+from fitting.console.each import asked_for_each, do_each, each_options
 from fitting.console.options import Command, candidate_options, data_argument, output_options, study_options
 from fitting.console.study import begin
 
@@ -13,9 +14,15 @@ from fitting.console.study import begin
 @study_options
 @candidate_options
 @click.option("--propose", is_flag=True, help="Propose a form for what no effect of the library explains.")
+@each_options
 @output_options
 def command(propose: bool, **given: Any) -> None:
-    """Say which effect is missing from the model, or that these data cannot say."""
+    """Say which effect is missing from the model, or that these data cannot say.
+
+    Several data sets are diagnosed together: they share the effects. With --each, every one is diagnosed on its own.
+    """
+    if asked_for_each(given):
+        return do_each(given | {"propose": propose}, "diagnose")
     study = begin(given)
     from fitting.console.diagnosing import candidates_of, diagnosed, following
     from fitting.diagnosis.proposal import proposal_in_words, proposal_result, proposed, require_sparse_regression

@@ -4,7 +4,16 @@ from typing import Any
 
 import click
 
-from fitting.console.options import Command, data_argument, fit_options, output_options, save_options, study_options
+from fitting.console.each import asked_for_each, do_each, each_options
+from fitting.console.options import (
+    Command,
+    data_argument,
+    fit_options,
+    output_options,
+    save_options,
+    shooting_option,
+    study_options,
+)
 from fitting.console.study import begin
 
 
@@ -12,10 +21,17 @@ from fitting.console.study import begin
 @data_argument
 @study_options
 @fit_options
+@shooting_option
 @save_options
+@each_options
 @output_options
 def command(**given: Any) -> None:
-    """Fit the model to the data: values with robust errors, bounds, and what can make up for what."""
+    """Fit the model to the data: values with robust errors, bounds, and what can make up for what.
+
+    Several data sets are fitted together: they share the effects. With --each, every one is fitted on its own.
+    """
+    if asked_for_each(given):
+        return do_each(given, "fit")
     study = begin(given)
     from fitting.compare import compare
     from fitting.console.saving import save

@@ -12,15 +12,19 @@ from fitting.console.options import Command, output_options
 from fitting.console.prepare import prepare
 from fitting.console.study import check_places, errors_for_machines, progress_bar
 
+PARQUET = "parquet"
+NEEDS = {PARQUET: "pyarrow", "zarr": "zarr"}  # the formats, and the package that writes each
+
 
 @click.command("sweep", cls=Command)
 @click.argument("spec", metavar="SPEC.toml")
 @click.option("--out", metavar="FOLDER", help="Where the files go; default: SPEC_sweep beside the file.")
+@click.option("--to", "kind", default=PARQUET, show_default=True, type=click.Choice(list(NEEDS)), help="Kind of files.")
 @click.option("--scheduler", metavar="ADDRESS", help="Dask scheduler whose workers share the work.")
 @click.option("--effect-file", metavar="FILE", help="Python file with effects of your own.")
 @output_options
 def command(
-    spec: str, out: str | None, scheduler: str | None, effect_file: str | None, quiet: bool, **given: Any
+    spec: str, out: str | None, kind: str, scheduler: str | None, effect_file: str | None, quiet: bool, **given: Any
 ) -> None:
     """Evaluate every design of a grid or sample that SPEC.toml describes; begun sweeps are gone on with."""
     _use_all_cores()
@@ -34,12 +38,12 @@ def command(
     from fitting.results import write_json
 
     with errors_for_machines(given["json"]):
-        _need_parquet()
+        _need_writer(kind)
         order = read_sweep(spec, library(effect_file))
         work = _work(scheduler, effect_file)
         folder = Path(out) if out else Path(spec).with_name(f"{Path(spec).stem}_sweep")
         with progress_bar("compiling", quiet) as told:
-            found = sweep(order, folder, work, told)
+            found = sweep(order, folder, work, told, kind=kind)
     words = describe(found)
     console(quiet).print(words, markup=False, highlight=False, soft_wrap=True)
     if given["json"]:
@@ -50,11 +54,12 @@ def command(
         write_words(given["html"], "Sweep", [words])
 
 
-def _need_parquet() -> None:
+def _need_writer(kind: str) -> None:
     from fitting.errors import InputError
 
-    if importlib.util.find_spec("pyarrow") is None:
-        raise InputError("a sweep writes Parquet, which needs pyarrow", cure="pip install 'mckibben-jax[sweep]'")
+    if importlib.util.find_spec(NEEDS[kind]) is None:
+        cure = "pip install 'mckibben-jax[sweep]'"
+        raise InputError(f"a sweep that writes {kind.capitalize()} needs {NEEDS[kind]}", cure=cure)
 
 
 def _use_all_cores() -> None:

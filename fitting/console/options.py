@@ -60,6 +60,7 @@ class Asked:
     effect_file: str | None = None
     define: tuple[str, ...] = ()
     starts: int = 8
+    shooting: int = 0
     save: str | None = None
     keep: bool = False
     seed: int = 0
@@ -112,6 +113,11 @@ candidate_options = _all(
 fit_options = _all(
     click.option("--starts", default=8, show_default=True, metavar="N", help="Places that the search begins from."),
 )
+
+shooting_option = click.option(
+    "--shooting", type=click.IntRange(0, 100), default=0, metavar="N",
+    help="Cut recorded motions into N stretches to find where the search begins; try 8 where a fit ends far off.",
+)  # fmt: skip
 
 save_options = _all(
     click.option("--save", metavar="FILE", help="Where the fitted model goes; default: model.toml beside the data."),

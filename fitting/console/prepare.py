@@ -15,6 +15,13 @@ def prepare() -> None:
     if not sys.warnoptions:
         warnings.simplefilter("ignore")  # what matters is said in the report
     jax.config.update("jax_enable_x64", True)
+    keep_compiled()
+
+
+def keep_compiled() -> None:
+    """Switch on the store of compiled code, which other processes use too."""
+    import jax
+
     place = cache_folder()
     if place is None:
         return

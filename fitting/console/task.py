@@ -41,6 +41,7 @@ class Task:
     library: dict[str, type[Effect]]
     starts: int
     seed: int
+    shooting: int = 0  # stretches of a motion, in search of where to begin
     priors: dict[str, Prior] = dataclasses.field(default_factory=dict)  # as model.toml states them
 
     @property
@@ -78,6 +79,7 @@ def task_of(asked: Asked) -> Task:
         library={**known, **{name_of(effect): type(effect) for effect in effects}},
         starts=max(asked.starts, 1),
         seed=asked.seed,
+        shooting=asked.shooting,
         priors=stored.priors if stored else {},
     )
     task = _with_settings(task, asked.settings)
@@ -111,6 +113,7 @@ def fitted(task: Task) -> Fit:
         start=task.known,
         starts=task.starts,
         seed=task.seed,
+        shooting=task.shooting,
     )
 
 

@@ -79,6 +79,8 @@ def answer(order: DesignOrder, draws: dict[str, np.ndarray], seed: int = 0) -> A
         designs: tuple[Design, ...] = tuple(front(task, order.second))
         first = next(iter(designs))
         shown = front_in_words(designs, order.second) if len(designs) > 1 else describe(first)
+        if len(designs) == 1 and first.outcome != "infeasible":
+            shown = f"no trade-off: one design is best in {task.objective} and in {order.second.quantity}\n{shown}"
         return Answer(order, designs, shown, to_json(first) | {"front": [to_json(one) for one in designs]})
     if not order.tolerances and not draws:
         found = design(task)
@@ -88,10 +90,10 @@ def answer(order: DesignOrder, draws: dict[str, np.ndarray], seed: int = 0) -> A
     task = task if order.chance is None else one_sided(task)
     fate = odds(task, found.muscle, scatter)
     told = {"uncertainty": dataclasses.asdict(fate) | {"chance": order.chance, "unit": found.unit}}
-    words = [describe(found), odds_in_words(found, fate)]
+    words = [describe(found), odds_in_words(found, fate, order.chance is not None)]
     if order.chance is not None:
-        apart = f"{100 * order.chance:g} % of normal ones"
-        words.insert(0, f"values are those that {apart} keep; the objective is the mean")
+        share = f"{100 * order.chance:g} % of the muscles made"
+        words.insert(0, f"values of limits are those that {share} keep, if normally spread; the objective is the mean")
     return Answer(order, (found,), "\n".join(words), to_json(found) | told)
 
 

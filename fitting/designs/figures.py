@@ -42,26 +42,25 @@ def to_scale(muscle: Muscle, contraction: float, pressure: float) -> "Figure":
     from matplotlib.figure import Figure
 
     length, shorter = float(muscle.length), float(muscle.length) * (1 - contraction)
-    wide = _outer(muscle, contraction)
-    half = 1.6 * max(wide, _outer(muscle, 0.0))
+    at_end = f"contracted {100 * contraction:.1f} % at {units.show(pressure, 'Pa')}"
+    views = ((0.0, length, "at rest"), (contraction, shorter, at_end))
+    halves = [1.2 * _outer(muscle, eps) + 0.06 * length for eps, _, _ in views]  # with room for the words above
+    whole = sum(halves)
     with rc_context(SETTINGS):
-        width = 7.0
-        height = width * 2 * (2 * half + 0.06 * length) / (1.36 * length)
-        figure = Figure(figsize=(width, max(height, 2.4)))
-        for row, (eps, title) in enumerate(
-            ((0.0, "at rest"), (contraction, f"contracted {100 * contraction:.1f} % at {units.show(pressure, 'Pa')}"))
-        ):
-            axes = figure.add_axes((0.0, 0.5 - 0.5 * row, 1.0, 0.5))
+        width, bottom = 7.0, 1.0
+        figure = Figure(figsize=(width, width * 2 * whole / (1.36 * length)))
+        for (eps, long, title), half in zip(views, halves, strict=True):
+            bottom -= half / whole
+            axes = figure.add_axes((0.0, bottom, 1.0, half / whole))
             _side_view(axes, muscle, eps)
-            angle = float(braid.angle(eps, muscle.braid_angle))
-            long, thick = units.show(shorter if row else length, "m"), units.show(2 * _outer(muscle, eps), "m")
-            size = f"{long} long, {thick} thick"
-            axes.text(0, half, f"{title}: {size}, braid {np.degrees(angle):.1f} deg", va="top", color=INK)
+            angle = np.degrees(float(braid.angle(eps, muscle.braid_angle)))
+            size = f"{units.show(long, 'm')} long, {units.show(2 * _outer(muscle, eps), 'm')} thick"
+            axes.text(0, half, f"{title}: {size}, braid {angle:.1f} deg", va="top", color=INK)
             axes.set_xlim(-0.18 * length, 1.18 * length)
-            axes.set_ylim(-half - 0.03 * length, half + 0.03 * length)
+            axes.set_ylim(-half, half)
             axes.set_aspect("equal")
             axes.axis("off")
-        _bar(figure.axes[1], length, -half)
+        _bar(figure.axes[1], length, -halves[1])
     return figure
 
 
@@ -90,6 +89,7 @@ def _side_view(axes: "Axes", muscle: Muscle, contraction: float) -> None:
 
 def _bar(axes: "Axes", length: float, low: float) -> None:
     size = 10.0 ** np.floor(np.log10(length / 2))
+    low += 0.01 * length
     axes.plot([length - size, length], [low, low], color=INK, linewidth=2)
     axes.text(length - size / 2, low, units.show(size, "m"), ha="center", va="bottom", color=INK)
 

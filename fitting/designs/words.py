@@ -1,5 +1,6 @@
 """A design in words: what it is worth, which limits hold it and what they cost, how sure it is."""
 
+import math
 from collections.abc import Sequence
 
 from fitting import units
@@ -14,7 +15,7 @@ ONE_MORE = {"Pa": ("bar", 1e5), "m": ("mm", 1e-3), "rad": ("degree", 0.017453292
             "m^3": ("millilitre", 1e-6), "kg": ("gram", 1e-3)}  # fmt: skip
 COUNTS = {"fatigue_cycles": ("thousand cycles", 1e3)}
 LITTLE = 1e-3  # of the objective: a price below is not worth a sentence
-STRONG = 0.05  # per cent per per cent
+FEW = 3  # of a unit in a limit: of less, no whole one is spoken of
 
 
 def describe(found: Design) -> str:
@@ -74,10 +75,16 @@ def _sentence(m: Met, found: Design, asked: bool) -> str:
     """Of a constraint what more of it costs; of a range what leaving it would bring."""
     lower = m.min is not None and (m.max is None or abs(m.value - m.min) < abs(m.value - m.max))
     name, size = COUNTS.get(m.quantity, ONE_MORE.get(m.unit, (m.unit, 1.0)))
-    worth = units.show(m.multiplier * size, found.unit, digits=3)
+    count = _how_many(abs(m.value) / size)
+    worth = units.show(m.multiplier * size * count, found.unit, digits=3)
     more = "more" if lower == asked else "less"
     does = "costs" if asked else "would bring"
-    return f"one {name} {more} of {m.quantity} {does} {worth} of {found.objective}"
+    return f"{'one' if count == 1 else f'{count:g}'} {name} {more} of {m.quantity} {does} {worth} of {found.objective}"
+
+
+def _how_many(units_in_limit: float) -> float:
+    """One of a unit, or as small a part (0.1, 0.01, ...) as is a small part of the limit: a price holds for no more."""
+    return 1.0 if units_in_limit <= 0 else 10.0 ** min(0, math.floor(math.log10(units_in_limit / FEW)))
 
 
 def sensitivities(found: Design) -> list[str]:
@@ -94,15 +101,15 @@ def sensitivities(found: Design) -> list[str]:
     return lines
 
 
-def odds_in_words(found: Design, fate: Odds) -> str:
-    """How the design fares among the muscles that come of it."""
+def odds_in_words(found: Design, fate: Odds, asked: bool = False) -> str:
+    """How the design fares among the muscles that come of it. `asked` where a chance was asked for already."""
     mean, low, high = (units.show(x, found.unit) for x in (fate.mean, fate.q05, fate.q95))
     lines = [f"as made: {found.objective} {mean} on average, {low} to {high} in nine of ten ({fate.draws} draws)"]
     lines += [f"  {100 * share:5.1f} % keep {m.quantity} ({_limits(m)})"
               for m, share in zip(found.constraints, fate.holds, strict=True)]  # fmt: skip
     if len(fate.holds) > 1:
         lines.append(f"  {100 * fate.all_hold:5.1f} % keep all of them")
-    if fate.holds and fate.all_hold < 0.9:
+    if fate.holds and fate.all_hold < 0.9 and not asked:
         lines.append('  for more, ask for it: [uncertainty] with chance = "95 %"')
     return "\n".join(lines)
 

@@ -1,0 +1,109 @@
+"""`--each` and `--scheduler`: many data sets, each fitted or diagnosed on its own, here or on a cluster."""
+
+import sys
+from pathlib import Path
+from typing import Any
+
+import click
+
+from fitting.console.options import Asked, _all
+from fitting.console.prepare import prepare
+from fitting.console.study import NOT_CONVERGED, check_places, errors_for_machines, progress_bar
+from fitting.errors import InputError
+
+each_options = _all(
+    click.option("--each", is_flag=True, help="Each data set on its own; 'line/*' in quotes means all in there."),
+    click.option("--scheduler", metavar="ADDRESS", help="The same on the workers of this Dask scheduler."),
+    click.option("--out", metavar="FOLDER", help="Where the results of --each go; default: ./each_COMMAND."),
+)
+
+
+def asked_for_each(given: dict[str, Any]) -> bool:
+    """Whether each data set is to be looked at on its own; takes out what only then has a meaning."""
+    wanted = given["each"] or given["scheduler"] is not None
+    if given["out"] and not wanted:
+        raise InputError("--out is where the results of --each go", value=given["out"], cure="add --each")
+    return wanted
+
+
+def do_each(given: dict[str, Any], command: str) -> None:
+    """Do a command with every data set on its own."""
+    prepare()
+    asked = Asked.of(given)
+    check_places(asked.json, asked.html)
+    from fitting.console.program import command_line
+    from fitting.each.run import each, on
+    from fitting.each.sets import data_sets
+    from fitting.each.work import Order
+    from fitting.report import console
+
+    with errors_for_machines(asked.json):
+        _refuse(given)
+        meant = data_sets(asked.data, single=asked.test is not None)
+        order = Order(command, given.get("candidates", ()), given.get("rivals", False), _code(asked), command_line())
+        work = None if given["scheduler"] is None else on(given["scheduler"])
+        place = Path(given["out"] or f"each_{command}")
+        with progress_bar("reading", asked.quiet) as told:
+            found = each(meant.sets, asked, order, place, work, told)
+    shown = _shown(found, meant.passed_by)
+    for part in shown:
+        console(asked.quiet).print(part)
+    _write(asked, found, shown)
+    sys.exit(_status(found))
+
+
+def _refuse(given: dict[str, Any]) -> None:
+    """What has no meaning for many data sets."""
+    for name, why in (("save", "models go into the folder of --out"), ("propose", "it needs a study of one data set")):
+        if given.get(name):
+            cure = f"leave --{name} out: {why}"
+            raise InputError(f"--{name} beside --each", value=given[name] if name == "save" else None, cure=cure)
+    if given["scheduler"] is not None and given["effect_file"] is not None:
+        cure = "write the effect as a line with --define, or leave out --scheduler"
+        raise InputError("--effect-file is not sent to the workers of a scheduler", given["effect_file"], cure=cure)
+
+
+def _code(asked: Asked) -> str:
+    if not asked.effect_file:
+        return ""
+    try:
+        return Path(asked.effect_file).read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError):
+        return ""  # whoever reads it next says so
+
+
+def _shown(found: Any, passed_by: int) -> list[Any]:
+    from fitting.each.folder import TABLE
+    from fitting.each.words import report
+    from fitting.report import headed
+
+    shown = report(found.sets, found.results)
+    if passed_by:
+        one = passed_by == 1
+        said = f"{passed_by} other{'' if one else 's'} that the pattern finds {'is' if one else 'are'} no data set"
+        shown.append(headed("NOTE", f"{said}: without muscle.toml"))
+    before = len(found.sets) - found.computed - sum("error" in result for result in found.results)
+    known = f"; {before} {'was' if before == 1 else 'were'} there already" if before > 0 else ""
+    return [*shown, headed("WRITTEN", f"{found.place}: {TABLE}, and the files of each data set{known}")]
+
+
+def _write(asked: Asked, found: Any, shown: list[Any]) -> None:
+    from fitting.each.words import row
+    from fitting.results import write_json
+
+    if asked.json:
+        rows = [{"data_set": one.name, "path": one.path, "outcome": row(one, result)["outcome"], "result": result}
+                for one, result in zip(found.sets, found.results, strict=True)]  # fmt: skip
+        write_json(asked.json, {"folder": str(found.place), "computed": found.computed, "data_sets": rows})
+    if asked.html:
+        from fitting.showing.page import write_words
+
+        write_words(asked.html, f"{len(found.sets)} data sets, each on its own", shown)
+
+
+def _status(found: Any) -> int:
+    """2 where nothing could be used, 3 where something could not or did not converge."""
+    if all("error" in result for result in found.results):
+        return 2
+    done = all("error" not in result and result.get("converged", True) for result in found.results)
+    return 0 if done else NOT_CONVERGED

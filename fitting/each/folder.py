@@ -1,0 +1,93 @@
+"""The folder that the results of many data sets go into: for each a JSON file and a model, and one table of all.
+
+The JSON file of a data set comes last and whole; it says under which order, from which data, it came about. So what is
+there counts once, and is done again only where the order, the data or the program changed.
+"""
+
+import dataclasses
+import hashlib
+import json
+import os
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from fitting.console.program import program_version
+from fitting.console.task import Task
+from fitting.each.sets import DataSet
+from fitting.each.work import Found, Order
+from fitting.errors import InputError
+from fitting.results import write_json
+from mckibben_jax.effect import name_of
+from mckibben_jax.muscle import quantities
+from mckibben_jax.parameter import parameters
+
+TABLE = "table.csv"
+IN_OTHER_WORDS = ("experiments", "effects", "library", "origin")  # parts of a task that a mark tells otherwise
+
+
+def mark(order: Order, task: Task) -> str:
+    """What makes a result the same: the data, the model with its values, what may vary, the program."""
+    effects = {name_of(e): {p.name: float(getattr(e, p.name)) for p in parameters(e)} for e in task.effects}
+    lines = {name: getattr(kind, "line", None) for name, kind in task.library.items()}
+    sizes = [{name: None if (v := getattr(e.muscle, name)) is None else float(v) for name in quantities()}
+             for e in task.experiments]  # fmt: skip
+    told = {f.name: getattr(task, f.name) for f in dataclasses.fields(task) if f.name not in IN_OTHER_WORDS}
+    parts = [order.command, order.candidates, order.rivals, order.code, [e.sha256 for e in task.experiments], sizes,
+             effects, lines, told, program_version()]  # fmt: skip
+    return hashlib.sha256(json.dumps(parts, sort_keys=True, default=repr).encode()).hexdigest()
+
+
+class Folder:
+    """Results on disk, by the name of the data set."""
+
+    def __init__(self, place: Path):
+        self.place = place
+        try:
+            place.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            cure = "name another folder with --out"
+            raise InputError(f"no folder can be made: {error.strerror}", place, cure=cure) from None
+
+    def known(self, one: DataSet, mark: str) -> dict[str, Any] | None:
+        """What came of a data set, if that was under the same order."""
+        try:
+            told = json.loads(self._path(one, ".json").read_text(encoding="utf-8"))
+        except (OSError, ValueError):  # not there, or not ours
+            return None
+        return told["result"] if isinstance(told, dict) and told.get("order") == mark and "result" in told else None
+
+    def write(self, one: DataSet, mark: str | None, found: Found) -> None:
+        """Keep what came of a data set; one that could not be used carries no mark, and is tried again."""
+        model = self._path(one, ".toml")
+        if found.model:
+            self._replace(model, found.model)
+        else:
+            model.unlink(missing_ok=True)  # of another order
+        order = None if found.failed else mark
+        new = self._new(self._path(one, ".json"))
+        write_json(str(new), {"data_set": one.name, "path": one.path, "order": order, "result": found.result})
+        os.replace(new, self._path(one, ".json"))
+
+    def write_table(self, rows: Sequence[Mapping[str, Any]]) -> None:
+        """The table of all data sets."""
+        import pandas as pd
+
+        self._replace(self.place / TABLE, pd.DataFrame(list(rows)).to_csv(index=False))
+
+    def _path(self, one: DataSet, ending: str) -> Path:
+        return self.place / f"{one.name}{ending}"
+
+    @staticmethod
+    def _new(path: Path) -> Path:
+        return path.with_name(f".{path.name}.{os.getpid()}")
+
+    def _replace(self, path: Path, text: str) -> None:
+        new = self._new(path)
+        try:
+            new.write_text(text, encoding="utf-8")
+            os.replace(new, path)
+        except OSError as error:
+            new.unlink(missing_ok=True)
+            cure = "make room, or name another folder with --out; the same command then goes on"
+            raise InputError(f"the file cannot be written: {error.strerror}", path, cure=cure) from None
