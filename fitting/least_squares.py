@@ -1,143 +1,23 @@
 """Fit what may vary to what was measured: optimistix, in a box, from several starts in one compiled call."""
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-import optimistix as optx
-from jaxtyping import ArrayLike
 from scipy.stats import qmc
 
 from fitting.precision import require_x64
 from fitting.residuals import Problem, Samples, problem
-from fitting.solving.box import BoxLevenbergMarquardt
+from fitting.solving.search import Ended, Solved, Subset, rows_and_slopes, solve
 from fitting.solving.uncertainty import at_bound, clusters, covariances, ties
 from fitting.solving.unknowns import Unknowns, unknowns
 
 BLIND = 1e-7  # of the strongest column: a parameter whose whole range moves the rows by less cannot be seen
-MAX_STEPS = 150
-
-
-class Subset(eqx.Module):
-    """One fit among many that share a compiled function: which effects are there, which numbers are free.
-
-    Where `turned` is not 0, that many switches stand behind the unknowns in `full` and may be free like them: the
-    slopes along them are the signatures of missing effects.
-    """
-
-    full: jax.Array  # every unknown
-    free: jax.Array  # positions of those that vary
-    switches: jax.Array
-    live: jax.Array
-    lower: jax.Array  # of every unknown
-    upper: jax.Array
-    logarithmic: jax.Array
-    turned: int = eqx.field(static=True, default=0)
-
-    def vector(self, place: jax.Array) -> jax.Array:
-        """All unknowns, from the free ones' places in the unit box."""
-        lower, upper, log = self.lower[self.free], self.upper[self.free], self.logarithmic[self.free]
-        low, high = jnp.where(log, lower, 1.0), jnp.where(log, upper, 1.0)
-        straight = lower + place * (upper - lower)
-        return self.full.at[self.free].set(jnp.where(log, low * (high / low) ** place, straight))
-
-    def point(self, place: jax.Array) -> tuple[jax.Array, jax.Array]:
-        """All unknowns, and all switches."""
-        whole = self.vector(place)
-        return (whole[: -self.turned], whole[-self.turned :]) if self.turned else (whole, self.switches)
-
-    def place(self, vector: jax.Array) -> jax.Array:
-        """The inverse of `vector`."""
-        x, lower, upper = vector[self.free], self.lower[self.free], self.upper[self.free]
-        log = self.logarithmic[self.free]
-        low, high, at = jnp.where(log, lower, 1.0), jnp.where(log, upper, 2.0), jnp.where(log, x, 1.0)
-        straight = (x - lower) / (upper - lower)
-        return jnp.clip(jnp.where(log, jnp.log(at / low) / jnp.log(high / low), straight), 0.0, 1.0)
-
-    def slope(self, place: jax.Array) -> jax.Array:
-        """d(free unknowns)/d(place)."""
-        return jax.jvp(self.vector, (place,), (jnp.ones_like(place),))[1][self.free]
-
-
-@jax.jit
-def rows_and_slopes(given: Problem, subset: Subset, place: jax.Array) -> tuple[jax.Array, jax.Array]:
-    """All rows and their Jacobian (rows, free) with respect to the free unknowns' places in the unit box.
-
-    Tangents are pushed forward together, once; `jax.linearize` would store every step of every scan.
-    """
-
-    def rows(at: jax.Array) -> jax.Array:
-        return given.rows(*subset.point(at), subset.live)
-
-    one = lambda tangent: jax.jvp(rows, (place,), (tangent,))  # noqa: E731
-    return jax.vmap(one, out_axes=(None, 1))(jnp.eye(place.size))
-
-
-def _with_slopes(evaluate: Callable) -> Callable:
-    """The rows as a function of (problem, subset, place) whose derivative is the slopes that came with them."""
-
-    @jax.custom_jvp
-    def rows(given: Problem, subset: Subset, place: jax.Array) -> jax.Array:
-        return evaluate(given, subset, place)[0]
-
-    @rows.defjvp
-    def _(primals, tangents):  # type: ignore[no-untyped-def]
-        value, slopes = evaluate(*primals)
-        return value, slopes @ tangents[2]
-
-    return rows
-
-
-class Ended(eqx.Module):
-    """Where one search ended: place in the unit box, half the sum of squares, and whether it converged."""
-
-    place: jax.Array
-    cost: jax.Array
-    converged: jax.Array
-    steps: jax.Array
-
-
-class Solved(eqx.Module):
-    """Every search's end (leading axis: starts), and rows and slopes at the best of them."""
-
-    ends: Ended
-    place: jax.Array
-    cost: jax.Array
-    rows: jax.Array
-    slopes: jax.Array
-
-
-@eqx.filter_jit
-def solve(
-    given: Problem, subset: Subset, starts: jax.Array, steps: int = MAX_STEPS, look: ArrayLike = False
-) -> Solved:
-    """Search from each start (starts, free) in turn; a loop over starts, for on a CPU it beats a batch of solvers.
-
-    `look`, which may be traced, ends each search at its start: rows and slopes there, without another compilation. Only
-    the best point's rows and slopes are kept, so that memory does not grow with the number of starts.
-    """
-
-    def one(best: tuple, start: jax.Array) -> tuple[tuple, Ended]:
-        solver = BoxLevenbergMarquardt(jnp.zeros_like(start), jnp.ones_like(start), look=look)
-        fn = lambda at, args: rows(*args, at)  # noqa: E731
-        found = optx.least_squares(fn, solver, start, args=(given, subset), max_steps=steps, throw=False)
-        info = found.state.f_info  # type: ignore[attr-defined]
-        cost = 0.5 * jnp.sum(info.residual**2)
-        cost = jnp.where(jnp.isfinite(cost), cost, jnp.inf)
-        end = Ended(found.value, cost, found.result == optx.RESULTS.successful, found.stats["num_steps"])
-        mine = (found.value, cost, info.residual, info.jac.as_matrix())
-        return jax.tree.map(lambda a, b: jnp.where(cost < best[1], b, a), best, mine), end
-
-    # python runs through the model once, however often the solver looks at its derivatives
-    rows = _with_slopes(eqx.filter_closure_convert(rows_and_slopes, given, subset, starts[0]))
-    count = sum(block.keep.size for block in given.blocks) + given.prior_at.size
-    free = starts.shape[1]
-    nowhere = (starts[0], jnp.asarray(jnp.inf), jnp.full(count, jnp.nan), jnp.full((count, free), jnp.nan))
-    best, ends = jax.lax.scan(one, nowhere, starts)
-    return Solved(ends, *best)
+FAR = 5.0  # times the noise: motions so far off call for a better search, or for a better model
+COARSE = 4  # times longer steps of integration while a search looks around
+LOOKS = 4  # places at which to see whether the data can see a parameter
 
 
 @dataclass(frozen=True)
@@ -247,11 +127,13 @@ def fit(
     start: dict[str, float] | None = None,
     starts: int = 8,
     seed: int = 0,
+    shooting: int = 0,
 ) -> Fit:
     """Fit a set of effects to data sets.
 
     `experiments` from `read_experiment`, `effects` as instances whose values are where the search starts. `fix` and
     `free` name parameters; `own` those that each data set has for itself; `start` gives other starting values (SI).
+    `shooting` cuts every recorded motion into so many stretches to find where the search had better begin.
     """
     require_x64()
     layout = unknowns(experiments, effects, own)
@@ -260,7 +142,8 @@ def fit(
     for name, value in (start or {}).items():
         if name in layout.names:
             vector[layout.names.index(name)] = value
-    return fit_problem(layout, given, samples, vector, free_names(layout, fix, free), starts=starts, seed=seed)
+    names = free_names(layout, fix, free)
+    return fit_problem(layout, given, samples, vector, names, starts=starts, seed=seed, shooting=shooting)
 
 
 def fit_problem(
@@ -272,17 +155,48 @@ def fit_problem(
     *,
     starts: int = 8,
     seed: int = 0,
+    shooting: int = 0,
 ) -> Fit:
     """Fit the named unknowns of a problem that is laid out already."""
     asked = tuple(names)
     if not asked:
         return _evaluated(layout, given, samples, vector)
-    names = seen(given, subset_of(layout, vector, asked), asked) if asked else ()
+    names = _seen_somewhere(layout, given, vector, asked, seed)
     held = tuple(name for name in asked if name not in names)
+    if not names:
+        return replace(_evaluated(layout, given, samples, vector), held=held)
     subset = subset_of(layout, vector, names)
-    begin = starting_places(layout, subset, names, starts, seed)
-    found = jax.tree.map(np.asarray, solve(given, subset, jnp.asarray(begin)))
-    return _conclude(layout, given, samples, subset, names, held, found, begin)
+    begin, told = starting_places(layout, subset, names, starts, seed), ""
+    search = given.coarser(COARSE)
+    if shooting > 1:
+        from fitting.solving.shooting import begun_by_shooting  # diffrax is only needed where something moves
+
+        begin = begun_by_shooting(search, subset, begin, shooting)
+        told = f"multiple shooting, {shooting} stretches a run, from {starts} starts; from its best ends "
+    none = np.zeros(len(begin), bool)
+    found = jax.tree.map(np.asarray, solve(search, subset, jnp.asarray(begin), look=none))
+    ends, moves = found.ends, any(block.steps for block in given.blocks)
+    if moves and np.isfinite(found.cost):
+        # the best end goes on with short steps; the others only look, so that nothing is compiled again
+        again = jnp.asarray(np.broadcast_to(found.place, begin.shape))
+        looked = np.arange(len(begin)) > 0
+        found = jax.tree.map(np.asarray, solve(given, subset, again, look=looked))
+        found = replace(found, ends=replace(found.ends, converged=found.ends.converged & ~looked))
+    fit = _conclude(layout, given, samples, subset, names, held, found)
+    doubts = _doubts(fit, ends) if moves and not told else ()
+    return replace(fit, starts=told + _told(ends), failures=(*_failures(given, subset, samples, ends, begin), *doubts))
+
+
+def _seen_somewhere(
+    layout: Unknowns, given: Problem, vector: np.ndarray, asked: tuple[str, ...], seed: int
+) -> tuple[str, ...]:
+    """Those that the data can see, at the start or, as where a muscle is stuck there, at other places to begin from."""
+    subset = subset_of(layout, vector, asked)
+    found = set(seen(given, subset, asked))
+    if len(found) < len(asked) and any(block.steps for block in given.blocks):
+        for place in starting_places(layout, subset, asked, LOOKS, seed)[1:]:
+            found |= set(seen(given, replace(subset, full=subset.vector(jnp.asarray(place))), asked))
+    return tuple(name for name in asked if name in found)
 
 
 def _evaluated(layout: Unknowns, given: Problem, samples: Samples, vector: np.ndarray) -> Fit:
@@ -303,7 +217,6 @@ def _conclude(
     names: tuple[str, ...],
     held: tuple[str, ...],
     found: Solved,
-    begin: np.ndarray,
 ) -> Fit:
     place = jnp.asarray(found.place)
     rows, slopes = np.asarray(found.rows), np.asarray(found.slopes)
@@ -326,7 +239,7 @@ def _conclude(
         tied=ties(names, slopes),
         converged=bool(np.any(found.ends.converged & _best(found.ends)) or _flat(rows, slopes, np.asarray(place))),
         starts=_told(found.ends),
-        failures=_failures(given, subset, samples, found.ends, begin),
+        failures=(),
     )
 
 
@@ -348,6 +261,19 @@ def _told(found: Ended) -> str:
 def _best(found: Ended) -> np.ndarray:
     """Which searches ended as low as the best."""
     return np.asarray(found.cost <= np.min(found.cost) * (1 + 1e-4) + 1e-6)
+
+
+def _doubts(fit: Fit, found: Ended) -> tuple[str, ...]:
+    """Motions that are missed by far: by a model that lacks something, or by a search that was caught on its way."""
+    moving = np.array([block.steps > 0 for block in fit.problem.blocks])[fit.samples.recording]
+    off = float(np.sqrt(np.mean((fit.residual / fit.samples.sigma)[moving] ** 2)))
+    if not off > FAR:
+        return ()
+    reached = f"{int(np.sum(_best(found)))} of {len(found.cost)} starts ended there"
+    return (
+        f"the motions are missed by {off:.0f} times their noise, and {reached}: the model lacks something, or the "
+        "search was caught in a poor neighbourhood. --shooting 8 tells which",
+    )
 
 
 def _failures(given: Problem, subset: Subset, samples: Samples, found: Ended, begin: np.ndarray) -> tuple[str, ...]:

@@ -1,6 +1,6 @@
 """One residual function for everything: least squares, sampling and diagnosis all see the same whitened rows."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields, replace
 
 import equinox as eqx
@@ -38,9 +38,10 @@ class Block(eqx.Module):
     position: str = eqx.field(static=True)
     dataset: int = eqx.field(static=True)
     of_force: bool = eqx.field(static=True)
-    steps: int = eqx.field(static=True, default=0)
+    steps: int = eqx.field(static=True, default=0)  # of integration, that there is room for
     test: str = eqx.field(static=True, default="loop")
     start: jax.Array | None = None  # (runs,), m; where a run begins in which the position is measured
+    taken: jax.Array | None = None  # steps of integration that are taken
 
     def predict(self, model: Model) -> jax.Array:
         """What the instrument would show at every sample, (runs, time), N or m."""
@@ -58,7 +59,11 @@ class Block(eqx.Module):
 
     def residual(self, model: Model) -> jax.Array:
         """Model minus measurement in standard deviations, only where there is weight; 0 where sigma is infinite."""
-        rows = (self.predict(model) - self.measured) / self.sigma
+        return self.whitened(self.predict(model))
+
+    def whitened(self, shown: jax.Array) -> jax.Array:
+        """What the instrument shows minus the measurement in standard deviations, only where there is weight."""
+        rows = (shown - self.measured) / self.sigma
         return jnp.where(jnp.isinf(self.sigma), 0.0, rows).reshape(-1)[self.keep]
 
 
@@ -81,6 +86,15 @@ class Problem(eqx.Module):
         models = [self.model(d, vector, switches, live) for d in range(len(self.templates))]
         return jnp.concatenate([block.residual(models[block.dataset]) for block in self.blocks])
 
+    @property
+    def count(self) -> int:
+        """How many rows there are, those of the priors included."""
+        return sum(block.keep.size for block in self.blocks) + self.prior_at.size
+
+    def directions(self, size: int) -> tuple[jax.Array, Callable[[jax.Array], jax.Array]]:
+        """Tangents along which rows are differentiated, and all slopes from those along them."""
+        return jnp.eye(size), lambda slopes: slopes
+
     def split(self, rows: np.ndarray) -> list[np.ndarray]:
         """Rows of the measurements, block by block."""
         return np.split(rows, np.cumsum([block.keep.size for block in self.blocks])[:-1])
@@ -92,6 +106,11 @@ class Problem(eqx.Module):
             sigma = block.sigma.reshape(-1).at[block.keep].multiply(jnp.where(jnp.asarray(mask), LIGHT, 1.0))
             blocks.append(replace(block, sigma=sigma.reshape(block.sigma.shape)))
         return replace(self, blocks=tuple(blocks))
+
+    def coarser(self, times: float) -> "Problem":
+        """The same problem with so many times fewer steps of integration, without another compilation."""
+        fewer = (replace(b, taken=None if b.taken is None else jnp.ceil(b.taken / times)) for b in self.blocks)
+        return replace(self, blocks=tuple(fewer))
 
     def prior_rows(self, vector: jax.Array) -> jax.Array:
         """The rows of the normal priors, behind those of the measurements."""
@@ -163,7 +182,7 @@ def _block(recording: Recording, dataset: int, length: float) -> Block:
     )
     loads = [_pad(run.load, size) for run in runs if run.load is not None]
     load = jnp.asarray(np.stack(loads)) if loads else zero
-    of_force = recording.test in FORCE_TESTS
+    of_force, steps = recording.test in FORCE_TESTS, steps_of(recording)
     return Block(
         states,
         stacked["measured"],
@@ -174,9 +193,10 @@ def _block(recording: Recording, dataset: int, length: float) -> Block:
         recording.position,
         dataset,
         of_force,
-        0 if of_force else _padded(steps_of(recording)),
+        _padded(steps) if steps else 0,
         recording.test,
         None if of_force else jnp.asarray(starts(recording)),
+        jnp.asarray(float(steps)) if steps else None,
     )
 
 
@@ -226,7 +246,7 @@ def _joined(parts: list[Samples]) -> Samples:
 def thinned(experiment: Experiment, about: int) -> Experiment:
     """The experiment with about this many weighted samples: every k-th, and every turning point and end."""
     weighted = sum(float(run.weight.sum()) for rec in experiment.recordings for run in rec.runs)
-    stride = int(np.ceil(weighted / about))
+    stride = _one_figure(weighted / about)
     if stride < 2:
         return experiment
     recordings = tuple(
@@ -234,6 +254,12 @@ def thinned(experiment: Experiment, about: int) -> Experiment:
         for rec in experiment.recordings
     )
     return replace(experiment, recordings=recordings)
+
+
+def _one_figure(share: float) -> int:
+    """Rounded up to one figure: what is sampled ten times as densely then keeps the same places."""
+    tens = 10 ** max(int(np.floor(np.log10(max(share, 1.0)))), 0)
+    return int(tens * np.ceil(share / tens - 1e-9))
 
 
 def _every(run: Run, stride: int) -> Run:

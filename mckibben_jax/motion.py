@@ -13,6 +13,7 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jaxtyping import ArrayLike
 from scipy import constants
 
 from mckibben_jax.friction_step import Law, push
@@ -39,12 +40,27 @@ class Motion(eqx.Module):
     finite: jax.Array
 
 
+class Nodes(NamedTuple):
+    """Where a run is begun anew, for multiple shooting: after how many steps, at which contraction and rate (1/s).
+
+    What the effects remember is carried across.
+    """
+
+    step: jax.Array
+    contraction: jax.Array
+    rate: jax.Array
+
+
 class Moved(NamedTuple):
-    """A run: contraction and rate (1/s) at the times asked for, and whether every number in it was finite."""
+    """A run: contraction and rate (1/s) at the times asked for, and whether every number in it was finite.
+
+    `gaps` are the contraction and rate in which each stretch misses the node that it leads to, None without nodes.
+    """
 
     contraction: jax.Array
     rate: jax.Array
     finite: jax.Array
+    gaps: tuple[jax.Array, jax.Array] | None = None
 
 
 class Rig(eqx.Module):
@@ -150,41 +166,71 @@ class StickSlip(dfx.AbstractSolver):
 
 
 def moved(
-    model: Model, states: State, load: Any, start: Any, *, steps: int, since: Any = None, mass: Any = None,
-    solver: dfx.AbstractSolver | None = None,
+    model: Model, states: State, load: Any, start: Any, *, steps: Any, since: Any = None, mass: Any = None,
+    solver: dfx.AbstractSolver | None = None, nodes: Nodes | None = None, room: int | None = None,
 ) -> Moved:  # fmt: skip
     """How a muscle moves a load, at the times of `states`, under their pressure (straight between the samples).
 
     It stands at contraction `start` until `since` (s; the first sample if None) and is free from then on. `load` in N
     and `mass` in kg, one number or one per sample; mass is load/g + moving mass if None. `steps` even steps lead to the
-    last time. Times that repeat do no harm.
+    last time; they may be traced where there is `room` for that many. Times that repeat do no harm. At `nodes` the
+    muscle is put elsewhere.
     """
     since = states.time[0] if since is None else since
     load, start, since = (jnp.asarray(value, dtype=float) for value in (load, start, since))
     mass = load / constants.g + model.muscle.moving_mass if mass is None else jnp.asarray(mass, dtype=float)
-    return _moved(model, states.time, states.pressure, load, mass, start, since, steps, solver or StickSlip())
+    pushed, solver = (states.time, states.pressure, load, mass), solver or StickSlip()
+    if room is None:
+        return _moved(model, *pushed, start, since, None, steps, solver, nodes)
+    return _moved(model, *pushed, start, since, jnp.asarray(steps, dtype=float), room, solver, nodes)
 
 
 @eqx.filter_jit
 def _moved(
     model: Model, time: jax.Array, pressure: jax.Array, load: jax.Array, mass: jax.Array, start: jax.Array,
-    since: jax.Array, steps: int, solver: dfx.AbstractSolver,
+    since: jax.Array, fewer: jax.Array | None, room: int, solver: dfx.AbstractSolver, nodes: Nodes | None,
 ) -> Moved:  # fmt: skip
-    rig = _rig(model, time, (pressure, load, mass), since, steps)
+    steps = room if fewer is None else fewer
+    rig = _rig(model, time, (pressure, load, mass), since, steps, room)
     term = dfx.ODETerm(lambda k, motion, rig: rig.change(k, motion))
     first = _at_rest(rig, start)
 
-    def advance(carry: tuple[Motion, Any], k: jax.Array) -> tuple[tuple[Motion, Any], tuple[jax.Array, jax.Array]]:
-        motion, _, _, state, _ = solver.step(term, k, k + 1, carry[0], rig, carry[1], made_jump=False)
-        return (motion, state), (motion.contraction, motion.rate)
+    def advance(carry: tuple[Motion, Any], k: jax.Array) -> tuple[tuple[Motion, Any], tuple[Any, Any]]:
+        begun = carry[0] if nodes is None else _begun(carry[0], nodes, k)
+        motion, _, _, state, _ = solver.step(term, k, k + 1, begun, rig, carry[1], made_jump=False)
+        return (motion, state), (_place(motion), None if nodes is None else _place(begun))
+
+    def advance_if_asked(carry: tuple[Motion, Any], k: jax.Array) -> tuple[tuple[Motion, Any], tuple[Any, Any]]:
+        stays = _place(carry[0])
+        stay = lambda carry, _: (carry, (stays, None if nodes is None else stays))  # noqa: E731
+        return jax.lax.cond(k < steps, advance, stay, carry, k)
 
     # diffrax's solvers, stepped by hand: even steps need no controller, whose loop costs 1.3 to 2 times as much
     carry = (first, solver.init(term, jnp.zeros(()), jnp.ones(()), first, rig))
-    (last, _), later = jax.lax.scan(advance, carry, jnp.arange(steps, dtype=float))
-    contraction, rate = jax.tree.map(lambda a, b: jnp.concatenate([a[None], b]), (first.contraction, first.rate), later)
+    follow = advance if fewer is None else advance_if_asked
+    (last, _), (ends, begins) = jax.lax.scan(follow, carry, jnp.arange(room, dtype=float))
+    if begins is None:
+        begins = jax.tree.map(lambda a, b: jnp.concatenate([a[None], b[:-1]]), _place(first), ends)
     k = jnp.clip((time - rig.begin) / rig.step, 0, steps)
-    contraction, rate = _between(contraction, rate * rig.step, k)
-    return Moved(contraction, rate / rig.step, last.finite == 1)
+    contraction, rate = _between(begins, ends, rig.step, k)
+    return Moved(contraction, rate, last.finite == 1, None if nodes is None else _gaps(ends, nodes))
+
+
+def _place(motion: Motion) -> tuple[jax.Array, jax.Array]:
+    return motion.contraction, motion.rate
+
+
+def _begun(motion: Motion, nodes: Nodes, k: jax.Array) -> Motion:
+    """The motion, put where a node says if there is one before step k."""
+    here = nodes.step == k
+    there = (jnp.sum(jnp.where(here, value, 0.0)) for value in (nodes.contraction, nodes.rate))
+    place = tuple(jnp.where(jnp.any(here), new, old) for new, old in zip(there, _place(motion), strict=True))
+    return eqx.tree_at(lambda m: (m.contraction, m.rate), motion, place)
+
+
+def _gaps(ends: tuple[jax.Array, jax.Array], nodes: Nodes) -> tuple[jax.Array, jax.Array]:
+    before = nodes.step.astype(int) - 1
+    return ends[0][before] - nodes.contraction, ends[1][before] - nodes.rate
 
 
 def released(model: Model, states: State, load: Any, start: Any = 0.0, *, steps: int) -> jax.Array:
@@ -221,10 +267,12 @@ def _imposed(times: Any, pressure: Any) -> State:
     return State(jnp.zeros_like(time), jnp.broadcast_to(jnp.asarray(pressure, dtype=float), time.shape), time=time)
 
 
-def _rig(model: Model, time: jax.Array, imposed: tuple[jax.Array, ...], begin: jax.Array, steps: int) -> Rig:
+def _rig(
+    model: Model, time: jax.Array, imposed: tuple[jax.Array, ...], begin: jax.Array, steps: ArrayLike, room: int
+) -> Rig:
     step = jnp.maximum(time[-1] - begin, 0.0) / steps
     step = jnp.where(step > 0, step, 1.0)  # nothing is asked of a run without duration but where it begins
-    grid = begin + step * jnp.arange(steps + 1)
+    grid = begin + step * jnp.arange(room + 1)
     pressure, load, mass = (jnp.broadcast_to(each, time.shape) for each in imposed)
     waiting = jnp.minimum(time, begin)
     whole = jnp.concatenate([waiting, grid])
@@ -260,10 +308,12 @@ def _on_grid(values: jax.Array, k: jax.Array) -> tuple[jax.Array, jax.Array]:
     return values[first] + (k - first) * change, change
 
 
-def _between(values: jax.Array, slopes: jax.Array, k: jax.Array) -> tuple[jax.Array, jax.Array]:
-    """Cubic Hermite interpolation on a grid of step 1: value and slope at k."""
-    first = jnp.clip(jnp.floor(k).astype(int), 0, len(values) - 2)
-    a, p, q, s = values[first], slopes[first], slopes[first + 1], k - first
-    rise = values[first + 1] - a
+def _between(
+    begins: tuple[jax.Array, jax.Array], ends: tuple[jax.Array, jax.Array], step: jax.Array, k: jax.Array
+) -> tuple[jax.Array, jax.Array]:
+    """Place and rate at k steps: cubic Hermite interpolation between the begin and the end (place, rate) of each."""
+    first = jnp.clip(jnp.floor(k).astype(int), 0, len(ends[0]) - 1)
+    (a, p), (b, q) = ((place[first], rate[first] * step) for place, rate in (begins, ends))
+    s, rise = k - first, b - a
     square, cube = 3 * rise - 2 * p - q, p + q - 2 * rise
-    return a + s * (p + s * (square + s * cube)), p + s * (2 * square + 3 * s * cube)
+    return a + s * (p + s * (square + s * cube)), (p + s * (2 * square + 3 * s * cube)) / step

@@ -128,15 +128,16 @@ def test_the_motion_itself_gives_hills_numbers(tmp_path):
     from fitting.console.options import Asked
     from fitting.console.task import task_of
     from fitting.releases.hill import motions
-    from fitting.simulate import loaded_courses, write_data_set
+    from fitting.simulate import release_courses, write_data_set
     from mckibben_jax.effects import CoulombFriction, Hill, IdealCylinder
     from mckibben_jax.model import model
     from mckibben_jax.muscle import Muscle
 
     truth = model(Muscle(0.3, 7e-3, np.radians(20)), IdealCylinder(), CoulombFriction(), Hill(0.25, 0.6))
-    courses = loaded_courses([5e5], [150.0, 300.0, 450.0, 600.0], 0.4, 250.0)
+    courses = release_courses([5e5], [150.0, 300.0, 450.0, 600.0], 0.4, 250.0)
     write_data_set(tmp_path / "hill", truth, "quick release", courses, 5e-5, 0)
-    found = motions(task_of(Asked(data=(str(tmp_path / "hill"),), starts=2)))
+    task = task_of(Asked(data=(str(tmp_path / "hill"),), starts=2))
+    found = motions(task, curves(task.experiments))
     (curvature, error), (b, b_error) = found.direct.values()
     assert abs(curvature - 0.25) < 4 * error + 0.01
     assert abs(b - 0.6) < 4 * b_error + 0.02

@@ -1,5 +1,6 @@
 """Fits against closed forms, scipy and the independent simulator."""
 
+from argparse import Namespace
 from dataclasses import replace
 
 import jax.numpy as jnp
@@ -13,7 +14,7 @@ from scipy.optimize import least_squares
 from fitting.least_squares import fit
 from fitting.recordings import read_experiment
 from fitting.solving.box import BoxLevenbergMarquardt
-from fitting.solving.uncertainty import covariances, ties
+from fitting.solving.uncertainty import clusters, covariances, ties
 from mckibben_jax.effects import CoulombFriction, EndStop, ForceOffset, IdealCylinder, Presliding, Tip
 
 
@@ -43,7 +44,7 @@ def test_box_step_finds_what_scipy_finds(upper):
 
 
 def test_covariance_of_a_straight_line():
-    """The textbook formula, and cluster-robust errors that equal White's where every sample is its own cluster."""
+    """The textbook formula, and robust errors that are those of leaving out each sample where each is a cluster."""
     rng = np.random.default_rng(0)
     x = np.linspace(0, 1, 50)
     design = np.stack([np.ones_like(x), x], axis=1)
@@ -52,9 +53,28 @@ def test_covariance_of_a_straight_line():
     plain, robust = covariances(design, rows, np.zeros((0, 2)), np.arange(x.size))
     expected = np.linalg.inv(design.T @ design) * np.sum(rows**2) / (x.size - 2)
     np.testing.assert_allclose(plain, expected, rtol=1e-9)
-    bread = np.linalg.inv(design.T @ design)
-    white = bread @ (design.T * rows**2) @ design @ bread * x.size / (x.size - 1)
-    np.testing.assert_allclose(robust, white, rtol=1e-9)
+    whole = np.linalg.lstsq(design, y, rcond=None)[0]
+    without = [np.linalg.lstsq(np.delete(design, i, 0), np.delete(y, i), rcond=None)[0] - whole for i in range(x.size)]
+    left_out = np.transpose(without) @ without
+    assert np.all(np.diag(left_out) > np.diag(plain))  # here; where it is not, independent samples' errors stand
+    np.testing.assert_allclose(robust, left_out, rtol=1e-9)
+
+
+def test_errors_shared_by_a_run_widen_the_error_and_shared_errors_never_narrow_it():
+    """Twelve runs of two loops with an offset each: clusters are runs, and the mean is as uncertain as twelve say."""
+    rng = np.random.default_rng(1)
+    run, loop = np.repeat(np.arange(12), 20), np.tile(np.repeat([0, 1], 10), 12)
+    number = clusters(Namespace(run=run, loop=loop))
+    assert number.max() + 1 == 12
+    assert clusters(Namespace(run=run[:100], loop=loop[:100])).max() + 1 == 10  # few runs: loops
+    offsets = rng.standard_normal(12)
+    rows = 0.1 * rng.standard_normal(240) + offsets[run]
+    rows -= rows.mean()
+    plain, robust = covariances(np.ones((240, 1)), rows, np.zeros((0, 1)), number)
+    assert np.sqrt(robust[0, 0]) == pytest.approx(np.std(offsets, ddof=1) / np.sqrt(12), rel=0.15)
+    alternating = np.tile([1.0, -1.0], 120)
+    plain, robust = covariances(np.ones((240, 1)), alternating, np.zeros((0, 1)), number)
+    np.testing.assert_allclose(robust, plain)
 
 
 def test_a_prior_enters_the_covariance():

@@ -188,7 +188,7 @@ def test_a_general_method_agrees_where_there_is_no_dry_friction():
 
 def test_the_step_serves_diffrax_as_any_other():
     imposed = tuple(jnp.asarray(value) for value in (PRESSURE, 200.0, 200.0 / G))
-    rig = motion._rig(rubbing(RAYON), jnp.asarray(TIMES), imposed, jnp.zeros(()), 1000)
+    rig = motion._rig(rubbing(RAYON), jnp.asarray(TIMES), imposed, jnp.zeros(()), 1000, 1000)
     solution = dfx.diffeqsolve(
         dfx.ODETerm(lambda k, y, rig: rig.change(k, y)),
         motion.StickSlip(),

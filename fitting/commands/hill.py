@@ -4,7 +4,14 @@ from typing import Any
 
 import click
 
-from fitting.console.options import Command, data_argument, fit_options, output_options, study_options
+from fitting.console.options import (
+    Command,
+    data_argument,
+    fit_options,
+    output_options,
+    shooting_option,
+    study_options,
+)
 from fitting.console.study import begin
 
 
@@ -12,6 +19,7 @@ from fitting.console.study import begin
 @data_argument
 @study_options
 @fit_options
+@shooting_option
 @click.option("--no-motion", is_flag=True, help="Only the curve of speeds; fit no model to the recorded motion.")
 @output_options
 def command(no_motion: bool, **given: Any) -> None:
@@ -20,9 +28,9 @@ def command(no_motion: bool, **given: Any) -> None:
     from fitting.releases.hill import curves, motions
     from fitting.releases.words import hill_report, hill_result
 
-    with study.working("reading speeds"):
+    with study.working("reading speeds, fitting motions"):
         found = curves(study.task.experiments)
-        moved = None if no_motion else motions(study.task)
+        moved = None if no_motion else motions(study.task, found)
     study.write(hill_result(found, moved))
     shown = hill_report(found, moved)
     study.print(shown)

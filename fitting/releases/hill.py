@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
+import jax.numpy as jnp
 import numpy as np
 from scipy.optimize import curve_fit
 from scipy.signal import savgol_filter
@@ -31,6 +32,9 @@ LEAST_TRAVEL = 1e-4  # m
 BENT = 0.001  # of the travel: a stretch that leaves its straight line by more, rms, is no longer straight
 SAME = 2.0  # standard errors
 WORSE = 2.0  # times the misfit: a curve that fits so much worse is not the one
+STARTS = 4  # of the fit to the motion, which begins from what is known
+FADED = 90.0  # m/s: Hill's b at which the force is next to nothing
+FAR = 1.5  # times the noise: there is something left for viscosity to explain
 READ = 0.01  # of a speed: no reading of a straight part is better
 
 
@@ -256,12 +260,28 @@ def curves(experiments: Sequence[Experiment]) -> tuple[Curves, ...]:
     return tuple(found)
 
 
-def motions(task: Task) -> Motions:
-    """The task's model without and with Hill's viscous force, fitted to the releases."""
+def motions(task: Task, read: Sequence[Curves]) -> Motions:
+    """The task's model without and with Hill's viscous force, fitted to the releases.
+
+    The model with Hill's force begins where the one without it ends, the force as faint as its range allows (which is
+    not absence: some 10 N at 1 m/s and 900 N); where the other leaves more than noise, also from the numbers `read` off
+    the speeds.
+    """
     experiments = releases(task.experiments)
-    options: dict[str, Any] = {"fix": task.fix, "free": task.free, "own": task.own, "starts": task.starts,
-                               "seed": task.seed}  # fmt: skip
+    options: dict[str, Any] = {"fix": task.fix, "free": task.free, "own": task.own, "seed": task.seed,
+                               "shooting": task.shooting}  # fmt: skip
     dry_effects = [effect for effect in task.effects if not isinstance(effect, VISCOUS_BASELINE)]
-    dry = fit(experiments, dry_effects, start=task.known, **options)
-    viscous = merged(dry_effects, [VISCOUS_BASELINE()])
-    return Motions(dry, fit(experiments, viscous, start={**task.known, **dry.values}, **options))
+    dry = fit(experiments, dry_effects, start=task.known, starts=min(task.starts, STARTS), **options)
+    curve = read[0].hill
+    begins = [(curve.curvature, FADED)]
+    begins += [(curve.curvature, curve.b)] if _off(dry) > FAR else []
+    viscous = []
+    for curvature, b in begins:
+        effects = merged(dry_effects, [VISCOUS_BASELINE(jnp.asarray(curvature), jnp.asarray(b))])
+        viscous.append(fit(experiments, effects, start={**task.known, **dry.values}, starts=1, **options))
+    return Motions(dry, min(viscous, key=lambda each: each.rmse))
+
+
+def _off(found: Fit) -> float:
+    """By how many times its noise a fit misses what was measured, rms."""
+    return float(np.sqrt(np.mean((found.residual / found.samples.sigma) ** 2)))

@@ -55,12 +55,12 @@ def _motion(motions: Motions) -> list[RenderableType]:
         f"{name} = {units.show(value, entries[name].unit)} +/- {units.show(error, entries[name].unit)}"
         for name, (value, error) in motions.direct.items()
     )
-    better = motions.errors[1] < motions.errors[0] / 2
-    verdict = "the motion asks for drag that grows with speed" if better else "hardly better, no need of viscosity"
-    return [
-        headed("MOTION", f"Fitted to the positions themselves: {', '.join(values)}."),
-        headed("", f"{dry} rms without viscosity, {viscous} with it: {verdict}."),
-    ]
+    told = f"Fitted to the positions, a model without viscosity misses them by {dry} rms, one with it by {viscous}: "
+    if motions.errors[1] > motions.errors[0]:
+        return [headed("MOTION", told + "Hill's force, even at its faintest, is more than this motion bears.")]
+    if motions.errors[1] > motions.errors[0] / 2:
+        return [headed("MOTION", told + "no need of viscosity, and a/F0 and b of that fit mean nothing.")]
+    return [headed("MOTION", told + f"it asks for drag that grows with speed. {', '.join(values)}.")]
 
 
 def _table(curves: Sequence[Curves]) -> RenderableType:

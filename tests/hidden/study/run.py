@@ -25,6 +25,7 @@ from .cases import Case, chosen, is_pilot, plan, turn
 
 Work = Callable[[Case, dict[str, float], bool], dict[str, Any]]
 Limits = dict[tuple[str, str], dict[str, float]]  # of a noise and a protocol: effect -> N
+CASES = 60  # after which a process is replaced: compiled programs of every shape pile up to gigabytes
 
 
 def study(
@@ -92,7 +93,7 @@ def pool(workers: int):
     """Processes that start afresh (compiled code does not survive a fork), stopped at once if the study is."""
     from pebble import ProcessPool
 
-    working = ProcessPool(max_workers=workers, initializer=prepared, context=get_context("spawn"))
+    working = ProcessPool(workers, CASES, initializer=prepared, context=get_context("spawn"))
     try:
         yield working
         working.close()
