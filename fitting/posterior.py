@@ -8,13 +8,14 @@ Prior: as stated in model.toml, normal for values with `+/-` in muscle.toml, els
 parameter (in the parameter, also where a search goes in its logarithm).
 
 What no sampler can see is a wrong model: a stable chain around a wrong value. So the spread that is robust to whatever
-a loop shares stands beside, and the test that nothing is missing decides whether intervals are called calibrated.
+a loop or a run shares stands beside, and the test that nothing is missing decides whether intervals are called calibrated.
 """
 
 import hashlib
 import json
 import time
 from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -25,13 +26,15 @@ from fitting.errors import InputError
 from fitting.least_squares import Fit
 from fitting.precision import require_x64
 from fitting.records import Experiment
+from fitting.sampling.evaluation import log_probs
 from fitting.sampling.moves import MOVES, Snooker
 from fitting.sampling.noise import PARTS
+from fitting.sampling.posing import posed
 from fitting.sampling.priors import Prior
 from fitting.sampling.record import Posterior, describe, effective_samples, save, settled, to_json
 from fitting.sampling.said import concluded
 from fitting.sampling.store import Arrays, Store
-from fitting.sampling.target import Posed, log_probs, posed
+from fitting.sampling.target import Posed
 
 ROWS = 4000  # readings that are enough; more are thinned
 ENSEMBLES = 4  # walkers of one ensemble are not independent chains, ensembles are
@@ -39,7 +42,7 @@ SPREAD = 2.0  # standard deviations of the mode over which walkers start: wider 
 STRIDE, PATIENCE = 50, 2.0  # steps, and seconds, between looks at the clock
 WARM_UP = 150  # steps from which the shape of the posterior is learnt; not kept
 FIRST_CHECK = 200  # steps before the first look at the chains
-RULES = "1"  # of sampling: chains grown under other rules are not gone on with
+RULES = "2"  # of sampling: chains grown under other rules are not gone on with
 
 Progress = Callable[[int, float], None]
 __all__ = ["Posterior", "Snooker", "describe", "sample", "save", "store_for", "to_json"]
@@ -70,9 +73,10 @@ def sample(
     `again`. `progress` is told the steps taken and the effective samples so far. The same seed gives the same
     posterior, unless time ran out.
     """
+    deadline = time.monotonic() + limit_s
     what = begun(fit, experiments, rows, priors, noise)
     count = walkers or max(32, 2 * (2 * len(what.names) // 2 + 1))
-    plan = _Plan(seed, count, max(ensembles, 2), max_steps, time.monotonic() + limit_s, limit_s, progress)
+    plan = _Plan(seed, count, max(ensembles, 2), max_steps, deadline, limit_s, progress)
     store = None if chains is None else store_for(chains, what, experiments, plan.rules)
     if store and again:
         store.forget()
@@ -110,6 +114,7 @@ def store_for(path: str, what: Posed, experiments: Sequence[Experiment], rules: 
         "ends": [f"{value:.9g}" for end in (subset.lower, subset.upper) for value in np.asarray(end)[subset.free]],
         "priors": {name: [p.kind, f"{p.first:.9g}", f"{p.second:.9g}"] for name, p in what.priors.items()},
         "noise": [len(noise.lower), *PARTS],
+        "steps": [block.steps for block in what.target.problem.blocks],
     }
     return Store(Path(path), hashlib.sha256(json.dumps(known, sort_keys=True).encode()).hexdigest()[:32])
 
@@ -185,13 +190,23 @@ def _grown(
         begun, taken = time.monotonic(), min(stride, check - steps)
         for sampler in walkers:
             sampler.reset()
-        together = zip(walkers, at, strict=True)
-        at = [sampler.run_mcmc(place, taken, skip_initial_state_check=True) for sampler, place in together]
+        at = _run(walkers, at, taken, what.target.moves)
         parts.append(np.stack([np.asarray(sampler.get_chain()) for sampler in walkers]))
         steps += taken
         if store:
             store.append(len(parts), {"chain": parts[-1], **_states(walkers)})
         stride = int(np.clip(PATIENCE * taken / (time.monotonic() - begun), 4, STRIDE))
+
+
+def _run(
+    walkers: Sequence[emcee.EnsembleSampler], at: Sequence[emcee.State], steps: int, apart: bool
+) -> list[emcee.State]:
+    """Each ensemble some steps further; in threads of their own where a density takes long to compute."""
+    one = lambda sampler, place: sampler.run_mcmc(place, steps, skip_initial_state_check=True)  # noqa: E731
+    if not apart:
+        return list(map(one, walkers, at))
+    with ThreadPoolExecutor(len(walkers)) as pool:
+        return list(pool.map(one, walkers, at))
 
 
 def _sampler(what: Posed, plan: _Plan, which: tuple[int, int], block: Arrays | None) -> emcee.EnsembleSampler:

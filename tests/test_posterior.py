@@ -5,15 +5,18 @@ from argparse import Namespace
 from pathlib import Path
 
 import emcee
+import jax
 import numpy as np
 import pytest
 from scipy import stats
 
 from fitting.errors import InputError
 from fitting.least_squares import fit
-from fitting.posterior import Snooker, describe, sample, save, to_json
+from fitting.posterior import Snooker, begun, describe, sample, save, to_json
 from fitting.records import Experiment, Recording, Run
+from fitting.sampling.evaluation import slopes_at
 from fitting.sampling.noise import chosen, noise_of_rows
+from fitting.sampling.posing import _slim
 from mckibben_jax.effects import BladderNeoHookean, CoulombFriction, ForceOffset, IdealCylinder
 from mckibben_jax.model import model
 from mckibben_jax.muscle import Muscle
@@ -235,6 +238,26 @@ def test_thinning_keeps_the_noise_and_widens_what_is_independent():
     assert after.median == pytest.approx(before.median, rel=0.2)
     ratio = thin.parameters["force_offset.F_off"].sd / whole.parameters["force_offset.F_off"].sd
     assert ratio == pytest.approx(np.sqrt(whole.readings / thin.readings), rel=0.15)
+
+
+def test_slopes_by_differences_are_the_slopes():
+    """Of a wandering point near the mode, against jax's own derivative."""
+    found, _ = straight_line()
+    target = begun(found).target
+    z = np.array([0.3, -0.7, 0.4])
+    exact = np.asarray(jax.jacfwd(target.log_prob)(z))
+    np.testing.assert_allclose(slopes_at(target, z).all, exact, atol=2e-3)
+
+
+def test_readings_of_a_motion_stay_when_loops_are_thinned():
+    loop = loops(IdealCylinder(), count=120, repeats=3).recordings[0]
+    run = dataclasses.replace(loop.runs[0], load=np.full(len(loop.runs[0]), 100.0), time=loop.runs[0].time / 1e3)
+    release = Recording("release.csv", "quick release", (run,), 1e-4)
+    both = dataclasses.replace(loops(IdealCylinder()), recordings=(release, loop))
+    slim = _slim(both, {True: 1.0, False: 0.2})
+    assert [rec.test for rec in slim.recordings] == ["quick release", "loop"]
+    assert len(slim.recordings[0].runs[0]) == len(run)
+    assert len(slim.recordings[1].runs[0]) < 0.4 * len(loop.runs[0])
 
 
 def test_nothing_to_sample():

@@ -50,16 +50,16 @@ def predicted(posterior: Posterior) -> "Figure":
     with _style():
         for number, band in enumerate(shown):
             axes = figure.add_subplot(rows, columns, number + 1)
-            _band(axes, band)
+            _band(axes, band, len({band.file for band in shown}) > 1)
             if number % columns == 0:
-                axes.set_ylabel(f"measured - predicted [{'N' if band.unit == 'N' else 'mm'}]")
+                axes.set_ylabel(f"misfit [{'N' if band.unit == 'N' else 'mm'}]")
             if number >= len(shown) - columns:
                 axes.set_xlabel("reading")
         figure.tight_layout(pad=0.4, h_pad=0.6, w_pad=0.6)
     return figure
 
 
-def _band(axes: "Axes", band: Band) -> None:
+def _band(axes: "Axes", band: Band, of_several: bool) -> None:
     size = 1.0 if band.unit == "N" else 1e-3
     thin = slice(None, None, max(1, len(band.position) // MOST_POINTS))
     at, middle = band.position[thin], band.middle[thin]
@@ -70,7 +70,8 @@ def _band(axes: "Axes", band: Band) -> None:
     axes.plot(at[out], measured[out], ".", color=VERMILION, markersize=2.5, markeredgewidth=0)
     axes.axhline(0, color=INK, linewidth=0.5)
     name = band.name if band.name.startswith("run") else f"run {band.name}"
-    axes.set_title(f"{name}: {100 * band.inside:.0f} % inside", loc="left", fontsize=8.5, pad=3)
+    name = f"{band.file.removesuffix('.csv')}, {name}" if of_several else name
+    axes.set_title(f"{name}: {100 * band.inside:.0f} % inside", loc="left", fontsize=6.5 if of_several else 8.5, pad=3)
     axes.locator_params(nbins=4)
 
 

@@ -116,7 +116,9 @@ class Chosen:
             words.append(f"{100 * at['remembered']:.0f} % fades over {at['memory']:.3g} readings (AR(1))")
         if "run" in at:
             words.append(f"{100 * at['run']:.0f} % is shared by a run")
-        return f"noise of {label}: {', '.join(words)}, the rest white; chosen from the residual by BIC"
+        white = (1 - at.get("run", 0.0)) * (1 - at.get("remembered", 0.0))
+        rest = ", the rest white" if white >= 0.005 else ""
+        return f"noise of {label}: {', '.join(words)}{rest}; chosen from the residual by BIC"
 
 
 def chosen(rows: np.ndarray, samples: Samples, parts: Sequence[tuple[str, ...]] | None = None) -> tuple[Chosen, ...]:

@@ -42,7 +42,7 @@ def posterior_sections(posterior: Posterior) -> list[Section]:
     )
     words = (
         "Median and the interval that holds 90 % of the posterior. Contraction: how much of the prior's variance the "
-        "data took away. Robust: if all errors that a loop shares are allowed for.",
+        "data took away. Robust: if errors that a run (where runs are few, a loop) shares are allowed for.",
     )
     note = "Sensitivity: how far a sharper or wider prior would move the parameter; above 0.05 the prior has a say."
     return [

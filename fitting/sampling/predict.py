@@ -6,8 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from fitting.records import Experiment
+from fitting.sampling.evaluation import parts_at
 from fitting.sampling.noise import PARTS
-from fitting.sampling.target import Posed, rows_at
+from fitting.sampling.target import Posed
 
 DRAWS = 200
 LEVELS = (0.05, 0.5, 0.95)
@@ -40,7 +41,7 @@ def bands(what: Posed, z: np.ndarray, random: np.random.Generator, experiments: 
     """The band of each run, from some of the draws z (draws, coordinates)."""
     some = z[random.choice(len(z), DRAWS, replace=len(z) < DRAWS)]
     samples = what.samples
-    model = rows_at(what.target, some) * samples.sigma + samples.measured
+    model = parts_at(what.target, some).rows * samples.sigma + samples.measured
     shown = model + random.standard_normal(model.shape) * _sizes(what, some) * samples.sigma
     low, middle, high = np.quantile(shown, LEVELS, axis=0)
     inner = np.quantile(model, LEVELS, axis=0)

@@ -11,11 +11,11 @@ import numpy as np
 from fitting.least_squares import Fit
 from fitting.posterior import begun
 from fitting.records import Experiment
+from fitting.sampling.evaluation import log_probs
 from fitting.sampling.moves import TAILS, around_mode, log_around_mode
 from fitting.sampling.priors import Prior
 from fitting.sampling.record import Posterior, arviz
 from fitting.sampling.said import concluded
-from fitting.sampling.target import log_probs
 
 DRAWS, BATCH = 4000, 100
 KHAT, ENOUGH = 0.7, 400.0

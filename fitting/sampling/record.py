@@ -219,6 +219,8 @@ def notes(fit: Fit, what: Posed, cut: tuple[str, ...]) -> tuple[str, ...]:
             f"thinned from {len(fit.samples)} to {len(what.samples)} readings: where errors are independent this "
             "widens the intervals"
         )
+    if what.integration:
+        told.append(what.integration)
     loops = len(np.unique(clusters(what.samples)))
     if loops < FEW_LOOPS:
         told.append(f"{loops} loops only: the robust error says little")

@@ -12,6 +12,7 @@ from fitting.diagnosis.working_noise import noise_from
 from fitting.least_squares import Fit
 from fitting.records import Experiment
 from fitting.residuals import Samples
+from fitting.sampling.evaluation import prior_curvature, slopes_at
 from fitting.sampling.predict import bands
 from fitting.sampling.record import (
     Draws,
@@ -24,7 +25,7 @@ from fitting.sampling.record import (
     quantities,
     unsettled,
 )
-from fitting.sampling.target import Posed, prior_curvature, slopes_at
+from fitting.sampling.target import Posed
 from fitting.solving.uncertainty import clusters
 
 GATED = 3500  # readings that the test for anything missing looks at, as in a diagnosis

@@ -6,30 +6,55 @@ import numpy as np
 
 from fitting.residuals import Samples
 
+ENOUGH_RUNS = 8  # fewer say too little about what runs share
+ALONE = 0.9  # of what is known of a direction: a cluster that gives so much cannot be judged by the others
+
 
 def clusters(samples: Samples) -> np.ndarray:
-    """Number of the closed loop that each row belongs to: neighbours within a loop err together."""
+    """Number of the cluster that each row belongs to, in which errors are alike: its run; its closed loop where runs
+    are few."""
+    runs = np.unique(samples.run, return_inverse=True)[1]
+    if runs.max(initial=-1) + 1 >= ENOUGH_RUNS:
+        return runs
     return np.unique(np.stack([samples.run, samples.loop]), axis=1, return_inverse=True)[1]
 
 
 def covariances(
     data: np.ndarray, rows: np.ndarray, priors: np.ndarray, cluster: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Covariance of the free parameters: as if samples were independent, and robust to errors shared in a cluster."""
+    """Covariance of the free parameters: as if samples were independent, and robust to errors shared in a cluster.
+
+    The robust one is what leaving out each cluster in turn would give (CR3: Bell & McCaffrey 2002); the plain sandwich
+    is too small where clusters are few. No parameter's variance is below that of independent samples.
+    """
     freedom = max(len(rows) - data.shape[1], 1)
-    variance = np.sum(rows**2) / freedom
+    variance = max(np.sum(rows**2) / freedom, 1e-30)  # of rows that fit exactly
     known = priors.T @ priors
-    bread = _inverse(data.T @ data / variance + known)
-    count = cluster.max() + 1 if len(cluster) else 1
-    scores = np.zeros((count, data.shape[1]))
-    np.add.at(scores, cluster, data * (rows / variance)[:, None])
-    meat = scores.T @ scores * (count / max(count - 1, 1)) + known
-    return bread, bread @ meat @ bread
+    root = _root_of_inverse(data.T @ data / variance + known)  # coordinates in which the first covariance is 1
+    scores, shares = _by_cluster(data @ root / np.sqrt(variance), rows / np.sqrt(variance), cluster)
+    strength, along = np.linalg.eigh(shares)
+    grown = np.einsum("gji,gj->gi", along, scores) / (1 - np.clip(strength, 0.0, ALONE))
+    left_out = np.einsum("gij,gj->gi", along, grown)
+    plain = root @ root.T
+    robust = root @ (left_out.T @ left_out + root.T @ known @ root) @ root.T
+    lacking = np.sqrt(np.maximum(1 - np.diag(robust) / np.maximum(np.diag(plain), 1e-300), 0.0))
+    return plain, robust + plain * np.outer(lacking, lacking)
 
 
-def _inverse(matrix: np.ndarray) -> np.ndarray:
+def _by_cluster(slopes: np.ndarray, rows: np.ndarray, cluster: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Gradient (clusters, p) and curvature (clusters, p, p) of each cluster."""
+    order = np.argsort(cluster, kind="stable")
+    parts = np.split(order, np.flatnonzero(np.diff(cluster[order])) + 1)
+    gradient = np.stack([slopes[part].T @ rows[part] for part in parts])
+    return gradient, np.stack([slopes[part].T @ slopes[part] for part in parts])
+
+
+def _root_of_inverse(matrix: np.ndarray) -> np.ndarray:
+    """R with R R^T the inverse, without directions of which nothing is known."""
     scale = 1 / np.sqrt(np.maximum(np.diag(matrix), 1e-300))
-    return np.linalg.pinv(matrix * np.outer(scale, scale), rcond=1e-14, hermitian=True) * np.outer(scale, scale)
+    strength, along = np.linalg.eigh(matrix * np.outer(scale, scale))
+    seen = strength > 1e-14 * strength.max(initial=0.0)
+    return scale[:, None] * along * np.where(seen, 1 / np.sqrt(np.where(seen, strength, 1.0)), 0.0)
 
 
 def at_bound(names: Sequence[str], place: np.ndarray) -> tuple[str, ...]:
