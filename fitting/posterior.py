@@ -8,7 +8,8 @@ Prior: as stated in model.toml, normal for values with `+/-` in muscle.toml, els
 parameter (in the parameter, also where a search goes in its logarithm).
 
 What no sampler can see is a wrong model: a stable chain around a wrong value. So the spread that is robust to whatever
-a loop or a run shares stands beside, and the test that nothing is missing decides whether intervals are called calibrated.
+a loop or a run shares stands beside, and the test that nothing is missing decides whether intervals are called
+calibrated.
 """
 
 import hashlib
