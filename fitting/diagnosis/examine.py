@@ -119,19 +119,15 @@ class Examiner:
 
         What the bases that know no effect reject is rejected, and needs no candidates (unless `limits` are wanted).
         """
-        samples, noise, both = self.world.samples, self.noise(trial), (apart.together(trial), self.yielding(trial))
-        test = lambda columns: flips.test(  # noqa: E731
-            trial.rows, *both, columns, self.basis, samples, self.units, noise, self.seed, limits
-        )
-        names, signatures = [], np.zeros((len(samples), 0))
-        verdict = None if limits else test(signatures)
+        names, signatures = [], np.zeros((len(self.world.samples), 0))
+        verdict = None if limits else self._tested(trial, signatures)
         if verdict is None or not verdict.rejected:
             names, signatures = self._columns(trial, fitted)
-            verdict = test(signatures)
+            verdict = self._tested(trial, signatures, limits)
         in_newtons = self.world.in_newtons
         beside = apart.together(trial).beside(signatures) * self.world.samples.sigma[:, None]
         rms = np.sqrt(np.mean(beside[in_newtons] ** 2, axis=0))
-        noise = float(verdict.floor * np.sqrt(np.mean(self.world.samples.sigma[in_newtons] ** 2)))
+        noise = verdict.floor * float(np.sqrt(np.mean(self.world.samples.sigma[in_newtons] ** 2)))
         return Standing(verdict, tuple(names), rms, verdict.floor, noise, self._why_not(added, trial, verdict))
 
     def against(self, trial: Trial, rivals: Sequence[tuple[frozenset[str], Trial]]) -> float:
@@ -146,9 +142,13 @@ class Examiner:
         seen = wanted[:, left**2 > INVISIBLE * np.maximum(size**2, 1e-300)]
         if not seen.shape[1]:
             return 1.0
-        samples, noise, both = self.world.samples, self.noise(trial), (apart.together(trial), self.yielding(trial))
-        verdict = flips.test(trial.rows, *both, seen, self.basis, samples, self.units, noise, self.seed, False)
-        return float(verdict.p_effects.min())
+        return float(self._tested(trial, seen).p_effects.min())
+
+    def _tested(self, trial: Trial, columns: np.ndarray, limits: bool = False) -> flips.Verdict:
+        """The test of a fitted set along these columns (rows, q)."""
+        same, own, noise = apart.together(trial), self.yielding(trial), self.noise(trial)
+        given = trial.rows, same, own, columns, self.basis, self.world.samples, self.units, noise, self.seed, limits
+        return flips.test(*given)
 
     def _why_not(self, added: frozenset[str], trial: Trial, verdict: flips.Verdict) -> str:
         if verdict.rejected:
