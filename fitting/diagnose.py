@@ -6,7 +6,6 @@ tested the same way; those that stand are a confidence set for the explanation. 
 
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import replace
 
 import numpy as np
 from threadpoolctl import threadpool_limits
@@ -20,6 +19,7 @@ from fitting.diagnosis.universe import Trial, Universe, universe
 from fitting.errors import InputError
 from fitting.least_squares import fit
 from fitting.precision import require_x64
+from fitting.reading.inverse_dynamics import as_force
 from fitting.records import FORCE_TESTS, Experiment
 from fitting.residuals import thinned
 from fitting.solving.uncertainty import clusters, covariances
@@ -77,6 +77,7 @@ def searched(
     base = min(base, world.fit(frozenset(world.base), start), key=lambda trial: trial.cost)
     with one_thread():
         search = Search(world, base, Examiner(world, base, seed), baseline, told)
+        search.moving_only = not any(r.test in FORCE_TESTS for e in experiments for r in e.recordings)
         search.notes = (*set_aside, *(note for e in light for r in e.recordings for note in r.notes))
         search.run()
     return search
@@ -94,20 +95,21 @@ def one_thread() -> threadpool_limits:
 
 
 def of_force(experiments: Sequence[Experiment]) -> tuple[list[Experiment], tuple[str, ...]]:
-    """The recordings that the test can use, and what it sets aside.
+    """What the test can use, in newtons, and notes on motions read as force and on what is set aside.
 
-    Releases and steps go through the equation of motion; with a whole library of effects that takes minutes to
-    compile, so they join fits and comparisons but not yet the test.
+    Through the equation of motion a whole library of effects would take minutes to compile: releases and steps are read
+    as the force along the recorded motion.
     """
-    kept, aside = [], []
-    for experiment in experiments:
-        forces = tuple(recording for recording in experiment.recordings if recording.test in FORCE_TESTS)
-        aside += [r for r in experiment.recordings if r not in forces]
-        kept += [replace(experiment, recordings=forces)] if forces else []
+    read, notes = zip(*(as_force(experiment) for experiment in experiments), strict=True)
+    kept = [experiment for experiment in read if experiment.recordings]
+    said = tuple(note for each in notes for note in each)
     if not kept:
         cure = "record a loop, an isometric or a static test; compare and fit work with what is here"
-        raise InputError("the test for missing effects needs a recording of force", experiments[0].folder, cure=cure)
-    return kept, tuple(f"{r.file}: a {r.test} joins the fit and the comparison, but not this test" for r in aside)
+        raise InputError(
+            "the test for missing effects needs a recording of force", experiments[0].folder, None, None,
+            "; ".join(said), cure,
+        )  # fmt: skip
+    return kept, said
 
 
 def _verdict(search: Search) -> Diagnosis:
@@ -163,6 +165,8 @@ def _said(search: Search, kept: Sequence[frozenset[str]], evidence: dict[str, Ev
     blind = [e.name for e in evidence.values() if e.detection_limit is not None and e.detection_limit > noise]
     if blind:
         return "inconclusive", (f"too little of it would show: {', '.join(blind)}",)
+    if search.moving_only:
+        return "inconclusive", ("these motions do not show a break-away or a standstill: record a loop as well",)
     return "nothing detectable", ()
 
 

@@ -24,9 +24,10 @@ def command(propose: bool, **given: Any) -> None:
     if asked_for_each(given):
         return do_each(given | {"propose": propose}, "diagnose")
     study = begin(given)
-    from fitting.console.diagnosing import candidates_of, diagnosed, following
+    from fitting.console.diagnosing import candidates_of, diagnosed, following, in_newtons
+    from fitting.diagnose import of_force
     from fitting.diagnosis.proposal import proposal_in_words, proposal_result, proposed, require_sparse_regression
-    from fitting.report import diagnosis_report, headed
+    from fitting.report import diagnosis_report, headed, lines
     from fitting.results import diagnosis_result
     from fitting.showing.sentences import error_in_words, measurement_in_words, next_command
 
@@ -41,8 +42,9 @@ def command(propose: bool, **given: Any) -> None:
     if study.asked.html:
         from fitting.showing.page import write_page
 
-        write_page(study.asked.html, study.task, compared, found, planned=planned)
+        write_page(study.asked.html, in_newtons(study.task), compared, found, planned=planned)
     study.print(diagnosis_report(found, compared.unit))
+    study.print(lines("NOTE", of_force(study.task.experiments)[1]))
     study.print([headed("ERROR", error_in_words(compared))])
     study.print([headed("MEASURE", measurement_in_words(planned))] if planned else [])
     study.print([headed("PAGE", study.asked.html)] if study.asked.html else [])

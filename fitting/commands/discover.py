@@ -26,7 +26,7 @@ from fitting.console.study import begin
 def command(**given: Any) -> None:
     """Diagnose, add what is missing, and again, until nothing more can be said."""
     study = begin(given)
-    from fitting.console.diagnosing import all_candidates, candidates_of
+    from fitting.console.diagnosing import all_candidates, candidates_of, in_newtons
     from fitting.console.discovering import discovered
     from fitting.console.saving import save
     from fitting.report import diagnosis_report, fit_report, headed, steps_report
@@ -36,7 +36,7 @@ def command(**given: Any) -> None:
 
     candidates = candidates_of(study.task, given["candidates"], given["rivals"]) or all_candidates(study.task)
     with study.working("diagnosing") as told:
-        found = discovered(study.task, candidates, told)
+        found = discovered(in_newtons(study.task), candidates, told)
     compared, stages = found.comparison, found.stages
     unit = compared.unit
     words = f"Error {amount(stages[0].rmse, unit)} -> {amount(compared.rmse, unit)}. {judged(compared)}"

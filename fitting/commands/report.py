@@ -47,19 +47,21 @@ def command(no_diagnosis: bool, **given: Any) -> None:
     from fitting.showing.sentences import judged, verdict_in_words
 
     with study.working("comparing") as told:
+        task = study.task
         if no_diagnosis:
             diagnosis, planned = None, None
             compared = compare(as_known(study.task)[0], study.task.experiments)
         else:
-            from fitting.console.diagnosing import candidates_of, diagnosed, following
+            from fitting.console.diagnosing import candidates_of, diagnosed, following, in_newtons
 
             candidates = candidates_of(study.task, given["candidates"], given["rivals"])
             diagnosis, compared = diagnosed(study.task, candidates, told)
             planned = following(study.task, diagnosis, told)
+            task = in_newtons(study.task)
     study.print([headed("VERDICT", verdict_in_words(diagnosis), "bold")] if diagnosis else [])
     study.print([headed("RESULT", judged(compared))])
     sampled = _posterior(study, compared.fit)
-    write_page(str(study.asked.html), study.task, compared, diagnosis, planned=planned, posterior=sampled)
+    write_page(str(study.asked.html), task, compared, diagnosis, planned=planned, posterior=sampled)
     study.print([headed("WRITTEN", str(study.asked.html))])
     study.write(diagnosis_result(diagnosis, compared, planned) if diagnosis else comparison_result(compared))
     study.end(compared.fit.converged)

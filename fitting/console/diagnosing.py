@@ -1,14 +1,16 @@
 """A diagnosis with the comparison that goes with it."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 from fitting.compare import Comparison, compare
 from fitting.console.study import Progress
 from fitting.console.task import Task
-from fitting.diagnose import diagnose
+from fitting.diagnose import diagnose, of_force
 from fitting.diagnosis.record import Diagnosis
 from fitting.next_measurement import NextMeasurement, next_measurement
 from fitting.reading.own_effects import named
+from fitting.records import FORCE_TESTS
 from fitting.solving.evaluate import evaluate
 from mckibben_jax.effect import Effect
 from mckibben_jax.effects import LIBRARY, SUPPLIES
@@ -31,6 +33,13 @@ def all_candidates(task: Task, rivals: bool = False) -> tuple[Effect, ...]:
     return tuple(kind() for kind in task.library.values() if rivals or not (kind.rival or kind.on_request))
 
 
+def in_newtons(task: Task) -> Task:
+    """The task as a diagnosis sees it where no force was measured: its motions read as force."""
+    if any(recording.test in FORCE_TESTS for e in task.experiments for recording in e.recordings):
+        return task
+    return replace(task, experiments=tuple(of_force(task.experiments)[0]))
+
+
 def following(task: Task, found: Diagnosis, told: Progress) -> NextMeasurement | None:
     """The recording that would tell apart what a verdict "one of" leaves; None with any other verdict."""
     if found.verdict != "one of":
@@ -42,7 +51,7 @@ def following(task: Task, found: Diagnosis, told: Progress) -> NextMeasurement |
 
 
 def diagnosed(task: Task, candidates: Sequence[Effect] | None, told: Progress) -> tuple[Diagnosis, Comparison]:
-    """Diagnose the task's model, and compare its fitted self with all the data."""
+    """Diagnose the task's model, and compare its fitted self with the data (motions as force, if none was measured)."""
     found = diagnose(
         task.experiments,
         task.effects,
@@ -53,5 +62,6 @@ def diagnosed(task: Task, candidates: Sequence[Effect] | None, told: Progress) -
         seed=task.seed,
         progress=told,
     )
+    task = in_newtons(task)  # errors of a diagnosis are in N
     whole = evaluate(task.experiments, task.effects, found.baseline.values, task.varying(task.layout), task.own)
     return found, compare(whole, task.experiments)

@@ -23,6 +23,7 @@ class Search:
     def __init__(self, world: Universe, base: Trial, examiner: Examiner, baseline: Fit, told: Progress):
         self.world, self.base, self.examiner, self.baseline, self.told = world, base, examiner, baseline, told
         self.notes: tuple[str, ...] = ()
+        self.moving_only = False  # whether all that is tested are motions read as force
         self.trials: dict[frozenset[str], Trial] = {}  # by what was added
         self.standings: dict[frozenset[str], Standing] = {}
         self.adequate: list[frozenset[str]] = []

@@ -37,7 +37,8 @@ def meanings(d: Diagnosis, task: Task) -> list[tuple[str, str]]:
 
 def effects(d: Diagnosis, c: Comparison, task: Task) -> Section:
     """What each effect would do, as bars and as a table."""
-    unit, known = c.unit, task.library
+    unit, known = "N", task.library  # whatever was measured: motions are read as force
+    floor = c.floor if c.unit == unit else d.noise_floor
     helping, idle, blind = sorted_evidence(d)
     heads = ("effect added", "error with it", "on runs left out", NOTICED, "imitated", "its size", "most alike")
     grid, others = (Grid(heads, tuple(Line(_evidence(e, unit, known), e.adequate) for e in some), words=(0, 5, 6))
@@ -46,7 +47,7 @@ def effects(d: Diagnosis, c: Comparison, task: Task) -> Section:
     return Section(
         "Which effects could explain it",
         sentences=(p_in_words(d),),
-        picture=effect_bars(d, c.floor, unit) if helping or idle else "",
+        picture=effect_bars(d, floor, unit) if helping or idle else "",
         terms=TERMS,
         tables=(grid,) if helping else (),
         folded=tuple(table for table in (others, unseen) if table.rows),

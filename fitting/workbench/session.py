@@ -161,7 +161,8 @@ def examined(session: Session, told: Progress, candidates: Sequence[str] = ()) -
     found, compared = diagnosed(task, candidates_of(task, candidates), told)
     step = session.last
     comparison = step.comparison or compared
-    left_out = found.held_out_rmse if step.left_out is None else step.left_out
+    alike = step.left_out is None and comparison.unit == "N"  # a diagnosis is in N, whatever was measured
+    left_out = found.held_out_rmse if alike else step.left_out
     return _with_last(
         session,
         dataclasses.replace(

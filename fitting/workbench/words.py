@@ -75,7 +75,7 @@ def headline(session: Session) -> str:
         told = meanings(step.diagnosis, step.task)
         lines += [f"<p><b>{html.escape(name)}</b>: {html.escape(words)}</p>" for name, words in told]
     if step.diagnosis is not None and step.comparison is not None:
-        leading = leading_in_words(step.diagnosis, step.comparison.unit)
+        leading = leading_in_words(step.diagnosis)
         lines += [f"<p>{html.escape(text)}</p>" for text in (leading, p_in_words(step.diagnosis)) if text]
     if step.fit is not None:
         lines += [f"<p>{html.escape(text)}</p>" for text in fit_in_words(step.fit)]
