@@ -37,7 +37,7 @@ ANSWERS = {
     ],
     "2_fit_your_csv": [
         ("# readings, # N rms", [9000, 6.48], 0.02),
-        ("f_s = # +/- #, or +/- # if", [0.0164, 0.0006, 0.00007], 2e-4),
+        ("f_s = # +/- #, or +/- # if", [0.0164, 0.0008, 0.00007], 2e-4),
         ("what is odd goes as pressure to the power #", [0.7], 0.05),
     ],
     "3_what_is_missing": [
@@ -77,7 +77,7 @@ ANSWERS = {
         ("**k times the contraction** leaves # and # %", [0.585, 0.471], 0.01),
         ("cylinder # and # %", [0.586, 0.743], 0.01),
         ("cones by their volume # and # %, a reduced length # and # %", [0.586, 0.604, 0.586, 0.659], 0.01),
-        ("k = # +/- # and # +/- #", [0.997, 0.04, 1.13, 0.03], 0.02),
+        ("k = # +/- # and # +/- #", [0.997, 0.29, 1.13, 0.07], 0.02),
         ("Treloar rubber and cones by their volume (25E) the error is # and # %", [0.698, 0.663], 0.01),
         ("is still # % of the largest force above the cylinder", [18.7], 0.6),
     ],
