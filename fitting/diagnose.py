@@ -20,7 +20,7 @@ from fitting.errors import InputError
 from fitting.least_squares import fit
 from fitting.precision import require_x64
 from fitting.reading.inverse_dynamics import as_force
-from fitting.records import FORCE_TESTS, Experiment
+from fitting.records import Experiment, force_was_measured
 from fitting.residuals import thinned
 from fitting.solving.uncertainty import clusters, covariances
 from mckibben_jax.effect import Effect
@@ -77,7 +77,7 @@ def searched(
     base = min(base, world.fit(frozenset(world.base), start), key=lambda trial: trial.cost)
     with one_thread():
         search = Search(world, base, Examiner(world, base, seed), baseline, told)
-        search.moving_only = not any(r.test in FORCE_TESTS for e in experiments for r in e.recordings)
+        search.moving_only = not force_was_measured(experiments)
         search.notes = (*set_aside, *(note for e in light for r in e.recordings for note in r.notes))
         search.run()
     return search

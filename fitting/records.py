@@ -1,6 +1,6 @@
 """What a measurement is, once read and checked: immutable records in SI units that everything else works on."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -9,6 +9,7 @@ import numpy as np
 from mckibben_jax.muscle import Muscle
 
 FORCE_TESTS = ("loop", "isometric", "static")
+MOVING_TESTS = ("quick release", "step")  # the mass counts, and an equation of motion is integrated
 POSITION_TESTS = ("isotonic", "quick release", "step")
 TESTS = FORCE_TESTS + POSITION_TESTS
 
@@ -78,3 +79,8 @@ class Experiment:
         """The units that the data's owner uses: of each recording, and of lengths muscle.toml's if none has one."""
         stated = tuple(recording.units for recording in self.recordings)
         return stated if any("m" in given for given in stated) else (*stated, {"m": self.length_unit or "m"})
+
+
+def force_was_measured(experiments: Sequence[Experiment]) -> bool:
+    """Whether any recording of these data sets is one of force."""
+    return any(recording.test in FORCE_TESTS for each in experiments for recording in each.recordings)

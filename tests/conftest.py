@@ -22,3 +22,11 @@ def compiled_programs_are_dropped():
     yield
     jax.clear_caches()
     gc.collect()
+
+
+@pytest.fixture(scope="module")
+def own_cache(tmp_path_factory):
+    """A store of compiled programs that no other test has filled."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("MCKIBBEN_CACHE", str(tmp_path_factory.mktemp("cache")))
+        yield

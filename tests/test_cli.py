@@ -12,12 +12,7 @@ from fitting.cli import COMMANDS, main
 from fitting.console.options import _spread
 from fitting.diagnosis.record import Diagnosis, Evidence, Explanation
 
-
-@pytest.fixture(scope="module", autouse=True)
-def cache(tmp_path_factory):
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("MCKIBBEN_CACHE", str(tmp_path_factory.mktemp("cache")))
-        yield
+pytestmark = pytest.mark.usefixtures("own_cache")
 
 
 @pytest.fixture(scope="module")

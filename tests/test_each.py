@@ -20,11 +20,7 @@ from fitting.errors import InputError
 MISSING = (0.0, 100.0, 200.0, 300.0)  # N per contraction of an elastic pull: one muscle differs from the next
 
 
-@pytest.fixture(scope="module", autouse=True)
-def cache(tmp_path_factory):
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("MCKIBBEN_CACHE", str(tmp_path_factory.mktemp("cache")))
-        yield
+pytestmark = pytest.mark.usefixtures("own_cache")
 
 
 @pytest.fixture(scope="module")

@@ -10,7 +10,7 @@ from fitting.diagnose import diagnose, of_force
 from fitting.diagnosis.record import Diagnosis
 from fitting.next_measurement import NextMeasurement, next_measurement
 from fitting.reading.own_effects import named
-from fitting.records import FORCE_TESTS
+from fitting.records import force_was_measured
 from fitting.solving.evaluate import evaluate
 from mckibben_jax.effect import Effect
 from mckibben_jax.effects import LIBRARY, SUPPLIES
@@ -35,7 +35,7 @@ def all_candidates(task: Task, rivals: bool = False) -> tuple[Effect, ...]:
 
 def in_newtons(task: Task) -> Task:
     """The task as a diagnosis sees it where no force was measured: its motions read as force."""
-    if any(recording.test in FORCE_TESTS for e in task.experiments for recording in e.recordings):
+    if force_was_measured(task.experiments):
         return task
     return replace(task, experiments=tuple(of_force(task.experiments)[0]))
 

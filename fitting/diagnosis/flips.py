@@ -21,6 +21,7 @@ LEVEL = 0.01
 FEW_LEVEL = 0.005
 ENOUGH = 12  # units below which smaller ones are flipped
 MANY = 2.5  # times the noise: so much misfit is a misfit, though flips may be blind to it
+MISFIT_P = 1e-3  # of the likelihood ratio that goes with it
 SPREAD = 0.1  # likeness of the units of one run above which they cannot count as independent; noise alone: below 0
 
 
@@ -93,7 +94,7 @@ class Verdict:
     def rejected(self) -> bool:
         """Whether something is missing, by flips or because the misfit is many times the noise."""
         by_flips = self.p < self.level and not self.runs_differ
-        return by_flips or (self.rms > MANY * self.floor and self.ratio_p < 1e-3)
+        return by_flips or (self.rms > MANY * self.floor and self.ratio_p < MISFIT_P)
 
     @property
     def runs_differ(self) -> bool:

@@ -11,7 +11,7 @@ import numpy as np
 
 from fitting.diagnosis.held_out import REFIT_BELOW, left_out_rows
 from fitting.least_squares import Solved, Subset, solve
-from fitting.records import FORCE_TESTS, Experiment
+from fitting.records import Experiment, force_was_measured
 from fitting.residuals import LIGHT, Problem, Samples, problem
 from fitting.solving.sizes import joined, of_standard_size, widened
 from fitting.solving.uncertainty import at_bound
@@ -313,6 +313,6 @@ def _why_not(effect: Effect, experiments: Sequence[Experiment]) -> str:
     missing = [need for need in effect.needs if need in quantities() and any(e.muscle.lacks(need) for e in experiments)]
     if missing:
         return f"cannot be tested: needs {' and '.join(missing)}"
-    if effect.stage == "read" and not any(r.test in FORCE_TESTS for e in experiments for r in e.recordings):
+    if effect.stage == "read" and not force_was_measured(experiments):
         return "cannot be tested: no force was measured"
     return ""

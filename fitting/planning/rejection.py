@@ -10,7 +10,6 @@ from fitting.diagnosis.working_noise import orthonormal
 
 FLIPS = 800
 JUDGED = 15  # draws by which it is judged how alike runs are
-MISFIT_P = 1e-3  # as in the diagnosis: a misfit many times the noise needs no flips
 
 
 @dataclass(frozen=True)
@@ -88,4 +87,4 @@ class Drawn:
         freedom = max(len(rows) - parameters - smooth.shape[1], 1)
         ratio = taken / smooth.shape[1] / (np.maximum(whole - taken, 1e-300) / freedom)
         large = whole > flips.MANY**2 * np.maximum(whole - taken, 1e-300)
-        return large & (stats.f.sf(ratio, smooth.shape[1], freedom) < MISFIT_P)
+        return large & (stats.f.sf(ratio, smooth.shape[1], freedom) < flips.MISFIT_P)

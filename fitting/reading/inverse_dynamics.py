@@ -15,9 +15,8 @@ from scipy.ndimage import maximum_filter1d, minimum_filter1d
 from scipy.signal import savgol_coeffs, savgol_filter
 
 from fitting.reading.noise import noise_of
-from fitting.records import FORCE_TESTS, Experiment, Recording, Run
+from fitting.records import FORCE_TESTS, MOVING_TESTS, Experiment, Recording, Run
 
-MOVING_TESTS = ("quick release", "step")
 ORDER = 4  # of the polynomials
 SHORTEST = 7  # samples in a window at least
 LONGEST = 0.15  # s, that a window lasts at most
@@ -31,6 +30,7 @@ UNEVEN = 0.05  # of a sampling interval, by which another may differ
 QUIET = 0.01  # noise of a force over the load that is low enough
 PLENTY = 12  # readings of one run, which a longer window than noise asks for should leave
 FEWEST = 8  # readings of one run
+ASIDE = "joins the fit and the comparison, but not this test"
 ALIKE = 2.0  # ratio of the noises of runs that make one recording
 
 
@@ -49,7 +49,7 @@ def as_force(experiment: Experiment) -> tuple[Experiment, tuple[str, ...]]:
             recordings += loops
             notes += said
         else:
-            notes.append(f"{recording.file}: a {recording.test} joins the fit and the comparison, but not this test")
+            notes.append(f"{recording.file}: a {recording.test} {ASIDE}")
     return replace(experiment, recordings=tuple(recordings)), tuple(notes)
 
 
@@ -62,9 +62,8 @@ def _loops(recording: Recording, experiment: Experiment) -> tuple[list[Recording
             refused.setdefault(motion, []).append(run.name)
         else:
             read.append(motion)
-    aside = "joins the fit and the comparison, but not this test"
     if not read:
-        return [], [f"{recording.file}: a {recording.test} {aside}: {'; '.join(refused)}"]
+        return [], [f"{recording.file}: a {recording.test} {ASIDE}: {'; '.join(refused)}"]
     said = "read as force through the moving mass (a break-away or standstill is not seen in it)"
     notes = [f"{recording.file}: {said}", *(_left_out(recording.file, why, runs) for why, runs in refused.items())]
     parts = _alike(sorted(read, key=lambda motion: motion.noise))

@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import ArrayLike
 
 from fitting.reading import motion_signals as signals
-from fitting.records import FORCE_TESTS, Recording, Run
+from fitting.records import FORCE_TESTS, MOVING_TESTS, Recording, Run
 from mckibben_jax.model import Model
 from mckibben_jax.state import State
 
@@ -16,7 +16,6 @@ if TYPE_CHECKING:
     from fitting.residuals import Block
     from mckibben_jax.motion import Moved, Nodes
 
-MOVING_TESTS = ("quick release", "step")  # the mass counts, and an equation of motion is integrated
 MOST_STEPS = 8000  # of one run: a longer one takes longer steps
 FEWEST_AT_REST = 3
 

@@ -20,8 +20,9 @@ import jax.numpy as jnp
 import numpy as np
 
 from fitting.reading.motion_signals import smooth
+from fitting.records import MOVING_TESTS
 from fitting.residuals import Block, Problem
-from fitting.solving.positions import MOVING_TESTS, begin_of, shot
+from fitting.solving.positions import begin_of, shot
 from fitting.solving.search import Subset, solve
 from mckibben_jax.motion import Nodes
 
