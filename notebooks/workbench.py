@@ -12,6 +12,7 @@ with app.setup(hide_code=True):
     import sys
     import tempfile
     from pathlib import Path
+    from types import SimpleNamespace
 
     import marimo as mo
 
@@ -142,41 +143,39 @@ def _(files, path, session, shipped):
 
 @app.cell
 def _(dropped):
-    found = dropped()
-    muscle_form = column_form = test_form = None
+    found, form = dropped(), None
     if found is not None:
-        muscle_form = mo.ui.dictionary(
-            {
-                key: mo.ui.text(label=f"{key}: {dropping.muscle_hint(key)[0]}",
-                                placeholder=dropping.muscle_hint(key)[1], full_width=True)
-                for key in dropping.ASKED
-            }
-        )  # fmt: skip
-        test_form = mo.ui.dictionary(
-            {file: mo.ui.dropdown(dropping.TESTS, value=test, label="kind of test") for file, test in found.tests.items()}
-        )
-        column_form = mo.ui.dictionary(
-            {
-                f"{file}/{k}/{what}": mo.ui.dropdown([dropping.IGNORED, *dropping.COLUMNS], value=c.meaning, label="is")
-                if what == "is"
-                else mo.ui.text(value=c.unit, placeholder=dropping.unit_hint(c.meaning), label="unit")
-                for file, columns in found.columns.items()
-                for k, c in enumerate(columns)
-                for what in ("is", "unit")
-            }
-        )
-    return column_form, found, muscle_form, test_form
+        _muscle = {
+            key: mo.ui.text(label=f"{key}: {dropping.muscle_hint(key)[0]}",
+                            placeholder=dropping.muscle_hint(key)[1], full_width=True)
+            for key in dropping.ASKED
+        }  # fmt: skip
+        _tests = {
+            file: mo.ui.dropdown(dropping.TESTS, value=test, label="kind of test") for file, test in found.tests.items()
+        }
+        _columns = {
+            f"{file}/{k}/{what}": mo.ui.dropdown([dropping.IGNORED, *dropping.COLUMNS], value=c.meaning, label="is")
+            if what == "is"
+            else mo.ui.text(value=c.unit, placeholder=dropping.unit_hint(c.meaning), label="unit")
+            for file, own in found.columns.items()
+            for k, c in enumerate(own)
+            for what in ("is", "unit")
+        }
+        # Not elements by a name of their own: or the button would be made anew, and a click lost, after every entry.
+        _elements = {"muscle": _muscle, "tests": _tests, "columns": _columns}
+        form = SimpleNamespace(**{name: mo.ui.dictionary(given) for name, given in _elements.items()})
+    return form, found
 
 
 @app.cell
-def _(attempt, column_form, found, muscle_form, open_folder, test_form):
+def _(attempt, form, found, open_folder):
     def describe(_):
         columns = {
-            file: [tuple(column_form.value[f"{file}/{k}/{what}"] for what in ("is", "unit")) for k in range(len(own))]
+            file: [tuple(form.columns.value[f"{file}/{k}/{what}"] for what in ("is", "unit")) for k in range(len(own))]
             for file, own in found.columns.items()
         }
         folder = attempt(
-            lambda: dropping.describe(found, found.folder.name, muscle_form.value, test_form.value, columns)
+            lambda: dropping.describe(found, found.folder.name, form.muscle.value, form.tests.value, columns)
         )
         if folder is not None:
             open_folder(Asked(data=(str(folder),)))
@@ -186,15 +185,15 @@ def _(attempt, column_form, found, muscle_form, open_folder, test_form):
 
 
 @app.cell
-def _(column_form, described, found, muscle_form, test_form):
+def _(described, form, found):
     mo.stop(found is None)
-    parts = [mo.md("## What the files do not say"), *muscle_form.elements.values()]
+    _shown = [mo.md("## What the files do not say"), *form.muscle.elements.values()]
     for _file, _columns in found.columns.items():
-        parts += [mo.md(f"### {_file}"), test_form.elements[_file]]
+        _shown += [mo.md(f"### {_file}"), form.tests.elements[_file]]
         for _k, _c in enumerate(_columns):
-            _row = [column_form.elements[f"{_file}/{_k}/{what}"] for what in ("is", "unit")]
-            parts.append(mo.hstack([mo.md(f"`{_c.head}`"), *_row], justify="start", wrap=True))
-    mo.vstack([*parts, described])
+            _row = [form.columns.elements[f"{_file}/{_k}/{what}"] for what in ("is", "unit")]
+            _shown.append(mo.hstack([mo.md(f"`{_c.head}`"), *_row], justify="start", wrap=True))
+    mo.vstack([*_shown, described])
     return
 
 
