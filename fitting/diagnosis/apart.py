@@ -89,20 +89,29 @@ def differences(
 def as_far_as_seen(columns: np.ndarray, group: np.ndarray, rows: np.ndarray, beside: np.ndarray) -> np.ndarray:
     """Columns (rows, k) of differences between runs, made as small as the runs' agreement says.
 
-    All is whitened. Beside what is common to all runs and what is smooth (`beside`, orthonormal), the differences of
-    one parameter have s_i^2 c^2 + 1 as variances; c, a share of `REPEATABLE`, is as likely too small as too large.
     `rows` may hold several draws (rows, draws): then it is the middle one's.
     """
-    drawn = rows.reshape(len(rows), -1)
     out = columns.copy()
+    for each, shares in shares_seen(columns, group, rows.reshape(len(rows), -1), beside).items():
+        out[:, group == each] *= np.median(shares)
+    return out
+
+
+def shares_seen(columns: np.ndarray, group: np.ndarray, rows: np.ndarray, beside: np.ndarray) -> dict[int, np.ndarray]:
+    """How far runs differ in each parameter, as shares of `REPEATABLE`, in every draw of rows (rows, draws).
+
+    All is whitened. Beside what is common to all runs and what is smooth (`beside`, orthonormal), the differences of
+    one parameter have s_i^2 c^2 + 1 as variances; c, the share, is as likely too small as too large.
+    """
+    found = {}
     for each in np.unique(group[group >= 0]):
         mine = columns[:, group == each]
         differing = mine - beside @ (beside.T @ mine)
         side, size, _ = np.linalg.svd(differing, full_matrices=False)
         seen = size > CLEAR * np.max(np.linalg.norm(mine, axis=0), initial=1e-300)
-        scores = side[:, seen].T @ drawn
-        out[:, group == each] *= np.median([_share(size[seen], score) for score in scores.T])
-    return out
+        scores = side[:, seen].T @ rows
+        found[int(each)] = np.array([_share(size[seen], score) for score in scores.T])
+    return found
 
 
 def _share(size: np.ndarray, score: np.ndarray) -> float:

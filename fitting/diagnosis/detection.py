@@ -1,7 +1,9 @@
 """How much of an effect must be there for the test to find it: amounts injected into noise drawn anew."""
 
+from functools import cache
+
 import numpy as np
-from scipy import stats
+from scipy import optimize, stats
 
 POWER = 0.8
 DRAWS = 24  # of noise; one draw alone would scatter the limit by a quarter
@@ -53,6 +55,13 @@ def _limit(drawn: np.ndarray, flipped: np.ndarray, added: np.ndarray, top: np.nd
         middle = np.sqrt(low * high)
         low, high = (low, middle) if power(middle) >= POWER else (middle, high)
     return high
+
+
+@cache
+def enough(freedom: int, p: float) -> float:
+    """The noncentrality at which a sum of that many squares is beyond its bound of level p with power 0.8."""
+    bound = stats.chi2.isf(p, freedom)
+    return float(optimize.brentq(lambda much: stats.ncx2.sf(bound, freedom, much) - POWER, 1e-3, 1e5))
 
 
 def members(number: np.ndarray) -> list[np.ndarray]:

@@ -52,8 +52,9 @@ class Standing:
         if not at:
             return Seen(float("nan"), None, float("nan"), {})
         visible = [i for i in at if self.test.left[i] ** 2 > INVISIBLE]
-        seen_anyway = np.sqrt(flips.MANY**2 - 1) * self.noise  # where flips are blind
-        limits = [min(self.test.detectable[i] * self.rms_columns[i], seen_anyway) for i in visible]
+        large = np.sqrt(flips.MANY**2 - 1) * self.noise  # seen where flips are blind, if the bases take it up
+        seen_anyway = np.maximum(large, self.test.explained * self.rms_columns)
+        limits = [min(self.test.detectable[i] * self.rms_columns[i], seen_anyway[i]) for i in visible]
         absorbed = 1 - max(self.test.left[i] ** 2 for i in at)
         return Seen(
             float(min(self.test.p_effects[i] for i in at)),
@@ -122,7 +123,7 @@ class Examiner:
         names, signatures = [], np.zeros((len(self.world.samples), 0))
         verdict = None if limits else self._tested(trial, signatures)
         if verdict is None or not verdict.rejected:
-            names, signatures = self._columns(trial, fitted)
+            names, signatures = self.columns(trial, fitted)
             verdict = self._tested(trial, signatures, limits)
         in_newtons = self.world.in_newtons
         beside = apart.together(trial).beside(signatures) * self.world.samples.sigma[:, None]
@@ -165,18 +166,22 @@ class Examiner:
                 return "does not lower the error on runs left out"
         return ""
 
-    def _columns(self, trial: Trial, fitted: Mapping[frozenset[str], Trial]) -> tuple[list[str], np.ndarray]:
-        """Whatever could still be added, at several shapes: names, and signatures (rows, names)."""
+    def columns(
+        self, trial: Trial, fitted: Mapping[frozenset[str], Trial], glance: bool = False
+    ) -> tuple[list[str], np.ndarray]:
+        """Whatever could still be added: names, and signatures (rows, names), at three shapes; at a glance, at two."""
         wanted = []
         for candidate in self.world.candidates:
             after = self.world.with_added([candidate], trial.effects)
             if candidate not in trial.effects and not self.world.lacking(after):
-                wanted += [(candidate, shape) for shape in self._shapes(candidate, fitted)]
+                shapes = self._shapes(candidate, fitted)
+                wanted += [(candidate, shape) for shape in ([shapes[0], *shapes[1:][-1:]] if glance else shapes)]
         columns = self.world.signatures(trial, wanted)
         told = np.all(np.isfinite(columns), axis=0) & np.any(columns != 0, axis=0)
         return [name for (name, _), good in zip(wanted, told, strict=True) if good], columns[:, told]
 
     def _shapes(self, candidate: str, fitted: Mapping[frozenset[str], Trial]) -> list[dict[str, float]]:
+        """A few values of its parameters, the last as fitted alone."""
         shapes = self.world.shapes(candidate)
         alone = fitted.get(frozenset([candidate]))
         if alone is None:

@@ -16,6 +16,8 @@ from fitting.residuals import Samples
 
 MOST_ROWS = 4000
 NODES = 6
+FINE = 40  # where a ripple along the stroke, or friction in stripes, needs them
+FINER = 2.0  # times what few nodes take away, that many must
 PRESSURE_GRID = np.round(np.arange(-0.5, 3.01, 0.05), 2)
 SPEED_GRID = np.round(np.arange(-0.5, 2.01, 0.05), 2)
 NOTABLE = 0.05  # of the squared misfit: what a power law must take away to be spoken of
@@ -47,11 +49,13 @@ class Rows:
 def exponents(fit: Fit, mask: np.ndarray) -> tuple[float | None, float | None, float | None]:
     """Pressure exponents of the even and the odd part, and the speed exponent of the odd part."""
     rows = _rows(fit, mask)
-    shape, pressure = _shape(rows.samples), _relative(rows.samples.pressure)
+    pressure = _relative(rows.samples.pressure)
     branch = rows.samples.branch.astype(float)
-    even = _best(rows, lambda n: shape * _power(pressure, n)[:, None], PRESSURE_GRID, pressure)
+    course = _course(rows, np.ones(len(branch)))
+    even = _best(rows, lambda n: course * _power(pressure, n)[:, None], PRESSURE_GRID, pressure)
     if not (np.any(branch > 0) and np.any(branch < 0)):
         return even, None, None
+    shape = _course(rows, branch)
     odd = _best(rows, lambda n: shape * (branch * _power(pressure, n))[:, None], PRESSURE_GRID, pressure)
     speed = _relative(np.abs(rows.samples.rate))
     held = branch * _power(pressure, 0.0 if odd is None else odd)
@@ -83,7 +87,7 @@ def _best(rows: Rows, law: Callable[[float], np.ndarray], grid: np.ndarray, alon
     taken = np.array([_taken(rows, law(exponent)) for exponent in grid])
     best = int(np.argmax(taken))
     total = float(np.sum(rows.residual**2))
-    noise = 30.0 * NODES  # in units of the noise of one reading; neighbouring samples err together
+    noise = 30.0 * law(1.0).shape[1]  # in units of the noise of one reading; neighbouring samples err together
     if taken[best] < max(NOTABLE * total, noise) or best in (0, len(grid) - 1):
         return None
     lost = taken[best] - max(np.interp(grid[best] + step, grid, taken) for step in (-0.5, 0.5))
@@ -110,12 +114,19 @@ def _spanned(columns: np.ndarray) -> np.ndarray:
     return vectors[:, strength > 1e-6 * max(strength[0], 1.0)]
 
 
-def _shape(samples: Samples) -> np.ndarray:
-    """Any course along the contraction: hat functions."""
-    nodes = np.linspace(samples.contraction.min(), samples.contraction.max(), NODES)
+def _course(rows: Rows, direction: np.ndarray) -> np.ndarray:
+    """Any course along the contraction: few hat functions, or many where few cannot follow the misfit."""
+    few, many = _hats(rows.samples.contraction, NODES), _hats(rows.samples.contraction, FINE)
+    taken = [_taken(rows, shape * direction[:, None]) for shape in (few, many)]
+    return many if taken[1] > FINER * taken[0] else few
+
+
+def _hats(contraction: np.ndarray, count: int) -> np.ndarray:
+    """Hat functions, evenly spread (rows, count)."""
+    nodes = np.linspace(contraction.min(), contraction.max(), count)
     if nodes[-1] - nodes[0] < 1e-6:
-        return np.ones((len(samples), 1))
-    return np.stack([np.interp(samples.contraction, nodes, hat) for hat in np.eye(NODES)], axis=1)
+        return np.ones((len(contraction), 1))
+    return np.stack([np.interp(contraction, nodes, hat) for hat in np.eye(count)], axis=1)
 
 
 def _relative(values: np.ndarray) -> np.ndarray:

@@ -8,11 +8,11 @@ hidden shapes, so the largest score of many is compared with the largest of many
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import stats
 
-from fitting.diagnosis.apart import Yielding, as_far_as_seen, too_few
+from fitting.diagnosis.apart import Yielding, as_far_as_seen, shares_seen, too_few
 from fitting.diagnosis.detection import detectable
 from fitting.diagnosis.omnibus import Basis
+from fitting.diagnosis.projected import DENIED_P, MISFIT_P, Projected, projected
 from fitting.diagnosis.working_noise import Noise, orthonormal, whitened
 from fitting.residuals import Samples
 
@@ -21,7 +21,8 @@ LEVEL = 0.01
 FEW_LEVEL = 0.005
 ENOUGH = 12  # units below which smaller ones are flipped
 MANY = 2.5  # times the noise: so much misfit is a misfit, though flips may be blind to it
-MISFIT_P = 1e-3  # of the likelihood ratio that goes with it
+LEAST_P = 1e-7  # no model of differences between runs is good for less
+RAISED = 1.1  # times the share by which runs seem to differ: then an effect of that size is taken for such a difference
 SPREAD = 0.1  # likeness of the units of one run above which they cannot count as independent; noise alone: below 0
 
 
@@ -77,7 +78,7 @@ def units(samples: Samples, memory: float) -> Units:
 class Verdict:
     """The test of one fitted model: is anything missing from it?"""
 
-    p: float
+    p: float  # least of flips of units, of whole runs, and of differences between runs, each by its share of the level
     p_runs: float  # by flips of whole runs, which may differ as they like; 1 where they are too few
     spread: float  # how alike the units of one run err, beyond what all runs share
     p_effects: np.ndarray  # of each candidate column, corrected for all
@@ -85,6 +86,7 @@ class Verdict:
     ratio_p: float  # likelihood ratio of the omnibus basis under the noise model
     floor: float  # rms of the rows without what the basis explains, in standard deviations
     detectable: np.ndarray  # the amount of each candidate column that the test would find, if asked; infinite: none
+    explained: np.ndarray  # the amount of it that the bases would see under the noise model, if asked
     left: np.ndarray  # share of each column, whitened, that the model's parameters leave
     cosines: np.ndarray  # between the columns after that
     rms: float
@@ -92,9 +94,9 @@ class Verdict:
 
     @property
     def rejected(self) -> bool:
-        """Whether something is missing, by flips or because the misfit is many times the noise."""
-        by_flips = self.p < self.level and not self.runs_differ
-        return by_flips or (self.rms > MANY * self.floor and self.ratio_p < MISFIT_P)
+        """Whether something is missing, by `p` or because the misfit is many times the noise."""
+        in_turn = self.p < self.level and not self.runs_differ
+        return in_turn or (self.rms > MANY * self.floor and self.ratio_p < MISFIT_P)
 
     @property
     def runs_differ(self) -> bool:
@@ -116,10 +118,10 @@ def test(
 ) -> Verdict:
     """Test a fitted model against candidate `signatures` (rows, candidates) and the omnibus `basis`.
 
-    Two tests, of which either may reject. Units smaller than a run are flipped after the model has given way `apart`,
+    Three tests, of which any may reject. Units smaller than a run are flipped after the model has given way `apart`,
     with parameters a little different in every run; where there are enough runs, whole runs are flipped after it has
-    given way as the `same` in all, at half the level. With `limits` it is also said how much of each candidate would
-    be found.
+    given way as the `same` in all, at half the level; and runs must not have to differ by more than they may. With
+    `limits` it is also said how much of each candidate would be found.
     """
     known = orthonormal(np.hstack([basis.whole, same.slopes]))
     whole_floor = np.linalg.norm(rows - known @ (known.T @ rows)) / np.sqrt(max(len(rows) - known.shape[1], 1))
@@ -127,26 +129,33 @@ def test(
     parts = [rows[:, None], same.slopes, apart.slopes, signatures, basis.smooth, basis.fine]
     white = whitened(np.hstack(parts), samples, together, noise)
     e, j, j_apart, z, smooth, fine = np.split(white, np.cumsum([part.shape[1] for part in parts])[:-1], axis=1)
-    common = _projected(e[:, 0], j, z, Basis(smooth, fine), same)
-    j_apart = as_far_as_seen(j_apart, apart.group, e[:, 0], orthonormal(np.hstack([j, smooth, fine])))
-    own = _projected(e[:, 0], j_apart, z, Basis(smooth, fine), apart)
-    by_unit = own.scores(unit.number).under(flipped_signs(unit.count, seed))
-    tests = [(own, unit.number, unit.level / 2)]
-    p_runs = 1.0
-    if not too_few(samples, unit.level / 2):
-        run = numbered(samples.run)
-        tests.append((common, run, unit.level / 4))
-        p_runs = common.scores(run).under(flipped_signs(run.max() + 1, seed)).p
-    found = [_found(*which, seed) for which in tests] if limits else [np.full(z.shape[1], np.nan)]
+    common = projected(e[:, 0], j, z, Basis(smooth, fine), same)
+    beside = orthonormal(np.hstack([j, smooth, fine]))
+    own = projected(e[:, 0], as_far_as_seen(j_apart, apart.group, e[:, 0], beside), z, Basis(smooth, fine), apart)
+    by_unit = _scores(own, unit.number).under(flipped_signs(unit.count, seed))
+    p_runs, run = 1.0, numbered(samples.run)
+    runs_flip = not too_few(samples, unit.level / 2)
+    if runs_flip:
+        p_runs = _scores(common, run).under(flipped_signs(run.max() + 1, seed)).p
+    found = explained = np.full(z.shape[1], np.nan)
+    if limits:
+        free = projected(e[:, 0], j_apart, z, Basis(smooth, fine), apart)
+        found, explained = _found(own, unit.number, unit.level / 2, seed), free.explained
+        taken = _taken_for_difference(z * found, e, j_apart, apart.group, beside)
+        found = np.where(taken, _found(free, unit.number, unit.level / 2, seed) if taken.any() else found, found)
+        found = np.minimum(found, free.denied)
+        if runs_flip:
+            found = np.minimum(found, _found(common, run, unit.level / 4, seed))
     return Verdict(
-        p=min(by_unit.p, 2 * p_runs, 1.0),
+        p=min(by_unit.p, 2 * p_runs, max(own.differ_p, LEAST_P) * unit.level / DENIED_P, 1.0),
         p_runs=p_runs,
         spread=alike_within(_by_unit(common.o * common.clean[:, None], unit.number), unit.runs(samples)),
         p_effects=by_unit.p_effects,
         p_omnibus=by_unit.p_omnibus,
         ratio_p=own.ratio_p,
         floor=float(whole_floor),
-        detectable=np.min(found, axis=0),
+        detectable=found,
+        explained=explained,
         left=common.kept / np.maximum(np.linalg.norm(z, axis=0), 1e-300),
         cosines=(common.z / common.kept).T @ (common.z / common.kept),
         rms=float(np.sqrt(np.mean(rows**2))),
@@ -154,64 +163,24 @@ def test(
     )
 
 
-@dataclass(frozen=True)
-class _Projected:
-    """Whitened rows, candidates and omnibus basis (orthonormal) beside what the model's parameters can make of them."""
-
-    e: np.ndarray
-    z: np.ndarray
-    pulled: np.ndarray  # spread of each candidate's score by errors of what is stated, over its spread by noise
-    o: np.ndarray  # what is smooth, then what is fine beside it
-    smooth: int  # how many of these are smooth
-    kept: np.ndarray  # norm of each candidate
-    seen: np.ndarray  # which candidates the parameters do not take whole
-    parameters: int
-
-    @property
-    def clean(self) -> np.ndarray:
-        """Rows without what the basis takes."""
-        return self.e - self.o @ (self.o.T @ self.e)
-
-    @property
-    def freedom(self) -> int:
-        """Rows that neither parameters nor basis use up."""
-        return max(len(self.e) - self.parameters - self.o.shape[1], 1)
-
-    @property
-    def ratio_p(self) -> float:
-        """Of the likelihood ratio of the basis, were the noise model right."""
-        smooth = np.sum((self.o.T @ self.e) ** 2)
-        ratio = (smooth / self.o.shape[1]) / (max(np.sum(self.e**2) - smooth, 1e-300) / self.freedom)
-        return float(stats.f.sf(ratio, self.o.shape[1], self.freedom))
-
-    def scores(self, number: np.ndarray) -> "_Scores":
-        """Unit by unit."""
-        effects = np.where(self.seen, _by_unit(self.z * self.e[:, None], number) / self.kept, 0.0)
-        omnibus = _by_unit(self.o * self.e[:, None], number)
-        return _Scores(effects, self.dull, omnibus[:, : self.smooth], omnibus[:, self.smooth :])
-
-    @property
-    def dull(self) -> np.ndarray:
-        """How much larger a score must be than its flips, which know nothing of errors in what is stated."""
-        return np.sqrt(1 + self.pulled**2)
+def _taken_for_difference(
+    added: np.ndarray, e: np.ndarray, j_apart: np.ndarray, group: np.ndarray, beside: np.ndarray
+) -> np.ndarray:
+    """Which of the columns `added` (rows, columns) to the rows would make runs seem to differ by more than they do."""
+    finite = np.all(np.isfinite(added), axis=0)
+    now, then = (shares_seen(j_apart, group, rows, beside) for rows in (e, e + np.where(finite, added, 0.0)))
+    raised = [then[each] > RAISED * now[each] for each in now]
+    return np.any(raised, axis=0) & finite if raised else np.zeros(added.shape[1], bool)
 
 
-def _projected(e: np.ndarray, j: np.ndarray, z: np.ndarray, basis: Basis, by: Yielding) -> _Projected:
-    curvature = np.linalg.pinv(j.T @ j + by.prior_slopes.T @ by.prior_slopes, rcond=1e-13, hermitian=True)
-    step = curvature @ (j.T @ e + by.prior_slopes.T @ by.prior_rows)  # to the optimum of the whitened rows
-    z_left = z - j @ (curvature @ (j.T @ z))
-    smooth = orthonormal(basis.smooth - j @ (curvature @ (j.T @ basis.smooth)))
-    fine = basis.fine - j @ (curvature @ (j.T @ basis.fine))
-    o = np.hstack([smooth, orthonormal(fine - smooth @ (smooth.T @ fine))])
-    kept = np.maximum(np.linalg.norm(z_left, axis=0), 1e-300)
-    seen = kept > 1e-6 * np.linalg.norm(z, axis=0)
-    known = by.prior_slopes.T @ by.prior_slopes
-    sway = by.stated @ (curvature @ (known @ (curvature @ (j.T @ z))))
-    pulled = np.where(seen, np.linalg.norm(sway, axis=0) / kept, 0.0)
-    return _Projected(e - j @ step, z_left, pulled, o, smooth.shape[1], kept, seen, int(np.linalg.matrix_rank(j)))
+def _scores(what: Projected, number: np.ndarray) -> "_Scores":
+    """Unit by unit."""
+    effects = np.where(what.seen, _by_unit(what.z * what.e[:, None], number) / what.kept, 0.0)
+    omnibus = _by_unit(what.o * what.e[:, None], number)
+    return _Scores(effects, what.dull, omnibus[:, : what.smooth], omnibus[:, what.smooth :])
 
 
-def _found(what: _Projected, number: np.ndarray, level: float, seed: int) -> np.ndarray:
+def _found(what: Projected, number: np.ndarray, level: float, seed: int) -> np.ndarray:
     """The amount of each candidate that flips of these units find."""
     alone = what.clean * np.sqrt(len(what.e) / what.freedom)
     signs = flipped_signs(number.max() + 1, seed)

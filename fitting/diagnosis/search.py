@@ -1,18 +1,23 @@
 """The search behind a diagnosis, level by level: what was fitted, what was tested, what stands."""
 
 from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from itertools import combinations
 
 import numpy as np
 
+from fitting.diagnosis.apart import together
 from fitting.diagnosis.examine import Examiner, Standing
-from fitting.diagnosis.universe import Trial, Universe
+from fitting.diagnosis.universe import WORKERS, Trial, Universe
 from fitting.least_squares import Fit
 
 BETTERED = 0.6  # an explanation that one more effect brings below this share of its rms was not the whole of it
 BEST_SINGLES = 20  # from which pairs are built
 BEST_TRIPLED = 12  # from which triples are built
 REFITTED = 24  # larger sets that survive the linear screening
+ADDED = 18  # of those that a linear look beside the best of them suggests, each time
+GROWN = 6  # best smaller sets to which every other effect is added in a linear look
+ROUNDS = 2  # of it: the second grows what the best larger sets are made of
 TESTED = 16
 Progress = Callable[[str, float], None]
 
@@ -26,6 +31,7 @@ class Search:
         self.moving_only = False  # whether all that is tested are motions read as force
         self.trials: dict[frozenset[str], Trial] = {}  # by what was added
         self.standings: dict[frozenset[str], Standing] = {}
+        self.seeds: set[frozenset[str]] = set()  # sets beside which every other effect was looked at
         self.adequate: list[frozenset[str]] = []
         self.base_stands = False
 
@@ -38,11 +44,17 @@ class Search:
         if self.base_stands:
             return
         for size, pool in ((1, BEST_SINGLES), (2, BEST_TRIPLED), (3, 0)):
+            if size > 1:
+                for _ in range(ROUNDS):
+                    self.fit_level(self.grown([*self.parts(self.best(size)), *self.best(size - 1)]))
             if size < 3:
                 self.told(("pairs", "triples")[size - 1], 0.3 * size + 0.1)
                 self.fit_level(self.screened(size + 1, pool))
             self.told(f"testing sets of {size}", 0.3 * size + 0.25)
             self.test_level(size)
+            if self.adequate and size > 1:  # others that do as well as these
+                self.fit_level(self.grown(self.parts(self.adequate)))
+                self.test_level(size)
             if self.adequate:
                 return
 
@@ -88,6 +100,39 @@ class Search:
         taken = np.linalg.lstsq(gram, right, rcond=1e-12)[0]
         return float(self.base.rows @ self.base.rows - right @ taken)
 
+    def grown(self, seeds: Sequence[frozenset[str]]) -> list[frozenset[str]]:
+        """Larger sets, not fitted yet, that a linear look beside the first of these promises the most of.
+
+        What an effect would change beside others is not what it changes alone, where a larger one may hide it.
+        """
+        fresh = [each for each in dict.fromkeys(seeds) if each not in self.seeds][:GROWN]
+        self.seeds.update(fresh)
+        promise: dict[frozenset[str], float] = {}
+        with ThreadPoolExecutor(WORKERS) as workers:
+            for promised in workers.map(self.beside, fresh):
+                promise |= {added: min(cost, promise.get(added, np.inf)) for added, cost in promised.items()}
+        return [added for added in sorted(promise, key=promise.__getitem__) if added not in self.trials][:ADDED]
+
+    def beside(self, added: frozenset[str]) -> dict[frozenset[str], float]:
+        """Sums of squares that a linear look promises if one more effect stood beside a fitted set."""
+        trial, promise = self.trials[added], dict[frozenset[str], float]()
+        names, columns = self.examiner.columns(trial, self.trials, glance=True)
+        left = together(trial).beside(columns)
+        gain = (trial.rows @ left) ** 2 / np.maximum(np.sum(left**2, axis=0), 1e-300)
+        for name, less in zip(names, gain, strict=True):  # a name for each of its shapes
+            promise[added | {name}] = min(promise.get(added | {name}, np.inf), trial.cost - float(less))
+        return promise
+
+    def parts(self, sets: Sequence[frozenset[str]]) -> list[frozenset[str]]:
+        """Sets without one of their members, as far as they can be fitted."""
+        smaller = list(dict.fromkeys(added - {name} for added in sets[:GROWN] for name in sorted(added)))
+        self.fit_level([added for added in smaller if added not in self.trials])
+        return [added for added in smaller if added in self.trials]
+
+    def best(self, size: int) -> list[frozenset[str]]:
+        """Fitted sets of one size, the best first."""
+        return sorted((added for added in self.trials if len(added) == size), key=lambda k: self.trials[k].cost)
+
     @property
     def noise(self) -> float:
         """What noise alone leaves, N: the least that any tested set and the omnibus basis left of it together."""
@@ -102,9 +147,9 @@ class Search:
 
     def test_level(self, size: int) -> None:
         """Test the best sets of one size."""
-        level = sorted((k for k in self.trials if len(k) == size), key=lambda k: self.trials[k].cost)
+        level = self.best(size)
         best = self.trials[level[0]].cost if level else 0.0
-        for added in level[:TESTED]:
+        for added in [each for each in level[:TESTED] if each not in self.standings]:
             if self.trials[added].cost > best / BETTERED**2:
                 break
             standing = self.examiner.stand(added, self.trials[added], self.trials)

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import stats
 
-from fitting.diagnosis import apart, flips, omnibus
+from fitting.diagnosis import apart, flips, omnibus, projected
 from fitting.diagnosis.working_noise import orthonormal
 
 FLIPS = 800
@@ -87,4 +87,4 @@ class Drawn:
         freedom = max(len(rows) - parameters - smooth.shape[1], 1)
         ratio = taken / smooth.shape[1] / (np.maximum(whole - taken, 1e-300) / freedom)
         large = whole > flips.MANY**2 * np.maximum(whole - taken, 1e-300)
-        return large & (stats.f.sf(ratio, smooth.shape[1], freedom) < flips.MISFIT_P)
+        return large & (stats.f.sf(ratio, smooth.shape[1], freedom) < projected.MISFIT_P)

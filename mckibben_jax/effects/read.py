@@ -34,7 +34,7 @@ class TimeDelay(Read):
 
     source = "instrument"
     suspect = "loops that open with speed, their two branches crossing where the force turns"
-    tau: jax.Array = parameter(0.01, "s", "delay of the force channel", range=(0.0, 1.0), starts=(2e-3, 0.03))
+    tau: jax.Array = parameter(0.01, "s", "delay of the force channel", range=(0.0, 1.0), starts=(2e-3, 0.03, 0.2))
 
     def read(self, signal: jax.Array, time: jax.Array) -> jax.Array:
         return jnp.interp(time - self.tau, time, signal)

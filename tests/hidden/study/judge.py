@@ -56,8 +56,8 @@ def hidden_of(case: Case, limits: dict[str, float]) -> tuple[dict[str, dict[str,
 
 
 def mimicked(case: Case, hidden: dict[str, dict[str, float]], record: dict[str, Any]) -> dict[str, float]:
-    """Where a known effect was hidden and others named: how closely the best of those can follow it, N."""
-    if not hidden or case.group == OUTSIDE or not sets(record) or holds(record):
+    """Where others were named than what was hidden: how closely the best of those can follow it, N."""
+    if not hidden or not sets(record) or holds(record):
         return {}
     sigma = noise_sd(NOISES[case.noise])
     return {"mimic": min(mimic(case.protocol, hidden, names, sigma) for names in sets(record))}

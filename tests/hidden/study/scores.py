@@ -91,7 +91,12 @@ def wrong(record: Record) -> bool:
 
 def astray(record: Record) -> bool:
     """Whether something else is named uniquely that could be told from the truth."""
-    return wrong(record) and not record.get("mimic", np.inf) < MIMIC * record["floor"]
+    return wrong(record) and not followed(record)
+
+
+def followed(record: Record) -> bool:
+    """Whether what is named instead follows the truth so closely that no such data tell them apart."""
+    return record.get("mimic", np.inf) < MIMIC * record["floor"]
 
 
 def holds(record: Record) -> bool:
@@ -204,6 +209,7 @@ def wrong_names(told: Sequence[Record]) -> list[Score]:
         share("a wrong effect named uniquely, in the library", "<= 1 %", single, wrong, most=0.01),
         share("the same, less what follows the truth within 0.1 noise", "", single, astray),
         share("a wrong effect named uniquely, outside the library", "<= 3 %", outside, unique, most=0.03),
+        share("the same, outside, less what follows it within 0.1 noise", "", outside, astray),
         share('"nothing" above the detection limit', "<= 1 %", list(filter(above_limit, single)), missed, most=0.01),
     ]
 
@@ -216,6 +222,8 @@ def outsiders(told: Sequence[Record]) -> list[Score]:
         share("outside the library: said so", ">= 90 %", outside, known, least=0.9),
         *(share(f"outside the library, {s:g} sigmas: said so", "", [r for r in outside if r["size"] == s], known)
           for s in sorted({r["size"] for r in outside})),
+        share("the same, but where a named effect follows it within 0.1 noise", "",
+              [r for r in outside if not followed(r)], known),
         share("outside: parity and pressure exponent right", ">= 85 %", outside, traced, least=0.85),
     ]  # fmt: skip
 

@@ -1,0 +1,92 @@
+"""What is left of rows, of candidates and of the omnibus bases, when a model's parameters have given way to them."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import stats
+
+from fitting.diagnosis.apart import Yielding
+from fitting.diagnosis.detection import enough
+from fitting.diagnosis.omnibus import Basis
+from fitting.diagnosis.working_noise import orthonormal
+
+MISFIT_P = 1e-3  # of the likelihood ratio of the bases that goes with a misfit many times the noise
+DENIED_P = 1e-4  # of runs that differ as a fit needs them to, if they differ by as much as is allowed
+
+
+@dataclass(frozen=True)
+class Projected:
+    """Whitened rows, candidates and omnibus basis (orthonormal) beside what the model's parameters can make of them."""
+
+    e: np.ndarray
+    z: np.ndarray
+    pulled: np.ndarray  # spread of each candidate's score by errors of what is stated, over its spread by noise
+    o: np.ndarray  # what is smooth, then what is fine beside it
+    smooth: int  # how many of these are smooth
+    kept: np.ndarray  # norm of each candidate
+    seen: np.ndarray  # which candidates the parameters do not take whole
+    parameters: int
+    differing: np.ndarray  # by how much runs differ then, in standard deviations of what is allowed
+    differing_for: np.ndarray  # the same for each candidate: (differences, candidates)
+    differences: int  # how many of these are free of each other
+
+    @property
+    def clean(self) -> np.ndarray:
+        """Rows without what the basis takes."""
+        return self.e - self.o @ (self.o.T @ self.e)
+
+    @property
+    def freedom(self) -> int:
+        """Rows that neither parameters nor basis use up."""
+        return max(len(self.e) - self.parameters - self.o.shape[1], 1)
+
+    @property
+    def ratio_p(self) -> float:
+        """Of the likelihood ratio of the basis, were the noise model right."""
+        smooth = np.sum((self.o.T @ self.e) ** 2)
+        ratio = (smooth / self.o.shape[1]) / (max(np.sum(self.e**2) - smooth, 1e-300) / self.freedom)
+        return float(stats.f.sf(ratio, self.o.shape[1], self.freedom))
+
+    @property
+    def explained(self) -> np.ndarray:
+        """The amount of each candidate whose likelihood ratio would be beyond its bound."""
+        taken = np.linalg.norm(self.o.T @ self.z, axis=0)
+        return np.sqrt(enough(self.o.shape[1], MISFIT_P)) / np.maximum(taken, 1e-300)
+
+    @property
+    def differ_p(self) -> float:
+        """How often runs that differ by as much as is allowed would differ by as much as they do here."""
+        return float(stats.chi2.sf(np.sum(self.differing**2), self.differences)) if self.differences else 1.0
+
+    @property
+    def denied(self) -> np.ndarray:
+        """The amount of each candidate that runs would have to differ for by more than they may."""
+        if not self.differences:
+            return np.full(self.z.shape[1], np.inf)
+        needed = np.linalg.norm(self.differing_for, axis=0)
+        return np.sqrt(enough(self.differences, DENIED_P)) / np.maximum(needed, 1e-300)
+
+    @property
+    def dull(self) -> np.ndarray:
+        """How much larger a score must be than its flips, which know nothing of errors in what is stated."""
+        return np.sqrt(1 + self.pulled**2)
+
+
+def projected(e: np.ndarray, j: np.ndarray, z: np.ndarray, basis: Basis, by: Yielding) -> Projected:
+    """Beside whitened slopes `j` (rows, k) of all that may give way; `by` says what is known of it."""
+    curvature = np.linalg.pinv(j.T @ j + by.prior_slopes.T @ by.prior_slopes, rcond=1e-13, hermitian=True)
+    step = curvature @ (j.T @ e + by.prior_slopes.T @ by.prior_rows)  # to the optimum of the whitened rows
+    for_z = curvature @ (j.T @ z)
+    z_left = z - j @ for_z
+    smooth = orthonormal(basis.smooth - j @ (curvature @ (j.T @ basis.smooth)))
+    fine = basis.fine - j @ (curvature @ (j.T @ basis.fine))
+    o = np.hstack([smooth, orthonormal(fine - smooth @ (smooth.T @ fine))])
+    kept = np.maximum(np.linalg.norm(z_left, axis=0), 1e-300)
+    seen = kept > 1e-6 * np.linalg.norm(z, axis=0)
+    known = by.prior_slopes.T @ by.prior_slopes
+    sway = by.stated @ (curvature @ (known @ for_z))
+    pulled = np.where(seen, np.linalg.norm(sway, axis=0) / kept, 0.0)
+    apart = by.group >= 0
+    free = int(np.sum(apart)) - len(np.unique(by.group[apart]))  # what all runs share is no difference
+    left, rank = e - j @ step, int(np.linalg.matrix_rank(j))
+    return Projected(left, z_left, pulled, o, smooth.shape[1], kept, seen, rank, step[apart], for_z[apart], free)
