@@ -144,7 +144,7 @@ def _verdict(search: Search) -> Diagnosis:
         tried=tuple(tried),
         baseline=search.baseline,
         residual=search.base.rows * world.samples.sigma,
-        notes=(*notes, *search.notes),
+        notes=(*notes, *search.sifted, *search.notes),
     )
 
 

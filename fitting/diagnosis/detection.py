@@ -61,7 +61,8 @@ def _limit(drawn: np.ndarray, flipped: np.ndarray, added: np.ndarray, top: np.nd
 def enough(freedom: int, p: float) -> float:
     """The noncentrality at which a sum of that many squares is beyond its bound of level p with power 0.8."""
     bound = stats.chi2.isf(p, freedom)
-    return float(optimize.brentq(lambda much: stats.ncx2.sf(bound, freedom, much) - POWER, 1e-3, 1e5))
+    short = lambda much: float(stats.ncx2.sf(bound, freedom, much)) - POWER  # noqa: E731
+    return float(optimize.root_scalar(short, bracket=(1e-3, 1e5)).root)
 
 
 def members(number: np.ndarray) -> list[np.ndarray]:

@@ -141,7 +141,8 @@ def test(
     if limits:
         free = projected(e[:, 0], j_apart, z, Basis(smooth, fine), apart)
         found, explained = _found(own, unit.number, unit.level / 2, seed), free.explained
-        taken = _taken_for_difference(z * found, e, j_apart, apart.group, beside)
+        added = z * np.where(np.isfinite(found), found, 0.0)
+        taken = _taken_for_difference(added, e, j_apart, apart.group, beside)
         found = np.where(taken, _found(free, unit.number, unit.level / 2, seed) if taken.any() else found, found)
         found = np.minimum(found, free.denied)
         if runs_flip:
@@ -167,10 +168,9 @@ def _taken_for_difference(
     added: np.ndarray, e: np.ndarray, j_apart: np.ndarray, group: np.ndarray, beside: np.ndarray
 ) -> np.ndarray:
     """Which of the columns `added` (rows, columns) to the rows would make runs seem to differ by more than they do."""
-    finite = np.all(np.isfinite(added), axis=0)
-    now, then = (shares_seen(j_apart, group, rows, beside) for rows in (e, e + np.where(finite, added, 0.0)))
+    now, then = (shares_seen(j_apart, group, rows, beside) for rows in (e, e + added))
     raised = [then[each] > RAISED * now[each] for each in now]
-    return np.any(raised, axis=0) & finite if raised else np.zeros(added.shape[1], bool)
+    return np.any(raised, axis=0) if raised else np.zeros(added.shape[1], bool)
 
 
 def _scores(what: Projected, number: np.ndarray) -> "_Scores":

@@ -3,6 +3,7 @@
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from itertools import combinations
+from math import comb
 
 import numpy as np
 
@@ -19,6 +20,7 @@ ADDED = 18  # of those that a linear look beside the best of them suggests, each
 GROWN = 6  # best smaller sets to which every other effect is added in a linear look
 ROUNDS = 2  # of it: the second grows what the best larger sets are made of
 TESTED = 16
+LEVELS = {2: "pairs", 3: "triples"}
 Progress = Callable[[str, float], None]
 
 
@@ -48,7 +50,7 @@ class Search:
                 for _ in range(ROUNDS):
                     self.fit_level(self.grown([*self.parts(self.best(size)), *self.best(size - 1)]))
             if size < 3:
-                self.told(("pairs", "triples")[size - 1], 0.3 * size + 0.1)
+                self.told(LEVELS[size + 1], 0.3 * size + 0.1)
                 self.fit_level(self.screened(size + 1, pool))
             self.told(f"testing sets of {size}", 0.3 * size + 0.25)
             self.test_level(size)
@@ -144,6 +146,17 @@ class Search:
         more = [t for key, t in self.trials.items() if len(key) == len(added) + 1 and added < key]
         bound = BETTERED**2 * self.examiner.left(mine)
         return any(self.examiner.left(trial) < bound for trial in more)
+
+    @property
+    def sifted(self) -> tuple[str, ...]:
+        """How many pairs and triples were fitted, of how many, where smaller sets did not do."""
+        sizes = sorted({len(added) for added in self.standings if len(added) > 1})
+        fitted = {size: len(self.best(size)) for size in sizes}
+        whole = len(self.world.candidates)
+        return tuple(
+            f"{fitted[size]} of {comb(whole, size):,} {LEVELS[size]} refitted, the rest pruned by a linear look"
+            for size in sizes
+        )
 
     def test_level(self, size: int) -> None:
         """Test the best sets of one size."""

@@ -1,0 +1,54 @@
+"""Sets whose members hide each other, and runs that cannot differ as much as a fit needs them to."""
+
+import pytest
+from hidden.simulator import NOISES, write
+from hidden.study.protocols import PROTOCOLS
+from hidden.study.sizes import base_of, hiding
+
+from fitting.diagnose import concluded, searched
+from fitting.diagnosis.search import BEST_TRIPLED
+from fitting.recordings import read_experiment
+from mckibben_jax.effect import name_of
+from mckibben_jax.effects import LIBRARY, CoulombFriction, IdealCylinder
+
+NAMES = """bladder_neo_hookean tip tip_pressure conical_ends strand_stretch radial_gap end_stop linear_spring weight
+    textile_friction hertz_friction constant_friction viscous_damping force_gain force_offset pressure_offset"""
+BASE = [IdealCylinder(), CoulombFriction()]
+CANDIDATES = [kind() for kind in LIBRARY if name_of(kind) in NAMES.split()]  # few: each must be compiled
+THREE = {"hertz_friction": {"f_s": 0.242}, "tip": {"k": 1.0216}, "weight": {"m": 0.612}}
+RIVAL = {"hertz_friction": {"f_s": 0.19}}  # of the friction that is in the model
+
+
+def measured(folder, protocol, noise, hidden, seed=3):
+    truth = hiding(base_of(hidden), hidden)
+    return read_experiment(write(PROTOCOLS[protocol].data(truth, NOISES[noise], seed), folder / "data"))
+
+
+@pytest.fixture(scope="module")
+def three(tmp_path_factory):
+    experiment = measured(tmp_path_factory.mktemp("three"), "no repeats", "force", THREE)
+    return searched([experiment], BASE, candidates=CANDIDATES)
+
+
+def test_three_effects_are_found_though_the_third_stands_behind_the_others(three):
+    assert frozenset(THREE) not in three.screened(3, BEST_TRIPLED)  # of what each effect changes alone
+    assert frozenset(THREE) in three.adequate
+    found = concluded(three)
+    assert tuple(sorted(THREE)) in found.explanations
+    assert any("triples refitted" in note for note in found.notes)
+
+
+def test_a_linear_look_beside_a_set_foretells_its_refit(three):
+    pair = frozenset(["hertz_friction", "tip"])
+    promised = three.beside(pair)
+    assert min(promised, key=promised.__getitem__) - pair <= {"weight", "force_offset"}  # at held pressures one force
+    triple = frozenset(THREE)
+    assert promised[triple] == pytest.approx(three.trials[triple].cost, rel=0.3)
+    assert promised[triple] < 0.1 * three.trials[pair].cost
+
+
+def test_friction_of_another_law_is_named_though_two_runs_could_differ_in_theirs(tmp_path):
+    """Two pressures, one run each: with a friction 11 % apart from run to run Coulomb's law would do as well."""
+    search = searched([measured(tmp_path, "poor", "pressure", RIVAL)], BASE, candidates=CANDIDATES)
+    assert search.gate.rejected
+    assert concluded(search).explanations == (("hertz_friction",),)
