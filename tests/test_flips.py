@@ -1,5 +1,7 @@
 """The gate: its size under correlated noise, its power, and what its pieces must do by construction."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -93,6 +95,19 @@ def test_a_ripple_is_seen_and_not_taken_for_noise(odd):
     blind, seeing = (working_noise.noise_from(rows, b, s) for b in (basis.smooth, basis.whole))
     assert blind.white + blind.shares.sum() > 1.4  # what it would be taken for
     assert seeing.white + seeing.shares.sum() == pytest.approx(1.0, abs=0.1)
+
+
+def test_what_a_turning_point_leaves_is_seen_and_not_taken_for_noise():
+    """A lag that dies away over a fiftieth of the range after turns that are nowhere the same."""
+    random = np.random.default_rng(8)
+    s = samples(120)
+    loop = s.run * 4 + s.loop
+    s = replace(s, contraction=0.01 + (s.contraction - 0.01) * random.uniform(0.4, 1.0, LOOPS)[loop])
+    top = np.array([s.contraction[loop == one].max() for one in range(LOOPS)])[loop]
+    lag = np.where(s.branch < 0, 4.0 * np.exp(-(top - s.contraction) / 0.004), 0.0)
+    rows = autoregression(0.5, len(s), random) + lag
+    assert examined(rows, s, 0).floor == pytest.approx(1.0, abs=0.1)
+    assert examined(rows - 0.8 * lag, s, 0).p_omnibus < 0.005
 
 
 @pytest.mark.parametrize("units", [1, 2, 5, 11])

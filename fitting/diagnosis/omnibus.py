@@ -11,6 +11,7 @@ ACROSS = 5  # most hats in the other variable: pressure in loops, contraction wh
 SAME_LEVEL = 0.03  # of the range: levels closer than this are one
 FINE = 40  # most hats along the stroke: a ripple of a twentieth of it is seen
 PER_HAT = 5  # samples of one branch
+AFTER = (0.01, 0.03, 0.1)  # of the range: over which what a turning point leaves dies away
 
 
 @dataclass(frozen=True)
@@ -63,7 +64,16 @@ def _smooth(s: Samples) -> np.ndarray:
     surface = (hats[:, :, None] * levels[:, None, :]).reshape(len(hats), -1)
     direction = np.sign(s.branch)[:, None]
     losses = direction * (moving[:, None] if held else _hats(moving, _levels(moving)))  # that depend on speed
-    return np.hstack([surface, surface * direction, moving[:, None], losses, _unit(s.loop)[:, None]])
+    turned = _after_turning(s, along)
+    both = [surface, turned]
+    return np.hstack([*both, *(part * direction for part in both), moving[:, None], losses, _unit(s.loop)[:, None]])
+
+
+def _after_turning(s: Samples, along: np.ndarray) -> np.ndarray:
+    """What dies away from where each half loop begins: lags, delays and elastic slip before sliding (rows, 3)."""
+    _, first, half = np.unique(np.stack([s.run, s.half]), axis=1, return_index=True, return_inverse=True)
+    way = np.abs(along - along[first][half]) / max(float(np.ptp(along)), 1e-12)
+    return np.exp(-way[:, None] / np.array(AFTER))
 
 
 def _fine(s: Samples) -> np.ndarray:
