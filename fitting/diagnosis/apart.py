@@ -13,6 +13,7 @@ from scipy import optimize, stats
 
 from fitting.diagnosis.universe import Trial
 from fitting.residuals import Samples
+from fitting.solving.decomposed import lstsq, svd
 from fitting.solving.unknowns import Unknowns
 
 REPEATABLE = 0.03  # most that the standard deviation of a parameter from run to run may be, relative
@@ -38,13 +39,13 @@ class Yielding:
         """What is left of columns (rows, m) when everything has given way to them, as far as priors let it."""
         whole = np.vstack([self.slopes, self.prior_slopes])
         target = np.vstack([columns, np.zeros((len(self.prior_slopes), columns.shape[1]))])
-        return columns - self.slopes @ np.linalg.lstsq(whole, target, rcond=1e-12)[0]
+        return columns - self.slopes @ lstsq(whole, target, 1e-12)
 
     def left(self, rows: np.ndarray) -> float:
         """Sum of squares that is left when everything has given way."""
         whole = np.vstack([self.slopes, self.prior_slopes])
         target = np.concatenate([rows, self.prior_rows])
-        step = np.linalg.lstsq(whole, target, rcond=1e-12)[0]
+        step = lstsq(whole, target, 1e-12)
         return float(np.sum((target - whole @ step) ** 2))
 
 
@@ -107,7 +108,7 @@ def shares_seen(columns: np.ndarray, group: np.ndarray, rows: np.ndarray, beside
     for each in np.unique(group[group >= 0]):
         mine = columns[:, group == each]
         differing = mine - beside @ (beside.T @ mine)
-        side, size, _ = np.linalg.svd(differing, full_matrices=False)
+        side, size, _ = svd(differing)
         seen = size > CLEAR * np.max(np.linalg.norm(mine, axis=0), initial=1e-300)
         scores = side[:, seen].T @ rows
         found[int(each)] = np.array([_share(size[seen], score) for score in scores.T])

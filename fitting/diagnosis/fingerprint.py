@@ -13,6 +13,7 @@ import numpy as np
 
 from fitting.least_squares import Fit
 from fitting.residuals import Samples
+from fitting.solving.decomposed import svd
 
 MOST_ROWS = 4000
 NODES = 6
@@ -110,7 +111,7 @@ def _spanned(columns: np.ndarray) -> np.ndarray:
     """Orthonormal columns that span these; directions that rounding made are left out."""
     if not columns.shape[1]:
         return columns
-    vectors, strength, _ = np.linalg.svd(columns, full_matrices=False)
+    vectors, strength, _ = svd(columns)
     return vectors[:, strength > 1e-6 * max(strength[0], 1.0)]
 
 

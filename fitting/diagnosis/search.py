@@ -11,6 +11,7 @@ from fitting.diagnosis.apart import together
 from fitting.diagnosis.examine import Examiner, Standing
 from fitting.diagnosis.universe import WORKERS, Trial, Universe
 from fitting.least_squares import Fit
+from fitting.solving.decomposed import lstsq
 
 BETTERED = 0.6  # an explanation that one more effect brings below this share of its rms was not the whole of it
 BEST_SINGLES = 20  # from which pairs are built
@@ -99,7 +100,7 @@ class Search:
         changes = [self.trials[frozenset([name])].rows - self.base.rows for name in group]
         columns = np.stack([*changes, *self.base.slopes.T], axis=1)
         gram, right = columns.T @ columns, columns.T @ self.base.rows
-        taken = np.linalg.lstsq(gram, right, rcond=1e-12)[0]
+        taken = lstsq(gram, right, 1e-12)
         return float(self.base.rows @ self.base.rows - right @ taken)
 
     def grown(self, seeds: Sequence[frozenset[str]]) -> list[frozenset[str]]:

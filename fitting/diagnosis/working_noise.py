@@ -12,6 +12,7 @@ from scipy.optimize import nnls
 from scipy.signal import lfilter
 
 from fitting.residuals import Samples
+from fitting.solving.decomposed import lstsq, svd
 
 PIECE = 400  # samples whitened together
 MEMORIES = np.array([0.3, 0.5, 0.7, 0.8, 0.9, 0.95, 0.98, 0.99, 0.995, 0.999])
@@ -126,11 +127,11 @@ def whitened(columns: np.ndarray, samples: Samples, unit: np.ndarray, noise: Noi
 
 def removed(columns: np.ndarray, basis: np.ndarray) -> np.ndarray:
     """Columns without what a basis explains."""
-    return columns - basis @ np.linalg.lstsq(basis, columns, rcond=1e-10)[0]
+    return columns - basis @ lstsq(basis, columns, 1e-10)
 
 
 def orthonormal(columns: np.ndarray) -> np.ndarray:
     """An orthonormal basis of the columns' span."""
     scaled = columns / np.maximum(np.linalg.norm(columns, axis=0), 1e-300)
-    left, strength, _ = np.linalg.svd(scaled, full_matrices=False)
+    left, strength, _ = svd(scaled)
     return left[:, strength > 1e-6 * strength[0]] if strength.size else left
