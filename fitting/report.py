@@ -10,7 +10,7 @@ from fitting import units
 from fitting.compare import Comparison
 from fitting.compare import Table as ErrorTable
 from fitting.console.task import Task
-from fitting.diagnosis.record import Diagnosis, Evidence
+from fitting.diagnosis.record import Diagnosis, Evidence, Explanation
 from fitting.figures import Stage
 from fitting.least_squares import Fit
 from fitting.results import shown_names
@@ -165,12 +165,22 @@ def _evidence(d: Diagnosis, unit: str) -> list[RenderableType]:
     table = _plain_table("effect added", "rms", "left out", "noticed from", "most alike", "")
     for column in (4, 5):
         table.columns[column].justify = "left"
+    several = sets_named(d)
+    for e in several:
+        values = (amount(value, unit) for value in (e.rmse, e.held_out_rmse))
+        table.add_row(effect_set(e.effects), *values, "", "", "explain the data", style="bold")
     for e in helping:
         table.add_row(e.name, *_evidence_cells(e, unit), style="bold" if e.adequate else "")
-    shown = [_spaced(table), Text()] if helping else []
+    shown = [_spaced(table), Text()] if helping or several else []
     others = ", ".join(e.name for e in idle)
     shown += [headed("NOT IT", f"{others}: hardly less error with any of them")] if idle else []
     return [*shown, *lines("NOT SEEN", (f"{', '.join(names)}: {why}" for why, names in blind.items()))]
+
+
+def sets_named(d: Diagnosis) -> list[Explanation]:
+    """Explanations of more than one effect."""
+    named = {frozenset(names) for names in d.explanations if len(names) > 1}
+    return [e for e in d.tried if frozenset(e.effects) in named]
 
 
 def sorted_evidence(d: Diagnosis) -> tuple[list[Evidence], list[Evidence], dict[str, list[str]]]:

@@ -8,6 +8,8 @@ from hidden.study.sizes import base_of, hiding
 from fitting.diagnose import concluded, searched
 from fitting.diagnosis.search import BEST_TRIPLED
 from fitting.recordings import read_experiment
+from fitting.report import sets_named
+from fitting.showing.effect_bars import effect_bars
 from mckibben_jax.effect import name_of
 from mckibben_jax.effects import LIBRARY, CoulombFriction, IdealCylinder
 
@@ -36,6 +38,8 @@ def test_three_effects_are_found_though_the_third_stands_behind_the_others(three
     found = concluded(three)
     assert tuple(sorted(THREE)) in found.explanations
     assert any("triples refitted" in note for note in found.notes)
+    assert {tuple(sorted(e.effects)) for e in sets_named(found)} == set(found.explanations)
+    assert "+ hertz_friction + tip + weight" in effect_bars(found, 0.6, "N")
 
 
 def test_a_linear_look_beside_a_set_foretells_its_refit(three):

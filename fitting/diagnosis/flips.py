@@ -21,7 +21,6 @@ LEVEL = 0.01
 FEW_LEVEL = 0.005
 ENOUGH = 12  # units below which smaller ones are flipped
 MANY = 2.5  # times the noise: so much misfit is a misfit, though flips may be blind to it
-LEAST_P = 1e-7  # no model of differences between runs is good for less
 RAISED = 1.1  # times the share by which runs seem to differ: then an effect of that size is taken for such a difference
 SPREAD = 0.1  # likeness of the units of one run above which they cannot count as independent; noise alone: below 0
 
@@ -148,7 +147,7 @@ def test(
         if runs_flip:
             found = np.minimum(found, _found(common, run, unit.level / 4, seed))
     return Verdict(
-        p=min(by_unit.p, 2 * p_runs, max(own.differ_p, LEAST_P) * unit.level / DENIED_P, 1.0),
+        p=min(by_unit.p, 2 * p_runs, max(own.differ_p * unit.level / DENIED_P, 1 / (1 + FLIPS)), 1.0),
         p_runs=p_runs,
         spread=alike_within(_by_unit(common.o * common.clean[:, None], unit.number), unit.runs(samples)),
         p_effects=by_unit.p_effects,

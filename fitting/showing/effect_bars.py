@@ -4,8 +4,8 @@ import html
 
 from fitting import units
 from fitting.diagnosis.record import Diagnosis, Evidence
-from fitting.report import sorted_evidence
-from fitting.showing.sentences import amount
+from fitting.report import sets_named, sorted_evidence
+from fitting.showing.sentences import amount, effect_set
 
 MOST_HELPING, MOST_IDLE = 8, 2
 
@@ -14,12 +14,14 @@ def effect_bars(d: Diagnosis, floor: float, unit: str) -> str:
     """The model as it is, then the effects that help, best first, then the first of those that do not."""
     helping, idle, _ = sorted_evidence(d)
     shown = [*helping[:MOST_HELPING], *idle[:MOST_IDLE]]
+    several = sets_named(d)[:MOST_HELPING]
     top = 1.25 * max([d.held_out_rmse, floor, *(e.held_out_rmse or 0.0 for e in shown)]) or 1.0
     rows = [_row("model as it is", d.held_out_rmse, "now", floor, top, unit)]
+    rows += [_row(f"+ {effect_set(e.effects)}", e.held_out_rmse, "near", floor, top, unit) for e in several]
     rows += [_row(f"+ {e.name}", e.held_out_rmse or 0.0, _kind(e, helping), floor, top, unit) for e in shown]
     name, size = units.shown_in(unit, floor)
     words = f"rms error on runs that were left out of the fit; dashed: the noise, {floor / size:.2g} {name}"
-    words += "; green: explains the data" if any(e.adequate for e in shown) else ""
+    words += "; green: explains the data" if several or any(e.adequate for e in shown) else ""
     return f'<fieldset class="fall"><legend>{words}</legend>{"".join(rows)}</fieldset>'
 
 

@@ -160,7 +160,7 @@ def tied_groups(fit: Fit) -> list[list[str]]:
 
 def effect_set(names: Sequence[str]) -> str:
     """A set of effects for people."""
-    return " with ".join(names) if names else "nothing"
+    return " + ".join(names) if names else "nothing"
 
 
 def verdict_in_words(d: Diagnosis) -> str:
