@@ -14,9 +14,13 @@ from fitting.errors import InputError
 from fitting.least_squares import fit
 from fitting.posterior import Snooker, begun, describe, sample, save, to_json
 from fitting.records import Experiment, Recording, Run
+from fitting.sampling.doubts import notes
 from fitting.sampling.evaluation import slopes_at
+from fitting.sampling.moves import SCALE, TAILS, log_around_mode
 from fitting.sampling.noise import chosen, noise_of_rows
 from fitting.sampling.posing import _slim
+from fitting.sampling.quick import quick_look
+from fitting.sampling.record import Missing
 from mckibben_jax.effects import BladderNeoHookean, CoulombFriction, ForceOffset, IdealCylinder
 from mckibben_jax.model import model
 from mckibben_jax.muscle import Muscle
@@ -225,6 +229,27 @@ def test_a_wrong_model_is_not_trusted():
     assert any("something is missing" in warning and "not calibrated" in warning for warning in posterior.warnings)
 
 
+def test_a_misfit_above_the_stated_noise_is_warned_of():
+    """White errors of 1.72 N, which no flip of signs can tell from noise: only the owner's word speaks against them."""
+    effects = (IdealCylinder(), CoulombFriction(f_s=0.015))
+    experiment = loops(*effects, noise=1.0, errors=fading(0.0, white=1.4))
+    found = fit([experiment], effects, starts=2)
+    told = quick_look(found, [experiment], draws=500).warnings
+    assert any("1.7 times the stated noise" in warning for warning in told)
+    silent = dataclasses.replace(
+        experiment, recordings=tuple(dataclasses.replace(rec, noise=None) for rec in experiment.recordings)
+    )
+    assert not any("times the" in warning for warning in quick_look(found, [silent], draws=500).warnings)
+
+
+def test_a_test_that_was_not_made_is_said():
+    """Positions alone are not tested for anything missing; silence would read as a clean bill."""
+    found, _ = straight_line()
+    what, tested = begun(found), Missing(0.5, 0.01, False, "signs of loops")
+    assert not any("was not tested" in note for note in notes(found, what, (), tested))
+    assert any("was not tested" in note for note in notes(found, what, (), None))
+
+
 def test_thinning_keeps_the_noise_and_widens_what_is_independent():
     found, experiment = straight_line()
     experiment = dataclasses.replace(
@@ -282,6 +307,15 @@ def test_what_is_handed_on(line, tmp_path):
     np.testing.assert_array_equal(back["force_offset.F_off"][0], posterior.draws.values[0, :, 0, 1])
 
 
+def test_draws_for_which_there_is_no_room_are_not_begun(line, tmp_path, monkeypatch):
+    _, posterior = line
+    room = posterior.draws.values.nbytes // 2
+    monkeypatch.setattr("shutil.disk_usage", lambda _: Namespace(free=room))
+    with pytest.raises(OSError, match="No space left"):
+        save(posterior, tmp_path / "chain.nc")
+    assert not list(tmp_path.iterdir())
+
+
 def test_the_snooker_move_leaves_a_normal_distribution_as_it_is():
     sampler = emcee.EnsembleSampler(
         48, 3, lambda z: -0.5 * np.sum((z / 0.2) ** 2, axis=1), moves=Snooker(), vectorize=True
@@ -290,3 +324,9 @@ def test_the_snooker_move_leaves_a_normal_distribution_as_it_is():
     sampler.run_mcmc(0.2 * np.random.RandomState(1).randn(48, 3), 3000)
     found = sampler.get_chain(discard=300).reshape(-1, 3) / 0.2
     np.testing.assert_allclose(found.std(axis=0), 1, atol=0.04)  # emcee's own: 0.7
+
+
+def test_draws_around_the_mode_have_the_density_of_students_t():
+    z = np.random.default_rng(0).standard_normal((50, 4))
+    theirs = stats.multivariate_t(np.zeros(4), SCALE**2 * np.eye(4), df=TAILS).logpdf(z)
+    np.testing.assert_allclose(np.diff(log_around_mode(z)), np.diff(theirs), atol=1e-12)

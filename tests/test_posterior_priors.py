@@ -9,6 +9,7 @@ from fitting.least_squares import fit
 from fitting.posterior import sample
 from fitting.reading.model_file import read_model
 from fitting.sampling.priors import Prior, read_prior, spread
+from fitting.sampling.quick import quick_look
 from mckibben_jax.effects import ForceOffset, IdealCylinder
 from tests.test_posterior import loops
 
@@ -82,6 +83,61 @@ def test_a_bad_prior_in_a_model_file_names_its_line(tmp_path):
     with pytest.raises(InputError, match="row 10") as caught:
         read(tmp_path, MODEL.replace("20 N", "20 kPa"))
     assert "a force" in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("given", "words"),
+    [
+        ('prior = { kind = "uniform", from = "600 N", to = "700 N" }', "lies outside the range"),
+        ('prior = { kind = "normal", mean = "-700 N", sd = "20 N" }', "lies outside the range"),
+        ('proir = { kind = "half-normal", sd = "20 N" }', "did you mean 'prior'"),
+    ],
+)
+def test_a_prior_that_would_say_nothing_is_refused(tmp_path, given, words):
+    """Beyond the range of the parameter, or under a name that nobody reads."""
+    with pytest.raises(InputError, match=words) as caught:
+        read(tmp_path, MODEL.replace('prior = { kind = "half-normal", sd = "20 N" }', given))
+    assert caught.value.row == 10
+
+
+def test_a_wide_prior_or_one_at_the_end_of_a_range_is_taken(tmp_path):
+    for given in ('mean = "0 N", sd = "1 MN"', 'mean = "510 N", sd = "20 N"'):
+        read(tmp_path, MODEL.replace('kind = "half-normal", sd = "20 N"', f'kind = "normal", {given}'))
+
+
+def test_each_data_set_of_a_model_file_has_its_own_priors(tmp_path):
+    other = '[muscle_of.long]\nradius = { value = "8 mm", prior = { kind = "normal", mean = "8 mm", sd = "0.1 mm" } }\n'
+    found = read(tmp_path, MODEL + other).priors
+    assert found["muscle.radius@long"] == Prior("normal", pytest.approx(8e-3), pytest.approx(1e-4))
+    assert found["muscle.radius"].first == pytest.approx(7.05e-3)
+
+
+def test_a_prior_beyond_the_range_is_refused_before_anything_is_sampled():
+    effects = (IdealCylinder(), ForceOffset(F_off=1.0))
+    found = fit([loops(*effects, noise=5.0, priors={"muscle.radius": (7e-3, 1e-4)}, count=40)], effects, starts=2)
+    with pytest.raises(InputError, match="lies outside the range"):
+        quick_look(found, priors={"muscle.radius": Prior("normal", 7e-2, 1e-4)})
+
+
+@pytest.mark.parametrize(
+    ("prior", "words"),
+    [
+        (Prior("normal", 60.0, 5.0), "standard deviations away from their priors"),
+        (Prior("log-normal", 30.0, 1.1), "standard deviations away from their priors"),
+        (Prior("uniform", 30.0, 60.0), "the priors keep the model away from what fits"),
+        (Prior("normal", 4.0, 1.0), None),
+        (Prior("uniform", 0.0, 60.0), None),
+    ],
+)
+def test_a_prior_against_which_the_data_speak_is_warned_of(prior, words):
+    """The offset is 3 N; 40 readings at 5 N tell it within 1 N."""
+    effects = (IdealCylinder(), ForceOffset(F_off=3.0))
+    found = fit([loops(*effects, noise=5.0, count=40)], effects, starts=2)
+    posterior = quick_look(found, priors={"force_offset.F_off": prior}, draws=1000)
+    told = [w for w in posterior.warnings if "prior" in w]
+    assert (len(told) > 0) == (words is not None), posterior.warnings
+    assert posterior.calibrated == (words is None)
+    assert words is None or words in told[0]
 
 
 def test_a_stated_prior_speaks_where_the_data_are_silent():

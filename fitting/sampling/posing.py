@@ -11,7 +11,7 @@ from fitting.records import Experiment, Recording
 from fitting.residuals import Problem, Samples, problem, thinned
 from fitting.sampling.evaluation import BATCH, at_mode, log_probs
 from fitting.sampling.noise import PARTS, Chosen, Noise, chosen, noise_of_rows
-from fitting.sampling.priors import Prior, spread, together, uniform
+from fitting.sampling.priors import Prior, check_overlap, spread, together, uniform
 from fitting.sampling.target import Posed, Target
 from fitting.solving.positions import steps_of
 
@@ -44,7 +44,9 @@ def posed(
     names = (*fit.free, *(f"noise.{part}@{label}" for one, label in zip(found, labels, strict=True)
                           for part in PARTS if part in one.parts))  # fmt: skip
     idle = tuple(name for name in stated or {} if not any(name in (f, f.split("@")[0]) for f in fit.free))
-    whole = Posed(target, samples, found, labels, names, priors, spreads, idle)
+    told = [rec.noise is not None for experiment in experiments for rec in experiment.recordings]
+    good_to = tuple(len(told) == len(every) and told[number] for number in np.unique(samples.recording))
+    whole = Posed(target, samples, found, labels, names, priors, spreads, idle, stated=good_to)
     return _well_integrated(whole) if target.moves else whole.moved(*at_mode(target))
 
 
@@ -80,6 +82,7 @@ def _prior(fit: Fit, name: str, stated: dict[str, Prior]) -> Prior:
     entry = fit.layout.entries[fit.layout.names.index(name)]
     mine = stated.get(name) or stated.get(name.split("@")[0])
     if mine is not None:
+        check_overlap(mine, name, entry.unit, entry.lower, entry.upper)
         return mine
     return Prior("normal", *entry.prior) if entry.prior else uniform(entry.lower, entry.upper)
 

@@ -7,10 +7,11 @@ In a model file, beside the value of a parameter (the unit must be that of the p
     beta = { value = "0.7", prior = { kind = "uniform", from = "0.5", to = "0.9" } }
     F_c  = { value = "5 N", prior = { kind = "half-normal", sd = "20 N" } }
 
-All are cut off at the ends of the parameter's range. A parameter without one is uniform over its range, or normal where
-muscle.toml gives it `+/-`.
+All are cut off at the ends of the parameter's range; one that lies beyond them is refused. A parameter without one is
+uniform over its range, or normal where muscle.toml gives it `+/-`.
 """
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -30,6 +31,8 @@ from mckibben_jax.parameter import parameters
 
 KEYS = {"normal": ("mean", "sd"), "log-normal": ("median", "factor"), "uniform": ("from", "to"), "half-normal": ("sd",)}
 KINDS = tuple(KEYS)
+ENTRY = ("value", "error", "state", "prior")  # what may stand beside a parameter in a model file
+BEYOND = 5.0  # standard deviations from where a prior lies to the nearest place that its range allows: too far
 GRID = 20_001  # points of the quadrature over a range: the spread of a prior that its range cuts off
 
 
@@ -62,6 +65,22 @@ class Prior:
             return max(lower, self.first), min(upper, self.second)
         return (lower if self.kind == "normal" else max(lower, 0.0)), upper
 
+    def reach(self, times: float) -> tuple[float, float]:
+        """Ends of where this prior has its weight: so many standard deviations, or all of a uniform one."""
+        if self.kind == "uniform":
+            return self.first, self.second
+        if self.kind == "log-normal":
+            return self.first * self.second**-times, self.first * self.second**times
+        return self.first - (times * self.second if self.kind == "normal" else 0.0), self.first + times * self.second
+
+    def away(self, value: float) -> float:
+        """By how many standard deviations a value lies off where this prior is centred; 0 for a uniform one."""
+        if self.kind == "uniform":
+            return 0.0
+        if self.kind == "log-normal":
+            return abs(math.log(max(value, 1e-300) / self.first)) / math.log(self.second)
+        return abs(value - self.first) / self.second
+
 
 def uniform(lower: float, upper: float) -> Prior:
     """The prior of a parameter of which only the range is known."""
@@ -88,26 +107,48 @@ def read_prior(given: Any, unit: str, name: str) -> Prior:
     return _checked(Prior(kind, *(values if len(values) == 2 else (0.0, values[0]))), name)
 
 
+def check_overlap(prior: Prior, name: str, unit: str, lower: float, upper: float) -> None:
+    """Refuse a prior that leaves nothing of a parameter's range (SI)."""
+    below, above = prior.reach(BEYOND)
+    if max(below, lower) >= min(above, upper):
+        allowed = f"{units.show(lower, unit)} to {units.show(upper, unit)}"
+        problem = f"the prior of {name} ({prior.told(unit)}) lies outside the range of {name}"
+        raise InputError(problem, cure=f"{allowed} is allowed")
+
+
 def stated_priors(table: dict[str, Any], effects: Sequence[Effect], path: Path, raw: bytes) -> dict[str, Prior]:
     """The priors that a model file states, by full name."""
-    of_muscle = {name: unit for name, (unit, _) in quantities().items()}
-    owners = [("muscle", table.get("muscle", {}), of_muscle)]
+    of_muscle = {name: (unit, -math.inf, math.inf) for name, (unit, _) in quantities().items()}  # range: the data set's
+    owners = [("muscle", "", table.get("muscle", {}), of_muscle)]
+    owners += [("muscle", f"@{data}", entries, of_muscle) for data, entries in table.get("muscle_of", {}).items()]
     for effect, entries in zip(effects, table.get("effect", []), strict=True):
-        owners.append((name_of(effect), entries, {p.name: p.unit for p in parameters(effect)}))
+        declared = {p.name: (p.unit, p.lower, p.upper) for p in parameters(effect)}
+        owners.append((name_of(effect), "", entries, declared))
     found = {}
-    for owner, entries, known in owners:
+    for owner, data, entries, known in owners:
         for key, entry in entries.items():
-            if isinstance(entry, dict) and "prior" in entry:
-                found[f"{owner}.{key}"] = _at(entry["prior"], known[key.split("@")[0]], f"{owner}.{key}", path, raw)
+            if isinstance(entry, dict):
+                name, row = f"{owner}.{key}{data}", line_of(raw, key)
+                _check_entry(entry, name, path, row)
+                if "prior" in entry:
+                    found[name] = _at(entry["prior"], known[key.split("@")[0]], name, path, row)
     return found
 
 
-def _at(given: Any, unit: str, name: str, path: Path, raw: bytes) -> Prior:
+def _check_entry(entry: dict[str, Any], name: str, path: Path, row: int | None) -> None:
+    for key in entry:
+        if key not in ENTRY:
+            raise unknown_name(f"key of {name}:", key, ENTRY, path, row=row)
+
+
+def _at(given: Any, known: tuple[str, float, float], name: str, path: Path, row: int | None) -> Prior:
+    unit, lower, upper = known
     try:
-        return read_prior(given, unit, name)
+        prior = read_prior(given, unit, name)
+        check_overlap(prior, name, unit, lower, upper)
     except InputError as error:
-        row = line_of(raw, name.split(".", 1)[1])
         raise InputError(error.problem, path, row, value=error.value, cure=error.cure) from None
+    return prior
 
 
 def _checked(prior: Prior, name: str) -> Prior:
@@ -159,8 +200,7 @@ def spread(prior: Prior, lower: float, upper: float) -> float:
 
 def _grid(prior: Prior, lower: float, upper: float) -> np.ndarray:
     """Points that are dense where the prior is."""
+    below, above = prior.reach(8.0)
     if prior.kind == "log-normal":
-        reach = prior.second**8
-        return np.geomspace(max(lower, prior.first / reach, 1e-300), min(upper, prior.first * reach), GRID)
-    centre = prior.first if prior.kind == "normal" else 0.0
-    return np.linspace(max(lower, centre - 8 * prior.second), min(upper, centre + 8 * prior.second), GRID)
+        return np.geomspace(max(lower, below, 1e-300), min(upper, above), GRID)
+    return np.linspace(max(lower, below), min(upper, above), GRID)

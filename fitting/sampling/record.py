@@ -1,6 +1,9 @@
 """What a posterior says: its record, how far the chains can be trusted, and the words and numbers for others."""
 
+import errno
 import math
+import os
+import shutil
 import warnings
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
@@ -13,12 +16,9 @@ from fitting import units
 from fitting.least_squares import Fit
 from fitting.sampling.predict import Band
 from fitting.sampling.target import Posed
-from fitting.solving.uncertainty import clusters
 
 CORRELATION_TIMES, RHAT = 50, 1.01  # a chain is long enough from here on, and ensembles agree below this
-ROBUST_EXCESS = 1.5  # times the posterior's standard deviation: the model leaves errors that loops share
-MISFIT_EXCESS = 2.0  # times the noise of a reading: something is missing from the model
-FEW_LOOPS = 8  # fewer say little about what loops share
+OVERHEAD = 200_000  # bytes of a netCDF file besides the draws
 
 
 @dataclass(frozen=True)
@@ -186,53 +186,6 @@ def quantities(fit: Fit, what: Posed, chains: np.ndarray, robust: np.ndarray) ->
     return found
 
 
-# Whether the model can be trusted -------------------------------------------------------------------------------------
-
-
-def doubts(fit: Fit, found: dict[str, Quantity], what: Posed, missing: Missing | None) -> tuple[str, ...]:
-    """What speaks against the quantiles although the chains may be perfect."""
-    told = [] if fit.converged else ["the fit that the walkers start from did not converge"]
-    if missing is not None and missing.rejected:
-        told.append(
-            f"something is missing from the model (p = {missing.p_value:.2g}, {missing.rests_on}): the sampler does "
-            "not know of it, and these intervals are not calibrated; mckibben diagnose says what it may be"
-        )
-    for label, one in zip(what.labels, what.noise, strict=True):
-        if one.values[0] > MISFIT_EXCESS:
-            told.append(
-                f"the misfit in {label} is {one.values[0]:.1f} times the noise of a reading: the model misses more "
-                "than noise, and these intervals are not calibrated"
-            )
-    wide = {name: found[name].robust_error / found[name].sd for name in fit.free if found[name].sd > 0}
-    wide = {name: times for name, times in wide.items() if times > ROBUST_EXCESS}
-    if wide:
-        each = ", ".join(f"{name} {times:.1f}" for name, times in wide.items())
-        told.append(f"errors that loops share would make the intervals wider than they are: {each} times as wide")
-    return tuple(told)
-
-
-def notes(fit: Fit, what: Posed, cut: tuple[str, ...]) -> tuple[str, ...]:
-    """What to know, without doubt in it."""
-    told = [one.told(label) for label, one in zip(what.labels, what.noise, strict=True)]
-    if len(what.samples) < len(fit.samples):
-        told.append(
-            f"thinned from {len(fit.samples)} to {len(what.samples)} readings: where errors are independent this "
-            "widens the intervals"
-        )
-    if what.integration:
-        told.append(what.integration)
-    loops = len(np.unique(clusters(what.samples)))
-    if loops < FEW_LOOPS:
-        told.append(f"{loops} loops only: the robust error says little")
-    if cut:
-        told.append(f"an end of the range cuts off: {', '.join(cut)}")
-    if what.idle:
-        told.append(f"a prior is stated of what does not vary (--free lets it): {', '.join(what.idle)}")
-    if fit.held:
-        told.append(f"these data cannot see, and nothing was sampled of: {', '.join(fit.held)}")
-    return tuple(told)
-
-
 # For others -----------------------------------------------------------------------------------------------------------
 
 
@@ -299,5 +252,10 @@ def inside_in_words(posterior: Posterior) -> str:
 
 
 def save(posterior: Posterior, path: Path | str) -> None:
-    """Write the chains as netCDF, which arviz and xarray read."""
+    """Write the chains as netCDF, which arviz and xarray read; OSError where there is no room.
+
+    The room is asked for before: where HDF5 runs out of it, it takes the whole program down as that ends.
+    """
+    if shutil.disk_usage(Path(path).resolve().parent).free < posterior.draws.values.nbytes + OVERHEAD:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), str(path))
     posterior.draws.inference_data().to_netcdf(str(path))

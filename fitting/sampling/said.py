@@ -12,6 +12,7 @@ from fitting.diagnosis.working_noise import noise_from
 from fitting.least_squares import Fit
 from fitting.records import Experiment
 from fitting.residuals import Samples
+from fitting.sampling.doubts import doubts, notes
 from fitting.sampling.evaluation import prior_curvature, slopes_at
 from fitting.sampling.predict import bands
 from fitting.sampling.record import (
@@ -20,8 +21,6 @@ from fitting.sampling.record import (
     Posterior,
     arviz,
     correlation_steps,
-    doubts,
-    notes,
     quantities,
     unsettled,
 )
@@ -62,7 +61,7 @@ def concluded(
         settled=not told,
         missing=missing,
         warnings=(*told, *doubted),
-        notes=notes(fit, what, cut_off(what, z)),
+        notes=notes(fit, what, cut_off(what, z), missing),
         calibrated=not doubted,
     )
 

@@ -85,6 +85,7 @@ class Posed:
     spreads: dict[str, float]  # standard deviation of each prior within its range, SI
     idle: tuple[str, ...] = ()  # stated priors of parameters that do not vary
     integration: str = ""  # how motions are integrated, in words
+    stated: tuple[bool, ...] = ()  # whether the noise of each recording is known by its owner's word
 
     def moved(self, centre: np.ndarray, axes: np.ndarray) -> "Posed":
         """The same in other coordinates."""

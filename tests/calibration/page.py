@@ -16,6 +16,7 @@ BINS = ((0.0, 0.25), (0.25, 0.5), (0.5, 1.0), (1.0, 2.0), (2.0, np.inf))  # misf
 VISIBLE = 0.5  # standard deviations of a reading
 FAR = 4.0  # standard deviations: hardly ever by chance, in five parameters with heavy tails
 REASONS = {"something is missing": "the test for anything missing", "the misfit in": "misfit above the noise",
+           "the data move": "data against a prior", "the priors keep": "priors that keep the misfit large",
            "errors that loops share": "the robust spread"}  # fmt: skip
 
 
