@@ -10,8 +10,8 @@ from fitting.diagnosis.fingerprint import Fingerprint, exponents
 from fitting.diagnosis.parity import Cells, cells, pressure_bins
 from fitting.least_squares import Fit
 from fitting.reading.noise import noise_of
-from fitting.reading.repeats import drift, noise_floor, repeated
-from fitting.records import Experiment, Recording
+from fitting.reading.repeats import Pair, drift, noise_floor, repeated
+from fitting.records import MOVING_TESTS, Experiment, Recording
 from fitting.residuals import Samples
 
 PRESSURE_LED = ("isometric", "isotonic", "step")  # tests in which the pressure moves
@@ -97,7 +97,7 @@ def compare(fit: Fit, experiments: Sequence[Experiment]) -> Comparison:
     mask = np.array([scores[k].unit == unit for k in fit.samples.recording])
     samples, residual = fit.samples.where(mask), fit.residual[mask]
     tests = np.array([recordings[k][1].test for k in samples.recording])
-    pairs = repeated(samples, residual, np.isin(tests, PRESSURE_LED))
+    pairs = _repetitions(samples, residual, tests)
     rmse, moved = _rms(residual), drift(pairs)
     parity = cells(samples, residual, tests == "loop") if unit == "N" else None
     even, odd, speed = exponents(fit, mask) if parity is not None else (None, None, None)
@@ -125,6 +125,14 @@ def compare(fit: Fit, experiments: Sequence[Experiment]) -> Comparison:
         fingerprint=traces,
         notes=_notes(recordings, pairs, parity),
     )
+
+
+def _repetitions(samples: Samples, residual: np.ndarray, tests: np.ndarray) -> tuple[Pair, ...]:
+    """Branches measured again. A swing is no repetition of the one before it, nor of one under another load."""
+    again = ~np.isin(tests, MOVING_TESTS)
+    if not again.any():
+        return ()
+    return repeated(samples.where(again), residual[again], np.isin(tests[again], PRESSURE_LED))
 
 
 def _score(fit: Fit, number: int, experiment: Experiment, recording: Recording) -> Score:

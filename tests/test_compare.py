@@ -1,14 +1,18 @@
 """Where a model fails: shares, floors, exponents and places against data whose misfit is known."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from small_muscle import loops, surface, write
 
 from fitting.bins import bins
-from fitting.compare import compare
+from fitting.commands.compare import _next
+from fitting.compare import _repetitions, compare
 from fitting.console.baseline import baseline
 from fitting.least_squares import fit
 from fitting.recordings import read_experiment
+from fitting.residuals import Samples
 from fitting.solving.evaluate import evaluate, left_out_rmse, rmse
 
 
@@ -137,3 +141,26 @@ def test_values_are_sorted_by_levels_or_by_steps(values, levels, label):
     assert len(found) == levels
     assert found.label(0, "Pa") == label
     assert set(found.of) == set(range(levels))
+
+
+@pytest.mark.parametrize(
+    ("tests", "verb"), [(["isotonic"], "add"), (["isotonic", "loop"], "diagnose"), (["step"], "diagnose")]
+)
+def test_what_comes_next_is_a_command_that_takes_these_data(tests, verb):
+    experiment = SimpleNamespace(recordings=[SimpleNamespace(test=test) for test in tests])
+    asked, task = SimpleNamespace(data=("folder",)), SimpleNamespace(experiments=[experiment])
+    assert _next(SimpleNamespace(asked=asked, task=task)).startswith(f"mckibben {verb} folder")
+
+
+@pytest.mark.parametrize(("test", "pairs"), [("loop", 1), ("quick release", 0), ("step", 0)])
+def test_a_swing_after_a_release_is_no_repetition(test, pairs):
+    """Runs alike in stroke, pressure and speed: loops tell the noise of the rig, releases stand under other loads."""
+    count = 20
+    run, zero = np.repeat([0, 1], count), np.zeros(2 * count)
+    along, steady = np.tile(np.linspace(0, 0.1, count), 2), zero + 1
+    samples = Samples(
+        dataset=run * 0, recording=run * 0, run=run, loop=run, half=run, row=np.arange(2 * count), time=along,
+        contraction=along, pressure=steady, rate=steady, pressure_rate=zero, branch=run * 0 + 1, measured=zero,
+        sigma=steady, position=np.arange(2 * count),
+    )  # fmt: skip
+    assert len(_repetitions(samples, np.arange(2.0 * count), np.array([test] * 2 * count))) == pairs

@@ -1,6 +1,7 @@
 """Speed over load: Hill's numbers from motions whose speeds are known in closed form."""
 
 import json
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -11,7 +12,8 @@ from scipy.constants import g
 from fitting.cli import main
 from fitting.errors import InputError
 from fitting.recordings import read_experiment
-from fitting.releases.hill import curves, dry_curve, hill_curve, releases, straight_part
+from fitting.releases.hill import Motions, curves, dry_curve, hill_curve, releases, straight_part
+from fitting.releases.words import _judged
 
 ISOMETRIC, CURVATURE, LARGEST = 900.0, 0.3, 1.6  # N, 1, m/s
 STROKE, FRICTION = 0.09, 40.0  # m, N
@@ -120,6 +122,36 @@ def test_the_command_warns_and_writes(tmp_path):
     assert curve["alike"] is True
     assert len(curve["readings"]) == len(LOADS)
     assert "<svg" in (tmp_path / "h.html").read_text()
+
+
+@pytest.mark.parametrize(
+    ("misses", "b", "ends", "words"),
+    [
+        ((1e-3, 2e-3), 90.0, (), "more than this motion bears"),
+        ((6e-3, 5e-3), 0.5, (), "something else"),
+        ((6e-3, 5e-3), 42.0, ("hill.a_over_F0",), "Try viscous_damping"),
+        ((5e-5, 5e-5), 100.0, ("hill.b",), "no need of viscosity"),
+        ((1e-3, 5e-5), 0.5, (), "+/- 10 mm/s."),
+        ((1e-2, 1e-3), 0.5, (), "the drag is not Hill's"),
+        ((1e-3, 5e-5), 0.5, ("hill.a_over_F0",), "at an end of the range"),
+        ((1e-3, 5e-5), 100.0, ("hill.b",), "only (F0 + a)/b is found"),
+    ],
+)
+def test_the_motion_says_what_hills_numbers_are_worth(misses, b, ends, words, monkeypatch):
+    """Misfits of the motion in m without and with Hill's force, noise 0.05 mm, speeds up to 1 m/s."""
+
+    def fitted(miss, **values):
+        entries = [SimpleNamespace(name=f"hill.{name}", unit=unit) for name, unit in (("a_over_F0", "1"), ("b", "m/s"))]
+        layout = SimpleNamespace(names=tuple(values), entries=entries)
+        samples = SimpleNamespace(sigma=np.full(9, 5e-5))
+        return SimpleNamespace(layout=layout, values=values, error=lambda name: 0.01, at_bound=ends,
+                               residual=np.full(9, miss), rmse=miss, samples=samples)  # fmt: skip
+
+    monkeypatch.setattr("fitting.releases.hill.rmse", lambda fit: fit.rmse)
+    motions = Motions(fitted(misses[0]), fitted(misses[1], **{"hill.a_over_F0": 0.3, "hill.b": b}))
+    told = _judged(motions, "hill.b = 500 mm/s +/- 10 mm/s", 1.0)
+    assert words in told
+    assert ("viscous_damping" in told) == (b > 10 and misses[0] > misses[1])
 
 
 @pytest.mark.slow

@@ -1,16 +1,20 @@
 """Effects that remember, against closed forms and scipy."""
 
 import itertools
+from io import StringIO
 
 import benches
 import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from rich.console import Console
 from scipy.integrate import solve_ivp
 
-from mckibben_jax.effects import Creep, MaxwellSlip, Mullins, Presliding, SupplyLag
-from mckibben_jax.memory import follow, remember
+from fitting.showing.catalogue import effect_report
+from mckibben_jax.effect import name_of
+from mckibben_jax.effects import LIBRARY, Creep, MaxwellSlip, Mullins, Presliding, SupplyLag
+from mckibben_jax.memory import Memory, follow, remember
 from mckibben_jax.state import State
 
 LENGTH = float(benches.MUSCLE.length)
@@ -31,6 +35,14 @@ def remembered(effect, run) -> np.ndarray:
 def solved(law, span, start: float, *args) -> float:
     """The solution of a scalar differential equation at the end of a span, by scipy."""
     return solve_ivp(law, span, [start], args=args, rtol=1e-11, atol=1e-11).y[0, -1]
+
+
+@pytest.mark.parametrize("kind", LIBRARY, ids=name_of)
+def test_where_a_memory_begins_is_said(kind):
+    shown = StringIO()
+    Console(file=shown, width=200).print(*effect_report(kind))
+    said = "fresh with the first sample" in shown.getvalue()
+    assert said == issubclass(kind, Memory)
 
 
 # First order -----------------------------------------------------------------------------------------------------

@@ -36,11 +36,6 @@ def command(alike: bool, **given: Any) -> None:
         found = compare(fit, study.task.experiments)
     can_be_known = _knowable(study, fit) if alike else None
     more = {} if can_be_known is None else {"alike": alike_result(can_be_known)}
-    study.write(comparison_result(found) | {"fit": fit_result(fit), "known": known_result(fit)} | more)
-    if study.asked.html:
-        from fitting.showing.page import write_page
-
-        write_page(study.asked.html, study.task, found)
     if fitted_here:
         study.print([headed("FITTED", ", ".join(name for name in fitted_here if name in fit.free) or "nothing")])
     study.print(lines("WARNING", fit_in_words(fit), "yellow") if fitted_here else [])
@@ -48,8 +43,21 @@ def command(alike: bool, **given: Any) -> None:
     study.print(known_report(fit))
     study.print([] if can_be_known is None else alike_report(can_be_known))
     if found.rmse > 1.5 * found.floor:
-        study.print([headed("", ""), headed("NEXT", f"mckibben diagnose {' '.join(study.asked.data)}")])
+        study.print([headed("", ""), headed("NEXT", _next(study))])
+    study.write(comparison_result(found) | {"fit": fit_result(fit), "known": known_result(fit)} | more)
+    if study.asked.html:
+        from fitting.showing.page import write_page
+
+        write_page(study.asked.html, study.task, found)
     study.end(fit.converged)
+
+
+def _next(study: Study) -> str:
+    """The command that goes on; the diagnosis reads forces, and motions as force, but no position without inertia."""
+    folders = " ".join(study.asked.data)
+    if all(recording.test == "isotonic" for each in study.task.experiments for recording in each.recordings):
+        return f"mckibben add {folders} EFFECT, one that you suspect (mckibben effects): 'diagnose' needs a force"
+    return f"mckibben diagnose {folders}"
 
 
 def _knowable(study: Study, fit: "Fit") -> "Knowable":

@@ -31,9 +31,9 @@ def command(no_motion: bool, **given: Any) -> None:
     with study.working("reading speeds, fitting motions"):
         found = curves(study.task.experiments)
         moved = None if no_motion else motions(study.task, found)
-    study.write(hill_result(found, moved))
     shown = hill_report(found, moved)
     study.print(shown)
+    study.write(hill_result(found, moved))
     if study.asked.html:
         from fitting.figures import as_svg
         from fitting.releases.figures import speed_over_load

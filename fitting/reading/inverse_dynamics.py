@@ -30,7 +30,7 @@ UNEVEN = 0.05  # of a sampling interval, by which another may differ
 QUIET = 0.01  # noise of a force over the load that is low enough
 PLENTY = 12  # readings of one run, which a longer window than noise asks for should leave
 FEWEST = 8  # readings of one run
-ASIDE = "joins the fit and the comparison, but not this test"
+ASIDE = "joins the fit and the comparison, but is not looked at here"
 ALIKE = 2.0  # ratio of the noises of runs that make one recording
 
 
@@ -49,7 +49,7 @@ def as_force(experiment: Experiment) -> tuple[Experiment, tuple[str, ...]]:
             recordings += loops
             notes += said
         else:
-            notes.append(f"{recording.file}: a {recording.test} {ASIDE}")
+            notes.append(f"{recording.file}: the {recording.test} test {ASIDE}")
     return replace(experiment, recordings=tuple(recordings)), tuple(notes)
 
 
@@ -63,7 +63,7 @@ def _loops(recording: Recording, experiment: Experiment) -> tuple[list[Recording
         else:
             read.append(motion)
     if not read:
-        return [], [f"{recording.file}: a {recording.test} {ASIDE}: {'; '.join(refused)}"]
+        return [], [f"{recording.file}: the {recording.test} test {ASIDE}: {'; '.join(refused)}"]
     said = "read as force through the moving mass (a break-away or standstill is not seen in it)"
     notes = [f"{recording.file}: {said}", *(_left_out(recording.file, why, runs) for why, runs in refused.items())]
     parts = _alike(sorted(read, key=lambda motion: motion.noise))

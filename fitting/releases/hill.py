@@ -35,6 +35,7 @@ WORSE = 2.0  # times the misfit: a curve that fits so much worse is not the one
 STARTS = 4  # of the fit to the motion, which begins from what is known
 FADED = 90.0  # m/s: Hill's b at which the force is next to nothing
 FAR = 1.5  # times the noise: there is something left for viscosity to explain
+STRAIGHT = 10.0  # times the fastest speed: with b so far up Hill's force is straight in speed to some 10 %
 READ = 0.01  # of a speed: no reading of a straight part is better
 
 
@@ -136,6 +137,20 @@ class Motions:
         """Hill's numbers from the motion itself, with robust errors, by full name."""
         names = [name for name in self.viscous.layout.names if name not in self.dry.layout.names]
         return {name: (self.viscous.values[name], self.viscous.error(name)) for name in names}
+
+    @property
+    def at_ends(self) -> tuple[str, ...]:
+        """Those of Hill's numbers that ended at an end of their range."""
+        return tuple(name for name in self.direct if name in self.viscous.at_bound)
+
+    def straight(self, fastest: float) -> bool:
+        """Whether Hill's force is a plain drag, (F0 + a)/b times the speed, up to the `fastest` speed (m/s)."""
+        return any(value > STRAIGHT * fastest for name, (value, _) in self.direct.items() if name.endswith("hill.b"))
+
+    @property
+    def explained(self) -> bool:
+        """Whether the better of the two leaves no more than noise."""
+        return min(_off(self.dry), _off(self.viscous)) < FAR
 
 
 # Speed over load -----------------------------------------------------------------------------------------------------

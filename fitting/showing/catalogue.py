@@ -11,6 +11,7 @@ from rich.text import Text
 from fitting import units
 from fitting.report import headed, lines
 from mckibben_jax.effect import Effect, name_of
+from mckibben_jax.memory import Memory
 from mckibben_jax.parameter import Declaration, parameters
 
 STAGES = {
@@ -19,6 +20,11 @@ STAGES = {
     "lost": "what is lost to motion",
     "read": "what the instrument makes of it",
 }
+
+BEGINS = (
+    "begins fresh with the first sample of each run, as if the muscle had stood there for long; it is not fitted. "
+    'Where it had just moved, give the first cycle no weight: valid = { time = ["20 s", "999 s"] } in muscle.toml'
+)
 
 
 def meaning(kind: type[Effect]) -> str:
@@ -45,6 +51,7 @@ def effect_report(kind: type[Effect]) -> list[RenderableType]:
     shown: list[RenderableType] = [Text(name_of(kind), style="bold"), headed("", meaning(kind))]
     shown += lines("SUSPECT", [kind.suspect] if kind.suspect else [])
     shown.append(headed("STAGE", f"{kind.stage}: {STAGES[kind.stage]}"))
+    shown += lines("MEMORY", [BEGINS] if issubclass(kind, Memory) else [])
     shown += lines("RIVALS", [f"replaces any other effect of the family '{kind.family}'"] if kind.family else [])
     shown += lines("NEEDS", [", ".join(kind.needs).replace("_", " ")] if kind.needs else [])
     shown += lines("RIVAL", ["a printed law that is unsound: a candidate only on request"] if kind.rival else [])
