@@ -231,11 +231,15 @@ def outsiders(told: Sequence[Record]) -> list[Score]:
 def several(told: Sequence[Record]) -> list[Score]:
     """Two and three at once."""
     both = of(told, "pair", "triple")
+    nearly = "or named what follows it within 0.1 noise"
+    or_like = lambda r: holds(r) or followed(r)  # noqa: E731
     return [
         share("two at once: exact set", ">= 85 %", of(told, "pair"), right, least=0.85),
         share("two at once: in the set", "", of(told, "pair"), holds),
+        share(f"two at once: in the set, {nearly}", "", of(told, "pair"), or_like),
         share("three at once: exact set", ">= 65 %", of(told, "triple"), right, least=0.65),
         share("three at once: in the set", "", of(told, "triple"), holds),
+        share(f"three at once: in the set, {nearly}", "", of(told, "triple"), or_like),
         share("two or three at once: another set named uniquely", "", both, wrong),
         share("two or three at once: false extras", "<= 3 %", both, extra, most=0.03),
     ]
