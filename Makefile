@@ -24,6 +24,11 @@ WORKERS ?= 2
 hidden: $(READY)
 	$(BIN)/python -m tests.hidden.study --share $(SHARE) --workers $(WORKERS) --out build/hidden.jsonl
 
+# Mutation testing: a fixed sample of mutants, judged by the tests that cover them; a stopped run goes on.
+.PHONY: mutants
+mutants: $(READY)
+	$(BIN)/python -m tests.mutants --sample 300 --seed 1
+
 bench: $(READY)
 	$(BIN)/python -m pytest tests/benchmarks --benchmark-only
 

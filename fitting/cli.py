@@ -9,6 +9,7 @@ from typing import Any
 import click
 
 from fitting.errors import InputError
+from fitting.writing import FULL
 
 # in the order of a study; a command whose file is not there is not offered
 COMMANDS = ("demo", "init", "compare", "fit", "diagnose", "add", "drop", "discover", "plan", "posterior", "report",
@@ -57,7 +58,8 @@ class Program(click.Group):
         except (BrokenPipeError, KeyboardInterrupt):
             raise
         except OSError as error:
-            raise Stop(f"{error.filename or 'a file'}: {error.strerror or error}.") from None
+            cure = " Cure: make room, then give the same command again" if error.errno in FULL else ""
+            raise Stop(f"{error.filename or 'a file'}: {error.strerror or error}.{cure}") from None
 
 
 def _module(name: str) -> str:

@@ -169,7 +169,7 @@ def prospect(
     """Fit each explanation to the data and let it foretell every candidate."""
     tested = of_force(experiments)[0]
     light = [thinned(experiment, ENOUGH_SAMPLES // len(tested)) for experiment in tested]
-    can = shown(tested[0])
+    can = shown(next(e for e in experiments if e.name == tested[0].name))
     if other_muscles:
         plan = [(other, on_specimen(can, other.name), can) for other in specimens(light[0])]
     else:
@@ -297,7 +297,7 @@ def proposed(given: Prospect, number: int, repeats: int, pairs: Sequence[PairPow
         repeats=repeats,
         speed=p.rate if p.test == "isometric" else p.rate * given.can.length,
         seconds=_seconds(p, repeats),
-        needs=" and ".join(part for part in (p.specimen, p.beyond) if part),
+        needs=p.needs,
         pairs=tuple(pairs),
     )
 

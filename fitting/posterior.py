@@ -83,7 +83,8 @@ def sample(
         store.forget()
     what, warm = _frame(what, store, plan)
     z, steps, late = _grown(what, plan, store and store.at("main"), warm, (min(FIRST_CHECK, max_steps), max_steps))
-    ended = f"after {limit_s:g} s ({steps} steps)" if late else f"after {steps} steps"
+    timed = late and limit_s > 0  # without any time nothing is sampled: the chains are read as they are
+    ended = f"after {limit_s:g} s ({steps} steps)" if timed else f"after {steps} steps"
     return concluded(fit, experiments, what, _kept(z), ended, "emcee", seed)
 
 

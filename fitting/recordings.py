@@ -155,7 +155,9 @@ def _checked_runs(
 
 def _stated(table: Table) -> dict[str, str]:
     """SI unit -> the unit of the column that is measured in it; a load hung on as a mass is no force."""
-    return {str(COLUMNS[name]): unit for name, unit in table.units.items() if name in OWN_UNITS}
+    stated = {str(COLUMNS[name]): unit for name, unit in table.units.items() if name in OWN_UNITS}
+    load = table.units.get("load")
+    return {"N": load} | stated if load and units.dimension(load) == units.dimension("N") else stated
 
 
 def kind_of(test: str) -> str:

@@ -3,7 +3,6 @@
 import json
 import math
 from collections.abc import Sequence
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -13,11 +12,11 @@ from fitting.console.program import command_line, versions
 from fitting.console.task import Task
 from fitting.diagnosis.fingerprint import Fingerprint
 from fitting.diagnosis.record import Diagnosis, Evidence, Explanation
-from fitting.errors import InputError
 from fitting.figures import Stage
 from fitting.least_squares import Fit
 from fitting.reading.model_file import state_of
 from fitting.solving.evaluate import rmse
+from fitting.writing import write_text
 
 if TYPE_CHECKING:
     from fitting.next_measurement import NextMeasurement
@@ -218,15 +217,6 @@ def provenance(task: Task) -> dict[str, Any]:
 def write_json(path: str, result: dict[str, Any]) -> None:
     """Write a result; numbers that are none are null."""
     write_text(path, json.dumps(_plain(result), indent=1, ensure_ascii=False, allow_nan=False) + "\n")
-
-
-def write_text(path: str, text: str) -> None:
-    """Write a file the user named, or say why that cannot be."""
-    try:
-        Path(path).write_text(text, encoding="utf-8")
-    except OSError as error:
-        cure = "name a file in a folder that exists and may be written to"
-        raise InputError(f"the file cannot be written: {error.strerror}", path, cure=cure) from None
 
 
 def _plain(value: Any) -> Any:

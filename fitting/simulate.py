@@ -16,6 +16,7 @@ from fitting.errors import InputError
 from fitting.reading.readings import CONTRACTIONS
 from fitting.reading.runs import AT_REST
 from fitting.records import FORCE_TESTS
+from fitting.writing import write_text
 from mckibben_jax.model import Model
 from mckibben_jax.muscle import Muscle, quantities
 from mckibben_jax.state import State
@@ -206,8 +207,8 @@ def write_data_set(
         read = shown + scatter.normal(0.0, noise, len(shown)) if noise else shown
         parts += _rows(number, model, course, read)
     folder.mkdir(parents=True, exist_ok=True)
-    file.write_text("\n".join([_head(model, test, courses[0]), *parts]) + "\n", encoding="utf-8")
-    (folder / "muscle.toml").write_text(_muscle_file(folder, model, test, file.name, noise), encoding="utf-8")
+    write_text(file, "\n".join([_head(model, test, courses[0]), *parts]) + "\n")
+    write_text(folder / "muscle.toml", _muscle_file(folder, model, test, file.name, noise))
     return Told(file, len(parts), warnings)
 
 

@@ -70,7 +70,7 @@ def _(place, set_dropped, set_session, set_told, set_work, work):
         """Do something that the user may have to mend."""
         try:
             return action()
-        except InputError as error:
+        except (InputError, OSError) as error:  # also a full disk
             set_told(dropping.without_place(str(error), place.name))
             return None
 
@@ -91,8 +91,8 @@ def _(attempt, open_folder, place, set_dropped):
     def take(files):
         if not files:
             return
-        folder = Path(tempfile.mkdtemp(dir=place.name))
-        kept = attempt(lambda: dropping.keep([(f.name, f.contents) for f in files], folder))
+        given = [(f.name, f.contents) for f in files]
+        kept = attempt(lambda: dropping.keep(given, Path(tempfile.mkdtemp(dir=place.name))))
         if kept is None:
             return
         if dropping.is_described(kept):

@@ -202,6 +202,17 @@ def test_a_bad_data_set_is_tried_again(line, tmp_path):
     assert all_of(line, tmp_path, names="bad").results[0]["error"]["value"] == "later"
 
 
+def test_a_model_that_another_order_wrote_beside_a_result_is_done_again(line, tmp_path):
+    """As two commands at once leave it: the result of the one, the model of the other."""
+    all_of(line, tmp_path, names="m1")
+    ours, model = (tmp_path / "m1.json").read_bytes(), (tmp_path / "m1.toml").read_bytes()
+    all_of(line, tmp_path, names="m1", fix=("coulomb_friction.f_s",))
+    (tmp_path / "m1.json").write_bytes(ours)
+    assert all_of(line, tmp_path, names="m1").computed == 1
+    assert (tmp_path / "m1.toml").read_bytes() == model
+    assert all_of(line, tmp_path, names="m1").computed == 0
+
+
 # On a cluster --------------------------------------------------------------------------------------------------------
 
 

@@ -2,6 +2,7 @@
 
 import json
 import shlex
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -9,6 +10,7 @@ import pytest
 from click.testing import CliRunner
 from hidden.simulator import Muscle, Noise, Truth, dataset, isometric, loops, with_baseline, write
 from scipy.stats import multivariate_normal
+from test_inverse_dynamics import released
 from threadpoolctl import threadpool_limits
 
 from fitting import next_measurement as nm
@@ -19,7 +21,7 @@ from fitting.diagnosis.omnibus import Basis
 from fitting.diagnosis.record import Evidence
 from fitting.diagnosis.working_noise import Noise as Memory
 from fitting.least_squares import fit
-from fitting.planning.candidates import FASTER, NODES, grid, shown, simulation
+from fitting.planning.candidates import FASTER, MUCH_FASTER, NODES, grid, on_specimen, shown, simulation
 from fitting.planning.foreseen import Varying
 from fitting.planning.protocol import plan_of, plan_result
 from fitting.planning.rejection import Drawn, Units
@@ -172,6 +174,30 @@ def test_candidates_stay_inside_what_the_rig_has_shown(one_pressure):
             assert protocol.pressures[1] <= 3.06e5
             assert protocol.rate * can.length <= 1.02 * FASTER * 0.01
     assert {p.test for p in grid(can) if p.beyond} == {"loop", "isometric"}
+
+
+def test_what_is_faster_than_the_data_show_says_so(one_pressure):
+    """Three times as fast most rigs still go, but who reads the plan should know it before."""
+    can = replace(shown(one_pressure[2]), tests=frozenset({"loop", "isometric"}), ramps=(1e4, 5e4))
+    fast = [p for p in grid(can) if p.test == "loop" and p.rate * can.length > 1.02 * can.speeds[1]]
+    steep = [p for p in grid(can) if p.test == "isometric" and p.rate > 1.02 * can.ramps[1]]
+    assert fast
+    assert steep
+    assert all("times as fast as in these data (10 mm/s)" in p.needs for p in fast)
+    assert all("a pressure that changes 3 times as fast as in these data (50 kPa/s)" in p.needs for p in steep)
+    assert not any("times as fast" in p.needs for p in grid(can) if p not in fast and p not in steep)
+    assert max(p.rate * can.length for p in fast) <= 1.02 * MUCH_FASTER * can.speeds[1]
+
+
+def test_releases_do_not_show_a_rig_that_moves_the_length(tmp_path):
+    """They move at a metre a second; no drive does that, and none was seen."""
+    data, _ = released(tmp_path)
+    can = shown(data)
+    assert can.tests == frozenset()
+    assert np.isnan(can.speeds[1])
+    assert all("a rig that moves the length" in p.needs or p.test == "isometric" for p in grid(can))
+    assert max(p.rate * can.length for p in grid(can) if p.test == "loop") <= 0.1
+    assert on_specimen(can, "a muscle half as long")
 
 
 @pytest.mark.parametrize(("test", "own"), [("loop", {}), ("isometric", {}), ("loop", PSI), ("isometric", PSI)])

@@ -242,6 +242,51 @@ def test_a_folder_of_another_sweep_is_refused(tmp_path):
         sweep(order(tmp_path, **{'"300 mm"': '"310 mm"'}), tmp_path / "out")
 
 
+@pytest.mark.parametrize(("keep", "kind"), [(BEST, "parquet"), (ALL, "parquet"), (ALL, "zarr")])
+def test_two_sweeps_at_once_in_one_folder_find_what_one_finds(tmp_path, keep, kind, monkeypatch):
+    monkeypatch.setattr("fitting.designs.sweep_store.SAVE_EVERY", 0.0)
+
+    def other_begins_midway(*asked):
+        for done, found in enumerate(here(*asked)):
+            if done == 4:
+                sweep(order(tmp_path, keep), tmp_path / "both", piece=500, kind=kind)
+            yield found
+
+    whole = sweep(order(tmp_path, keep), tmp_path / "whole", piece=500, kind=kind)
+    both = sweep(order(tmp_path, keep), tmp_path / "both", work=other_begins_midway, piece=500, kind=kind)
+    for a, b in zip(whole.tally, both.tally, strict=True):
+        np.testing.assert_array_equal(a, b)
+    for name, column in table(whole).items():
+        np.testing.assert_array_equal(column, table(both)[name])
+
+
+def test_a_piece_that_a_power_cut_left_empty_is_done_again(tmp_path):
+    whole = sweep(order(tmp_path, ALL), tmp_path / "out", piece=500)
+    (tmp_path / "out" / "part-000003.parquet").write_bytes(b"")
+    again = sweep(order(tmp_path, ALL), tmp_path / "out")
+    assert again.computed == 500
+    for a, b in zip(whole.tally, again.tally, strict=True):
+        np.testing.assert_array_equal(a, b)
+
+
+@pytest.mark.parametrize(
+    ("file", "content", "words"),
+    [
+        ("sweep.json", b"[]", "no file of a sweep, or a damaged one"),
+        ("sweep.json", b'{"format": 1}', "no file of a sweep, or a damaged one"),
+        ("sweep.json", b'{"format": 2, "program": "9.9", "designs_in_a_piece": 5}', "begun by program 9.9"),
+        ("state.npz", b"PK\x03\x04 cut off", "what is known so far is damaged"),
+        ("state.npz", b"", "what is known so far is damaged"),
+    ],
+)
+def test_a_damaged_folder_is_refused_with_a_cure(tmp_path, file, content, words):
+    sweep(order(tmp_path), tmp_path / "out", piece=5000)
+    (tmp_path / "out" / file).write_bytes(content)
+    with pytest.raises(InputError, match=words) as caught:
+        sweep(order(tmp_path), tmp_path / "out")
+    assert caught.value.cure
+
+
 RUN = "import sys; from fitting.cli import main; main()"
 
 

@@ -34,13 +34,15 @@ def command(
     with errors_for_machines(given["json"]):
         order = read_order(spec, library(effect_file))
         draws = read_draws(posterior, order.task) if posterior else {}
+        if save and not (order.second and Path(save).is_dir()):  # a trade-off is saved into a folder
+            check_places(save)
         with progress_bar("designing", quiet):
             found = answer(order, draws, given["seed"])
+        console(quiet).print(found.words, markup=False, highlight=False, soft_wrap=True)
         if picture:
             found.draw(picture)
         if save:
             found.save(Path(save))
-    console(quiet).print(found.words, markup=False, highlight=False, soft_wrap=True)
     if given["json"]:
         write_json(given["json"], found.result)
     if given["html"]:

@@ -38,19 +38,19 @@ def command(propose: bool, **given: Any) -> None:
         found, compared = diagnosed(study.task, candidates, told)
         planned = following(study.task, found, told)
         form = proposed(found, told) if propose else None
-    study.write(diagnosis_result(found, compared, planned) | ({"proposal": proposal_result(form)} if form else {}))
-    if study.asked.html:
-        from fitting.showing.page import write_page
-
-        write_page(study.asked.html, in_newtons(study.task), compared, found, planned=planned)
     study.print(diagnosis_report(found, compared.unit))
     study.print(lines("NOTE", of_force(study.task.experiments)[1]))
     study.print([headed("ERROR", error_in_words(compared))])
     study.print([headed("MEASURE", measurement_in_words(planned))] if planned else [])
-    study.print([headed("PAGE", study.asked.html)] if study.asked.html else [])
     after = next_command(found, study.asked.data)
     study.print([headed("NEXT", after)] if after else [])
     if form:
         study.print([headed("PROPOSAL", proposal_in_words(form))])
         study.console.print(form.command(study.asked.data), soft_wrap=True)  # to be pasted: in one line
+    study.write(diagnosis_result(found, compared, planned) | ({"proposal": proposal_result(form)} if form else {}))
+    if study.asked.html:
+        from fitting.showing.page import write_page
+
+        write_page(study.asked.html, in_newtons(study.task), compared, found, planned=planned)
+        study.print([headed("PAGE", study.asked.html)])
     study.end(found.baseline.converged)

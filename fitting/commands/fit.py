@@ -43,11 +43,11 @@ def command(**given: Any) -> None:
     with study.working("fitting"):
         fit = fitted(study.task)
         found = compare(fit, study.task.experiments)
+    study.print([headed("RESULT", judged(found), "bold"), headed("ERROR", error_in_words(found)), *fit_report(fit)])
+    study.print(save(study, fit))
     study.write(fit_result(fit) | {"comparison": comparison_result(found)})
     if study.asked.html:
         from fitting.showing.page import write_page
 
         write_page(study.asked.html, study.task, found)
-    study.print([headed("RESULT", judged(found), "bold"), headed("ERROR", error_in_words(found)), *fit_report(fit)])
-    study.print(save(study, fit))
     study.end(fit.converged)

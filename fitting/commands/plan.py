@@ -26,11 +26,11 @@ def command(**given: Any) -> None:
         found, _ = diagnosed(study.task, candidates, told)
         told("planning", 0.95)
         plan = plan_of(study.task, found, study.asked.data)
-    study.write(plan_result(plan, found))
     report = [headed("VERDICT", verdict_in_words(found)), *plan_report(plan)]
+    study.print(report)
+    study.write(plan_result(plan, found))
     if study.asked.html:
         from fitting.showing.page import write_words
 
         write_words(study.asked.html, "mckibben plan", report)
-    study.print(report)
     study.end(found.baseline.converged)

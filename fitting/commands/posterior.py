@@ -38,18 +38,19 @@ def command(**given: Any) -> None:
     study = begin(given)
     from fitting.console.task import fitted
     from fitting.sampling.record import describe, save, to_json
+    from fitting.writing import write_whole
 
     with study.working("fitting") as told:
         fit = fitted(study.task)
         found = _sampled(study, fit, given, told)
+    study.print([describe(found)])
     study.write(to_json(found))
     if study.asked.html:
         from fitting.sampling.page import write_posterior
 
         write_posterior(study.asked.html, study.task, found)
     if given["netcdf"]:
-        save(found, given["netcdf"])
-    study.print([describe(found)])
+        write_whole(given["netcdf"], lambda new: save(found, new))
     study.end(fit.converged and found.settled)
 
 
@@ -67,7 +68,7 @@ def _sampled(study: Study, fit: "Fit", given: dict[str, Any], told: "Progress") 
     if given["sampler"] == "nuts":
         from fitting.sampling.nuts import sample_nuts
 
-        return sample_nuts(fit, task.experiments, progress=lambda words, share: told(words, share), **common)
+        return sample_nuts(fit, task.experiments, limit_s=seconds, progress=told, **common)
     from fitting.posterior import sample
 
     return sample(

@@ -1,7 +1,8 @@
 """`mckibben report`: everything on one page."""
 
-import shutil
+import sqlite3
 import tempfile
+from contextlib import closing
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -16,6 +17,7 @@ from fitting.console.options import (
     study_options,
 )
 from fitting.console.study import Study, begin
+from fitting.errors import InputError
 
 if TYPE_CHECKING:
     from fitting.least_squares import Fit
@@ -67,6 +69,14 @@ def command(no_diagnosis: bool, **given: Any) -> None:
     study.end(compared.fit.converged)
 
 
+def _copied(kept: Path, folder: Path) -> Path:
+    """The chains as they were after their last whole block: somebody may be writing them, or was killed at it."""
+    copy = folder / kept.name
+    with closing(sqlite3.connect(kept)) as source, closing(sqlite3.connect(copy)) as target:
+        source.backup(target)
+    return copy
+
+
 def _posterior(study: Study, fit: "Fit") -> "list[Section]":
     """What was sampled of this model, if chains of it lie beside the data; they are read from a copy."""
     task, kept = study.task, study.task.experiments[0].folder / CHAINS
@@ -77,10 +87,14 @@ def _posterior(study: Study, fit: "Fit") -> "list[Section]":
     from fitting.sampling.page import posterior_sections
 
     steps = [0]
-    with tempfile.TemporaryDirectory() as folder, study.working("reading the posterior"):
-        copy = shutil.copy(kept, Path(folder))
-        found = sample(fit, task.experiments, seed=task.seed, priors=task.priors, limit_s=0.0, chains=str(copy),
-                       progress=lambda done, _: steps.append(done))  # fmt: skip
+    try:
+        with tempfile.TemporaryDirectory() as folder, study.working("reading the posterior"):
+            copy = _copied(kept, Path(folder))
+            found = sample(fit, task.experiments, seed=task.seed, priors=task.priors, limit_s=0.0, chains=str(copy),
+                           progress=lambda done, _: steps.append(done))  # fmt: skip
+    except (InputError, OSError, sqlite3.Error) as error:  # the page is there without it
+        study.print([headed("NOTE", f"{kept} cannot be read, and no posterior stands on the page: {error}")])
+        return []
     if steps[-1] < FEWEST_STEPS:
         study.print([headed("NOTE", f"{kept} holds no posterior of this model and these data: left out")])
         return []

@@ -87,12 +87,13 @@ def run(study: Study, names: Sequence[str], how: Callable[[Task, Sequence[str]],
     changed, words = how(study.task, names)
     with study.working("fitting") as told:
         found = change(study.task, changed, words, told)
+    unit = found.comparison.unit
+    study.print([headed("RESULT", told_in_words(found, unit), "bold"), *steps_report(found.stages, unit)])
+    study.print(fit_report(found.after))
+    study.print(save(study, found.after))
     study.write(change_result(found))
     if study.asked.html:
         write_page(study.asked.html, changed, found.comparison, stages=found.stages)
-    unit = found.comparison.unit
-    study.print([headed("RESULT", told_in_words(found, unit), "bold"), *steps_report(found.stages, unit)])
-    study.print([*fit_report(found.after), *save(study, found.after)])
     study.end(found.before.converged and found.after.converged)
 
 

@@ -10,6 +10,7 @@ from fitting.console.options import Asked, _all
 from fitting.console.prepare import prepare
 from fitting.console.study import NOT_CONVERGED, check_places, errors_for_machines, progress_bar
 from fitting.errors import InputError
+from fitting.units import spoken
 
 each_options = _all(
     click.option("--each", is_flag=True, help="Each data set on its own; 'line/*' in quotes means all in there."),
@@ -45,10 +46,11 @@ def do_each(given: dict[str, Any], command: str) -> None:
         place = Path(given["out"] or f"each_{command}")
         with progress_bar("reading", asked.quiet) as told:
             found = each(meant.sets, asked, order, place, work, told)
-    shown = _shown(found, meant.passed_by)
-    for part in shown:
-        console(asked.quiet).print(part)
-    _write(asked, found, shown)
+    with spoken(found.units):
+        shown = _shown(found, meant.passed_by)
+        for part in shown:
+            console(asked.quiet).print(part)
+        _write(asked, found, shown)
     sys.exit(_status(found))
 
 

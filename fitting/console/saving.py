@@ -6,8 +6,9 @@ from rich.console import RenderableType
 
 from fitting.console.study import Study
 from fitting.console.task import MODEL_FILE
+from fitting.errors import InputError
 from fitting.least_squares import Fit
-from fitting.reading.model_file import write_model
+from fitting.reading.model_file import is_edited, write_model
 from fitting.report import headed
 
 
@@ -22,4 +23,6 @@ def save(study: Study, fit: Fit) -> list[RenderableType]:
     if why is None:
         how = f"--model {path} takes it up" if study.asked.save else "the next command on these data begins from it"
         return [headed("SAVED", f"{path}; {how}")]
+    if study.asked.save and not (path.exists() and is_edited(path)):  # what comes next will look for it there
+        raise InputError(f"the model is not saved: {why}", cure="make room, or name another file with --save")
     return [headed("SAVED", f"nothing: {why}. Name another file with --save FILE", "yellow")]

@@ -13,7 +13,7 @@ from fitting.console.program import program_version
 from fitting.designs.order import DesignOrder
 from fitting.designs.words import describe, front_in_words, odds_in_words
 from fitting.errors import InputError
-from fitting.results import write_text
+from fitting.writing import write_text, write_whole
 from mckibben_jax.design import Design, Task, design, to_json
 from mckibben_jax.effect import name_of
 from mckibben_jax.merit import built
@@ -48,7 +48,8 @@ class Answer:
         """Write the picture."""
         from fitting.designs.figures import stroke_of, to_scale, trade_off
 
-        if Path(path).suffix.lower() not in PICTURES:
+        kind = Path(path).suffix.lower()
+        if kind not in PICTURES:
             cure = f"end its name with {', '.join(PICTURES)}"
             raise InputError("the picture's kind is not known", path, cure=cure)
         if len(self.designs) > 1 and self.order.second:
@@ -56,7 +57,7 @@ class Answer:
         else:
             pressure, stroke = stroke_of(self.order.task, self.first)
             figure = to_scale(self.first.muscle, max(stroke, 0.0), pressure)
-        figure.savefig(path, dpi=150)
+        write_whole(path, lambda new: figure.savefig(new, dpi=150, format=kind.removeprefix(".")))
 
     def save(self, path: Path) -> None:
         """Write the design as a model file, or those of a trade-off into a folder."""

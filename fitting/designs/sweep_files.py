@@ -7,17 +7,19 @@ Zarr a piece is one chunk of each array, and counts once the small file with its
 import json
 import os
 import shutil
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Protocol
 
 import numpy as np
 
-from fitting.errors import InputError
+from fitting.writing import refused, write_text, write_whole
 
 Columns = Mapping[str, np.ndarray]
 Counts = dict[str, Any]  # of a piece: feasible, undefined, histogram
 PARQUET, ZARR = KINDS = ("parquet", "zarr")
+END = b"PAR1"  # of a Parquet file
+NO_ROOM = "make room, or name another folder with --out; the same command then goes on"
 
 
 class Writer(Protocol):
@@ -55,7 +57,7 @@ class _Parquet:
         self.folder, self.pieces = folder, -(-designs // piece)
 
     def done(self) -> set[int]:
-        return {number for number in range(self.pieces) if self._path(number).exists()}
+        return {number for number in range(self.pieces) if _is_whole(self._path(number))}
 
     def write(self, number: int, columns: Columns, counts: Counts) -> None:
         _write_parquet(self._path(number), columns, {name: json.dumps(value) for name, value in counts.items()})
@@ -74,13 +76,23 @@ class _Parquet:
         return self.folder / f"part-{number:06d}.parquet"
 
 
+def _is_whole(path: Path) -> bool:
+    """Whether a file is there to its end: one that a power cut left empty is not."""
+    try:
+        with path.open("rb") as file:
+            file.seek(-len(END), os.SEEK_END)
+            return file.read() == END
+    except OSError:
+        return False
+
+
 def _write_parquet(path: Path, columns: Columns, told: Mapping[str, str]) -> None:
     """Computed numbers hardly compress: they are not."""
     import pyarrow as pa
     import pyarrow.parquet as pq
 
     table = pa.table(dict(columns)).replace_schema_metadata(dict(told))
-    replaced(path, lambda new: pq.write_table(table, new, compression="none", use_dictionary=False))
+    write_whole(path, lambda new: pq.write_table(table, new, compression="none", use_dictionary=False), NO_ROOM)
 
 
 # Zarr ----------------------------------------------------------------------------------------------------------------
@@ -110,8 +122,8 @@ class _Zarr:
             for name, column in columns.items():
                 self.arrays[name][start : start + len(column)] = column
         except OSError as error:
-            raise _no_room(self.folder / self.NAME, error) from None
-        replaced(self._told(number), lambda new: new.write_text(json.dumps(counts)))
+            raise refused(self.folder / self.NAME, error, NO_ROOM) from None
+        write_text(self._told(number), json.dumps(counts), NO_ROOM)
 
     def counts(self, number: int) -> Counts:
         return json.loads(self._told(number).read_text())
@@ -133,7 +145,7 @@ def _new_group(place: Path, kinds: Mapping[str, type], designs: int, piece: int)
             group.create_array(name, shape=(designs,), chunks=(piece,), dtype=np.dtype(kind), compressors=None,
                                dimension_names=("design",))  # fmt: skip
 
-    replaced(place, write)
+    write_whole(place, write, NO_ROOM)
 
 
 # Both ----------------------------------------------------------------------------------------------------------------
@@ -157,22 +169,5 @@ def write_table(kind: str, folder: Path, name: str, columns: Columns) -> str:
             array[:] = values
 
     shutil.rmtree(path, ignore_errors=True)  # a folder is not replaced by another in one step
-    replaced(path, write)
+    write_whole(path, write, NO_ROOM)
     return path.name
-
-
-def replaced(path: Path, write: Callable[[Path], Any]) -> None:
-    """Write a file, or a folder that is not there yet, beside its place, then move it there in one step."""
-    new = path.with_name(f".{path.name}.{os.getpid()}")
-    try:
-        write(new)
-        os.replace(new, path)
-    except OSError as error:
-        shutil.rmtree(new, ignore_errors=True)
-        new.unlink(missing_ok=True)
-        raise _no_room(path, error) from None
-
-
-def _no_room(path: Path, error: OSError) -> InputError:
-    cure = "make room, or name another folder with --out; the same command then goes on"
-    return InputError(f"the file cannot be written: {error.strerror or error}", path, cure=cure)

@@ -9,16 +9,18 @@ import hashlib
 import json
 import math
 import time
-from contextlib import suppress
+import zlib
 from pathlib import Path
 from typing import Any
+from zipfile import BadZipFile
 
 import numpy as np
 
-from fitting.console.program import program_version
+from fitting.console.program import NAME, program_version
 from fitting.designs.sweep_file import Order, with_unit
-from fitting.designs.sweep_files import PARQUET, replaced, write_table, writer
+from fitting.designs.sweep_files import NO_ROOM, PARQUET, write_table, writer
 from fitting.errors import InputError
+from fitting.writing import refused, write_text, write_whole
 from mckibben_jax.batch import Batch, Histogram, Picked, Tally, joined, nothing
 from mckibben_jax.effect import name_of
 from mckibben_jax.muscle import quantities as muscle_quantities
@@ -86,9 +88,15 @@ class _Best(Store):
     def __init__(self, order: Order, folder: Path, piece: int, kind: str):
         super().__init__(order, folder, piece, kind)
         self._saved = time.monotonic()
-        with suppress(FileNotFoundError), np.load(folder / "state.npz") as state:
-            self.done = set(state["done"].tolist())
-            self.tally = Tally(*(state[name] for name in Tally._fields))
+        path = folder / "state.npz"
+        try:
+            with np.load(path) as state:
+                self.done = set(state["done"].tolist())
+                self.tally = Tally(*(state[name] for name in Tally._fields))
+        except FileNotFoundError:
+            return
+        except (OSError, ValueError, TypeError, KeyError, EOFError, BadZipFile, zlib.error):
+            raise InputError("what is known so far is damaged", path, cure="delete it: the sweep begins anew") from None
 
     def add(self, number: int, found: Any) -> None:
         if number in self.done:
@@ -104,7 +112,7 @@ class _Best(Store):
                 done = np.array(sorted(self.done), int)
                 np.savez(file, allow_pickle=False, done=done, **self.tally._asdict())
 
-        replaced(self.folder / "state.npz", write)
+        write_whole(self.folder / "state.npz", write, NO_ROOM)
         self._saved = time.monotonic()
 
     def finish(self, picked: Picked) -> tuple[tuple[str, ...], dict[str, np.ndarray]]:
@@ -120,24 +128,30 @@ def opened(order: Order, folder: Path, piece: int, kind: str = PARQUET) -> Store
     mark, path = fingerprint(order), folder / "sweep.json"
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        told = json.loads(path.read_text()) if path.exists() else None
-    except (OSError, json.JSONDecodeError) as error:
-        cure = "name another folder with --out"
-        raise InputError(f"the folder of the sweep cannot be used: {error}", folder, cure=cure) from None
+        told = json.loads(path.read_text(encoding="utf-8")) if path.exists() else None
+        if told is not None:
+            piece = int(told["designs_in_a_piece"])
+    except OSError as error:
+        raise refused(folder, error, "name another folder with --out") from None
+    except (ValueError, KeyError, TypeError):
+        cure = "name another folder with --out, or delete this one"
+        raise InputError("this is no file of a sweep, or a damaged one", path, cure=cure) from None
     if told is None:
         if any(folder.glob("part-*")):
             raise InputError("the folder holds files of another program", folder, cure="name another folder with --out")
         head = {"format": FORMAT, "program": program_version(), "sweep": mark, "designs": order.batch.space.size,
                 "designs_in_a_piece": piece, "columns": list(names(order.batch)), "files": kind}  # fmt: skip
-        replaced(path, lambda new: new.write_text(json.dumps(head, indent=1) + "\n"))
+        write_text(path, json.dumps(head, indent=1) + "\n", NO_ROOM)
     else:
         _check_same(told, mark, kind, folder)
-    piece = piece if told is None else int(told["designs_in_a_piece"])
     return (_Everything if order.everything else _Best)(order, folder, piece, kind)
 
 
 def _check_same(told: dict[str, Any], mark: str, kind: str, folder: Path) -> None:
     cure = "name another folder with --out, or delete this one"
+    if not told.get("format", FORMAT) <= FORMAT:
+        problem = f"the sweep was begun by program {told.get('program', 'unknown')}; this is {program_version()}"
+        raise InputError(problem, folder, cure=f"pip install --upgrade {NAME}, or {cure}")
     if told.get("sweep") != mark:
         raise InputError("the folder holds a sweep that was ordered otherwise", folder, cure=cure)
     begun = told.get("files", PARQUET)

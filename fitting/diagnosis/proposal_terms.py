@@ -11,6 +11,7 @@ from itertools import product
 
 import numpy as np
 
+from fitting import units
 from fitting.reading.define_expression import Expression, read_expression
 
 STATES = Mapping[str, np.ndarray]  # every name that a formula knows, at every sample, SI
@@ -21,7 +22,7 @@ STEPS = np.arange(1.0, 4.1, 0.25)  # of ripples in pressure: periods in double d
 
 @dataclass(frozen=True)
 class Shape:
-    """A hidden shape: its value in a unit for people, its range in the same, and the size of that unit in SI."""
+    """A hidden shape: its value in its readers' unit, its range in the same, and the size of that unit in SI."""
 
     value: float
     lower: float
@@ -70,8 +71,7 @@ def line_of(name: str, terms: Sequence[Term], amplitudes: Sequence[float]) -> st
         suffix = str(number) if len(terms) > 1 else ""
         own = {key: f"{key}{suffix}" for key in ("A", *term.shapes)}
         parts.append(term.formula.format(**own, **{key: key for key in term.constants}))
-        reach = _rounded(5 * abs(amplitude))
-        values.append(f"{own['A']} = {amplitude:.3g} {term.amplitude} ({-reach:g}..{reach:g})".replace("  ", " "))
+        values.append(f"{own['A']} = {_amplitude(amplitude, term.amplitude)}")
         values += [
             f"{own[key]} = {_text(shape)} ({shape.lower:.3g}..{shape.upper:.3g})" for key, shape in term.shapes.items()
         ]
@@ -79,8 +79,27 @@ def line_of(name: str, terms: Sequence[Term], amplitudes: Sequence[float]) -> st
     return f"{name} = {' + '.join(parts)}, {', '.join([*values, *constants.values()])}"
 
 
+def _amplitude(value: float, si: str) -> str:
+    """An amplitude and its range, in the unit that its readers measure in."""
+    unit, size = units.shown_in(si, abs(value)) if si else ("", 1.0)
+    reach = _rounded(5 * abs(value) / size)
+    return f"{value / size:.3g} {unit} ({-reach:g}..{reach:g})".replace("  ", " ")
+
+
 def _text(shape: Shape) -> str:
     return f"{shape.value:.4g} {shape.unit}".strip()
+
+
+def _constant(value: float, si: str) -> Shape:
+    """A number that only says of which size things are."""
+    unit, size = units.shown_in(si, abs(value))
+    return Shape(_rounded(value / size), 0, 0, unit, size)
+
+
+def _around(value: float, lower: float, upper: float, si: str) -> Shape:
+    """A shape to be found, given in SI."""
+    unit, size = units.shown_in(si, abs(value))
+    return Shape(value / size, lower / size, upper / size, unit, size)
 
 
 def _rounded(value: float) -> float:
@@ -116,7 +135,7 @@ def _joined(first: Term, *factors: Term) -> Term:
 def _pressures(states: STATES) -> Iterator[Term]:
     yield Term("")
     if np.ptp(states["P"]) > 0.05 * np.max(states["P"]):
-        middle = Shape(_rounded(np.median(states["P"]) / 1e3), 0, 0, "kPa", 1e3)
+        middle = _constant(float(np.median(states["P"])), "Pa")
         yield Term("P/{P1}", {}, {"P1": middle})
         yield Term("(P/{P1})**2", {}, {"P1": middle})
 
@@ -136,10 +155,10 @@ def _strains(states: STATES) -> Iterator[Term]:
             "w": Shape(width, width / 3, 3 * width, "%", 0.01),
         }
         yield Term("exp(-((eps - {c})/{w})**2)", shapes)
-    stroke = 1e3 * float(np.ptp(states["x"]))
+    stroke = float(np.ptp(states["x"]))
     for cycles, wave in product(CYCLES, ("sin", "cos")):
         pitch = stroke / cycles
-        yield Term(f"{wave}(2*pi*x/{{p}})", {"p": Shape(pitch, pitch / 1.5, 1.5 * pitch, "mm", 1e-3)})
+        yield Term(f"{wave}(2*pi*x/{{p}})", {"p": _around(pitch, pitch / 1.5, 1.5 * pitch, "m")})
 
 
 def _stairs(states: STATES) -> Iterator[Term]:
@@ -147,21 +166,21 @@ def _stairs(states: STATES) -> Iterator[Term]:
     levels = np.unique(np.round(states["P"], -4))
     if len(levels) < 4:
         return
-    apart = float(np.median(np.diff(levels)) if len(levels) < 12 else np.ptp(levels) / 8) / 1e3
+    apart = float(np.median(np.diff(levels)) if len(levels) < 12 else np.ptp(levels) / 8)
     for step, wave in product(STEPS, ("sin", "cos")):
         period = 2 * apart * step
         lowest = max(period / 1.5, 1.8 * apart)
-        yield Term(f"{wave}(2*pi*P/{{q}})", {"q": Shape(period, lowest, 1.5 * period, "kPa", 1e3)})
+        yield Term(f"{wave}(2*pi*P/{{q}})", {"q": _around(period, lowest, 1.5 * period, "Pa")})
 
 
 def _speeds(states: STATES) -> Iterator[Term]:
     fast = np.abs(states["v"][states["v"] != 0])
     if not len(fast):
         return
-    slowest, fastest = (1e3 * float(np.quantile(fast, q)) for q in (0.05, 0.95))
-    yield Term("{A}*v/{v1}", {}, {"v1": Shape(_rounded(fastest), 0, 0, "mm/s", 1e-3)})
-    for middle in np.unique(np.round(np.geomspace(slowest, fastest, 4), 3)):
-        own = {"u": Shape(float(middle), float(middle) / 5, 5 * float(middle), "mm/s", 1e-3)}
+    slowest, fastest = (float(np.quantile(fast, q)) for q in (0.05, 0.95))
+    yield Term("{A}*v/{v1}", {}, {"v1": _constant(fastest, "m/s")})
+    for middle in np.unique(np.round(np.geomspace(slowest, fastest, 4), 6)):
+        own = {"u": _around(float(middle), float(middle) / 5, 5 * float(middle), "m/s")}
         yield Term("{A}*v/{u}/(1 + (v/{u})**2)", own)
         yield Term("{A}*sign(v)*exp(-abs(v)/{u})", own)
 

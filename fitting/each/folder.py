@@ -1,13 +1,13 @@
 """The folder that the results of many data sets go into: for each a JSON file and a model, and one table of all.
 
-The JSON file of a data set comes last and whole; it says under which order, from which data, it came about. So what is
-there counts once, and is done again only where the order, the data or the program changed.
+The JSON file of a data set comes last and whole; it says under which order, from which data, it came about, and with
+which model beside it. So what is there counts once, and is done again only where the order, the data, the model or the
+program changed.
 """
 
 import dataclasses
 import hashlib
 import json
-import os
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -18,11 +18,13 @@ from fitting.each.sets import DataSet
 from fitting.each.work import Found, Order
 from fitting.errors import InputError
 from fitting.results import write_json
+from fitting.writing import write_text
 from mckibben_jax.effect import name_of
 from mckibben_jax.muscle import quantities
 from mckibben_jax.parameter import parameters
 
 TABLE = "table.csv"
+NO_ROOM = "make room, or name another folder with --out; the same command then goes on"
 IN_OTHER_WORDS = ("experiments", "effects", "library", "origin")  # parts of a task that a mark tells otherwise
 
 
@@ -36,6 +38,10 @@ def mark(order: Order, task: Task) -> str:
     parts = [order.command, order.candidates, order.rivals, order.code, [e.sha256 for e in task.experiments], sizes,
              effects, lines, told, program_version()]  # fmt: skip
     return hashlib.sha256(json.dumps(parts, sort_keys=True, default=repr).encode()).hexdigest()
+
+
+def _digest(text: str) -> str:
+    return hashlib.sha256(text.encode()).hexdigest()
 
 
 class Folder:
@@ -55,39 +61,31 @@ class Folder:
             told = json.loads(self._path(one, ".json").read_text(encoding="utf-8"))
         except (OSError, ValueError):  # not there, or not ours
             return None
-        return told["result"] if isinstance(told, dict) and told.get("order") == mark and "result" in told else None
+        ours = isinstance(told, dict) and told.get("order") == mark and "result" in told
+        return told["result"] if ours and told.get("model") == self._model_there(one) else None
 
     def write(self, one: DataSet, mark: str | None, found: Found) -> None:
         """Keep what came of a data set; one that could not be used carries no mark, and is tried again."""
-        model = self._path(one, ".toml")
         if found.model:
-            self._replace(model, found.model)
+            write_text(self._path(one, ".toml"), found.model, NO_ROOM)
         else:
-            model.unlink(missing_ok=True)  # of another order
-        order = None if found.failed else mark
-        new = self._new(self._path(one, ".json"))
-        write_json(str(new), {"data_set": one.name, "path": one.path, "order": order, "result": found.result})
-        os.replace(new, self._path(one, ".json"))
+            self._path(one, ".toml").unlink(missing_ok=True)  # of another order
+        order, model = None if found.failed else mark, _digest(found.model) if found.model else None
+        told = {"data_set": one.name, "path": one.path, "order": order, "model": model, "result": found.result}
+        write_json(str(self._path(one, ".json")), told)
 
     def write_table(self, rows: Sequence[Mapping[str, Any]]) -> None:
         """The table of all data sets."""
         import pandas as pd
 
-        self._replace(self.place / TABLE, pd.DataFrame(list(rows)).to_csv(index=False))
+        write_text(self.place / TABLE, pd.DataFrame(list(rows)).to_csv(index=False), NO_ROOM)
 
     def _path(self, one: DataSet, ending: str) -> Path:
         return self.place / f"{one.name}{ending}"
 
-    @staticmethod
-    def _new(path: Path) -> Path:
-        return path.with_name(f".{path.name}.{os.getpid()}")
-
-    def _replace(self, path: Path, text: str) -> None:
-        new = self._new(path)
+    def _model_there(self, one: DataSet) -> str | None:
+        """The digest of a data set's model: that of another order, written by a command beside this one, differs."""
         try:
-            new.write_text(text, encoding="utf-8")
-            os.replace(new, path)
-        except OSError as error:
-            new.unlink(missing_ok=True)
-            cure = "make room, or name another folder with --out; the same command then goes on"
-            raise InputError(f"the file cannot be written: {error.strerror}", path, cure=cure) from None
+            return _digest(self._path(one, ".toml").read_text(encoding="utf-8"))
+        except (OSError, ValueError):
+            return None

@@ -1,7 +1,7 @@
 """Many data sets, one after the other or on a cluster: each is read here, done anywhere, and written here, once."""
 
 import dataclasses
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -13,6 +13,7 @@ from fitting.each.sets import DataSet
 from fitting.each.words import row
 from fitting.each.work import Found, Order, do, do_packed, failure
 from fitting.errors import InputError
+from fitting.units import own_units
 
 Progress = Callable[[str, float], None]
 Job = tuple[DataSet, Order, Task]
@@ -27,6 +28,7 @@ class All:
     results: tuple[dict[str, Any], ...]
     place: Path
     computed: int
+    units: Mapping[str, str]  # that their owners read values in, where all agree: SI unit -> their own
 
 
 def each(
@@ -35,6 +37,7 @@ def each(
 ) -> All:  # fmt: skip
     """Do with every data set what is ordered, unless it is done already, and write what comes of it."""
     folder, results, marks = Folder(place), {}, {}
+    stated: list[Mapping[str, str]] = []
 
     def keep(one: DataSet, found: Found) -> None:
         """Write what came of a data set."""
@@ -51,6 +54,7 @@ def each(
             if isinstance(task, InputError):
                 keep(one, failure(task))
                 continue
+            stated.extend(given for e in task.experiments for given in e.units)
             marks[one] = mark(order, task)
             known = folder.known(one, marks[one])
             if known is None:
@@ -64,7 +68,7 @@ def each(
         computed += 1
     ordered = tuple(results[one] for one in sets)
     folder.write_table([row(one, result) for one, result in zip(sets, ordered, strict=True)])
-    return All(tuple(sets), ordered, place, computed)
+    return All(tuple(sets), ordered, place, computed, own_units(stated))
 
 
 def _read(one: DataSet, asked: Asked) -> Task | InputError:

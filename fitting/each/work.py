@@ -4,7 +4,6 @@ Runs where the command was typed or on a worker that knows neither the files nor
 along, what is found goes back, and nothing that one data set does wrong touches another.
 """
 
-import tempfile
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,6 +15,7 @@ from fitting.console.prepare import keep_compiled
 from fitting.console.task import Task, fitted
 from fitting.errors import InputError
 from fitting.results import comparison_result, diagnosis_result, fit_result, provenance
+from fitting.units import own_units, spoken
 
 FIT, DIAGNOSE = "fit", "diagnose"
 MAPS = 30_000  # of a process's memory; XLA makes some for each program that it compiles, Linux allows 65,530
@@ -48,8 +48,10 @@ class Found:
 def do(order: Order, task: Task) -> Found:
     """Fit or diagnose one data set; whatever goes wrong with it is its result."""
     _make_room()
+    own = own_units(given for e in task.experiments for given in e.units)
     try:
-        found = _COMMANDS[order.command](order, task)
+        with spoken(own):
+            found = _COMMANDS[order.command](order, task)
     except InputError as error:
         return failure(error)
     except Exception as error:  # a defect of the program: it must not cost the others
@@ -78,16 +80,11 @@ def do_packed(sent: bytes) -> Found:
 
 def _fit(order: Order, task: Task) -> Found:
     from fitting.compare import compare
-    from fitting.reading.model_file import write_model
+    from fitting.reading.model_file import model_text
 
     fit = fitted(task)
     result = fit_result(fit) | {"comparison": comparison_result(compare(fit, task.experiments))}
-    if not fit.converged:
-        return Found(result)
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / "model.toml"
-        write_model(path, fit, task.experiments)
-        return Found(result, path.read_text(encoding="utf-8"))
+    return Found(result, model_text(fit, task.experiments) if fit.converged else "")
 
 
 def _diagnose(order: Order, task: Task) -> Found:

@@ -7,6 +7,8 @@ from itertools import product
 import numpy as np
 
 from fitting import units
+from fitting.errors import InputError
+from fitting.reading.inverse_dynamics import as_force
 from fitting.reading.noise import noise_of
 from fitting.reading.runs import AT_REST
 from fitting.records import FORCE_TESTS, Experiment, Recording, Run
@@ -31,7 +33,7 @@ class Protocol:
 
     A loop goes between two contractions at one pressure, an isometric test between two pressures at one contraction, a
     static one from point to point. `rate` is that of the contraction (1/s), in isometric tests of the pressure (Pa/s).
-    `beyond` says what the data do not show that the rig can do.
+    `beyond` says what the data do not show that the rig can do; `faster` how much faster than they show it must be.
     """
 
     test: str
@@ -40,7 +42,14 @@ class Protocol:
     rate: float
     hold: float = 0.0  # s, at each turning point
     beyond: str = ""
+    faster: str = ""
     specimen: str = ""  # another muscle of the same make, in words; empty for the one that was measured
+
+    @property
+    def needs(self) -> str:
+        """What the rig has not shown, in words; empty where it has shown all of it."""
+        said = self.faster in self.beyond
+        return " and ".join(part for part in (self.specimen, self.beyond, "" if said else self.faster) if part)
 
     @property
     def branch_time(self) -> float:
@@ -67,20 +76,27 @@ class Shown:
 
 
 def shown(experiment: Experiment) -> Shown:
-    """What one data set shows that its rig can do; only recordings of force count."""
-    recordings = [r for r in experiment.recordings if r.test in FORCE_TESTS]
+    """What one data set shows that its rig can do; recordings of force count, motions where there are only those.
+
+    Motions show pressures and contractions; no rig that lets go of a load can move the length at a speed one chooses.
+    """
+    measured = [r for r in experiment.recordings if r.test in FORCE_TESTS]
+    recordings = measured or list(as_force(experiment)[0].recordings)
+    if not recordings:
+        cure = "record a loop, an isometric or a static test"
+        raise InputError("nothing here shows what the rig can do", experiment.folder, cure=cure)
     runs = [run for r in recordings for run in r.runs if run.weight.any()]
     every = lambda name: np.concatenate([getattr(run, name) for run in runs])  # noqa: E731
     length = float(experiment.muscle.length)
     steps = [float(np.median(np.diff(run.time))) for r in recordings if r.test != "static" for run in r.runs]
     return Shown(
-        frozenset(r.test for r in recordings),
+        frozenset(r.test for r in measured),
         float(every("pressure").max()),
         (round(max(float(every("contraction").min()), 0.0), 2), round(float(every("contraction").max()), 2)),
-        _span(length * np.abs(run.rate) for run in _of(recordings, "loop")),
-        _span(np.abs(run.pressure_rate) for run in _of(recordings, "isometric")),
+        _span(length * np.abs(run.rate) for run in _of(measured, "loop")),
+        _span(np.abs(run.pressure_rate) for run in _of(measured, "isometric")),
         float(np.median(steps)) if steps else 1.0,
-        any(np.any(run.branch != 0) for run in _of(recordings, "static")),
+        any(np.any(run.branch != 0) for run in _of(measured, "static")),
         float(every("measured").min()),
         float(np.median([noise_of(r) for r in recordings])),
         length,
@@ -112,12 +128,15 @@ def _loops(can: Shown) -> list[Protocol]:
     made = []
     for share, part, speed in product((*PRESSURES, MORE_PRESSURE), RANGES, _speeds(can)):
         pressure, span = _round(share * can.pressure), _part(can.contractions, part)
-        beyond = unseen or _beyond(can, pressure, speed)
-        made.append(Protocol("loop", (pressure, pressure), span, speed / can.length, beyond=beyond))
+        faster = _faster_drive(can, speed)
+        beyond = unseen or _beyond(can, pressure, faster if speed > 1.02 * FASTER * can.speeds[1] else "")
+        made.append(Protocol("loop", (pressure, pressure), span, speed / can.length, beyond=beyond, faster=faster))
     whole = _part(can.contractions, RANGES[0])
     for share in (0.2, 0.5, 1.0):
         pressure, fast = _round(share * can.pressure), _speeds(can)[-3]
-        made.append(Protocol("loop", (pressure, pressure), whole, fast / can.length, HOLD, unseen))
+        made.append(
+            Protocol("loop", (pressure, pressure), whole, fast / can.length, HOLD, unseen, _faster_drive(can, fast))
+        )
     return [p for p in made if (0 if p.beyond else FEWEST * can.interval) <= p.branch_time < LONGEST / 2]
 
 
@@ -129,14 +148,31 @@ def _speeds(can: Shown) -> list[float]:
     return [_round(speed) for speed in every]
 
 
-def _beyond(can: Shown, pressure: float, speed: float) -> str:
+def _beyond(can: Shown, pressure: float, faster: str = "") -> str:
     needs = []
     if pressure > 1.02 * can.pressure:
         seen = units.show(can.pressure, "Pa", digits=3)
         needs.append(f"more pressure than the {seen} of these data (mind what the muscle bears)")
-    if np.isfinite(can.speeds[1]) and speed > 1.02 * FASTER * can.speeds[1]:
-        needs.append(f"more speed than {units.show(FASTER * can.speeds[1], 'm/s', digits=3)}")
-    return " and ".join(needs)
+    return " and ".join([*needs, faster] if faster else needs)
+
+
+def _faster_drive(can: Shown, speed: float) -> str:
+    """How much faster than the data show it the drive must be, in words; empty where it need not, or none was seen."""
+    if not speed > 1.02 * can.speeds[1]:
+        return ""
+    return f"a drive {speed / can.speeds[1]:.2g} times as fast as in these data ({_two(can.speeds[1], 'm/s')})"
+
+
+def _faster_ramp(can: Shown, ramp: float) -> str:
+    """The same of a pressure that is swept."""
+    if not ramp > 1.02 * can.ramps[1]:
+        return ""
+    shown = f"{_two(can.ramps[1], 'Pa')}/s"
+    return f"a pressure that changes {ramp / can.ramps[1]:.2g} times as fast as in these data ({shown})"
+
+
+def _two(value: float, unit: str) -> str:
+    return units.show(value, unit, digits=2)
 
 
 def _isometric(can: Shown) -> list[Protocol]:
@@ -147,7 +183,8 @@ def _isometric(can: Shown) -> list[Protocol]:
     for low, place, ramp in product((0.05, 0.5), (0.0, 0.25, 0.5, 0.75), ramps):
         held = round(float(can.contractions[0] + place * np.ptp(can.contractions)), 2)
         between = (_round(low * can.pressure), _round(can.pressure))
-        made.append(Protocol("isometric", between, (held, held), ramp, beyond=unseen))
+        faster = _faster_ramp(can, ramp)
+        made.append(Protocol("isometric", between, (held, held), ramp, beyond=unseen, faster=faster))
     return made
 
 
@@ -155,7 +192,7 @@ def _static(can: Shown) -> list[Protocol]:
     made = []
     for share, part in product((*PRESSURES, MORE_PRESSURE), RANGES[:3]):
         pressure, span = _round(share * can.pressure), _part(can.contractions, part)
-        made.append(Protocol("static", (pressure, pressure), span, 0.0, beyond=_beyond(can, pressure, 0.0)))
+        made.append(Protocol("static", (pressure, pressure), span, 0.0, beyond=_beyond(can, pressure)))
     return made
 
 
@@ -255,8 +292,9 @@ def specimens(experiment: Experiment) -> tuple[Experiment, ...]:
 
 def on_specimen(can: Shown, words: str) -> tuple[Protocol, ...]:
     """What to record on another muscle: whole loops (or static maps) at a few pressures."""
-    whole = [p for p in (_static(can) if can.tests == {"static"} else _loops(can)) if not p.beyond and not p.hold]
+    whole = [p for p in (_static(can) if can.tests == {"static"} else _loops(can)) if not p.hold]
     whole = [p for p in whole if p.contractions == _part(can.contractions, RANGES[0])]
+    whole = [p for p in whole if not p.beyond] or whole
     speed = min((p.rate for p in whole), key=lambda v: abs(np.log(max(v, 1e-12) * can.length / 0.01)))
     return tuple(replace(p, specimen=words) for p in whole if p.rate == speed)
 

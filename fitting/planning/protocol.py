@@ -10,6 +10,7 @@ from rich.table import Table
 
 from fitting import units
 from fitting.console.task import MODEL_FILE, Task
+from fitting.diagnose import of_force
 from fitting.diagnosis.record import Diagnosis
 from fitting.next_measurement import NextMeasurement, measurements, remaining
 from fitting.planning.candidates import Shown, shown, simulation
@@ -50,7 +51,8 @@ def plan_of(task: Task, diagnosis: Diagnosis, data: Sequence[str]) -> Plan:
         steps, tied = ((found,) if found else ()), ()
         purpose = "Nothing needs separating. This would show more of what these data hardly see."
         expected = f"as now ({diagnosis.verdict}), or one of the effects shown is missing too" if steps else ""
-    can = shown(task.experiments[0])
+    tested = of_force(task.experiments)[0][0].name
+    can = shown(next(e for e in task.experiments if e.name == tested))
     model = f"{data[0]}/{MODEL_FILE}" if data else MODEL_FILE
     rehearsals = (simulation(s.protocol, s.repeats, can, model, f"rehearsal_{n + 1}") for n, s in enumerate(steps))
     return Plan(purpose, steps, tied, expected, can, tuple(rehearsals))

@@ -11,6 +11,7 @@ from fitting.reading.muscle_file import REQUIRED
 from fitting.reading.tables import COLUMNS, plain_name, read_heads, read_table, split_head
 from fitting.records import TESTS
 from fitting.units import shown_in
+from fitting.writing import FULL, refused, text_replaced
 from mckibben_jax.muscle import quantities
 
 # words in a header that betray what a column is, in English and in what loggers write
@@ -48,16 +49,12 @@ def write_muscle_file(folder: Path | str) -> Path:
     if not any(folder.glob("*.csv")):
         raise InputError("no CSV file is in this folder", folder, cure="put the recordings into it first")
     path = folder / "muscle.toml"
-    text = muscle_file(folder)
+    if path.exists():
+        raise InputError("the file is there already and is left alone", path, cure="edit it, or rename it")
     try:
-        with path.open("x", encoding="utf-8") as file:
-            file.write(text)
-    except FileExistsError:
-        raise InputError("the file is there already and is left alone", path, cure="edit it, or rename it") from None
+        text_replaced(path, muscle_file(folder))
     except OSError as error:
-        raise InputError(
-            f"the file cannot be written: {error.strerror}", path, cure="check the folder's rights"
-        ) from None
+        raise refused(path, error, "" if error.errno in FULL else "check the folder's rights") from None
     return path
 
 

@@ -19,6 +19,7 @@ from fitting.reading.muscle_file import line_of, read_toml
 from fitting.reading.own_effects import with_line
 from fitting.records import Experiment
 from fitting.sampling.priors import Prior, stated_priors
+from fitting.writing import text_replaced
 from mckibben_jax.effect import Effect, name_of
 from mckibben_jax.muscle import Muscle, quantities
 from mckibben_jax.parameter import parameters
@@ -208,12 +209,17 @@ def write_model(path: Path | str, fit: Fit, experiments: Sequence[Experiment]) -
         return f"{path} is a folder"
     if path.exists() and is_edited(path):
         return f"{path} was written or edited by hand and is left alone"
-    body = tomlkit.dumps(_document(fit, experiments))
     try:
-        path.write_text(SEAL + _digest(body) + "\n" + body, encoding="utf-8")
+        text_replaced(path, model_text(fit, experiments))
     except OSError as error:
         return f"{path} cannot be written: {error.strerror}"
     return None
+
+
+def model_text(fit: Fit, experiments: Sequence[Experiment]) -> str:
+    """A fitted model as the text of its file."""
+    body = tomlkit.dumps(_document(fit, experiments))
+    return SEAL + _digest(body) + "\n" + body
 
 
 def is_edited(path: Path) -> bool:

@@ -6,6 +6,8 @@ import tomllib
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from fitting import units
 from fitting.errors import InputError, unknown_name
 from fitting.units import Measured
@@ -100,7 +102,8 @@ def _modulus_from_hardness(given: dict[str, Measured], path: Path, raw: bytes) -
             value=f"{hardness.value:g} IRHD",
             cure="give shear_modulus instead",
         )
-    softer, modulus, harder = (float(shear_modulus_of_hardness(hardness.value + step)) for step in (-0.5, 0, 0.5))
+    around = hardness.value + np.array([-0.5, 0.0, 0.5])
+    softer, modulus, harder = np.asarray(shear_modulus_of_hardness(around)).tolist()
     error = None if hardness.error is None else (harder - softer) * hardness.error
     return {k: v for k, v in given.items() if k != "hardness"} | {"shear_modulus": Measured(modulus, error)}
 

@@ -9,7 +9,12 @@ from rich.table import Table
 from fitting import units
 from fitting.releases.hill import Curves, HillCurve, Motions
 from fitting.report import headed, lines
+from fitting.showing.sentences import places, rounded
 
+STRAIGHT = (
+    "The b of that fit is far above every speed here, where Hill's force is straight in speed: of a and b only "
+    "(F0 + a)/b is found. Try viscous_damping, which says that with one number and acts both ways."
+)
 ANIMALS = "0.12 to 0.4 in animals"  # Klute et al. 2002, by Tondu 2012 beside eq 46
 
 
@@ -20,14 +25,15 @@ def hill_report(curves: Sequence[Curves], motions: Motions | None) -> list[Rende
         shown.append(headed("HILL", _numbers(one.hill), "bold"))
         shown.append(headed("DRY", _dry(one)))
         shown += lines("WARNING", [_warning(one)], "yellow") if one.alike else []
-    shown += [] if motions is None else _motion(motions)
+    shown += [] if motions is None else _motion(motions, max(r.speed for one in curves for r in one.hill.readings))
     return [*shown, headed("", ""), _table(curves)]
 
 
 def _numbers(c: HillCurve) -> str:
+    b, force = units.show(c.b, "m/s", c.b_error), units.show(c.isometric, "N", c.isometric_error)
     return (
-        f"a/F0 = {c.curvature:.3f} +/- {c.curvature_error:.3f} ({ANIMALS}), b = {c.b:.3f} +/- {c.b_error:.3f} m/s, "
-        f"F0 = {c.isometric:.0f} +/- {c.isometric_error:.0f} N at {units.show(c.pressure, 'Pa')}; "
+        f"a/F0 = {c.curvature:.3f} +/- {c.curvature_error:.3f} ({ANIMALS}), b = {b}, "
+        f"F0 = {force} at {units.show(c.pressure, 'Pa')}; "
         f"{len(c.readings)} loads, {100 * c.misfit:.1f} % rms off the curve."
     )
 
@@ -47,7 +53,7 @@ def _warning(one: Curves) -> str:
     )
 
 
-def _motion(motions: Motions) -> list[RenderableType]:
+def _motion(motions: Motions, fastest: float) -> list[RenderableType]:
     """The models fitted to the positions themselves."""
     dry, viscous = (units.show(error, "m") for error in motions.errors)
     entries = {entry.name: entry for entry in motions.viscous.layout.entries}
@@ -56,23 +62,43 @@ def _motion(motions: Motions) -> list[RenderableType]:
         for name, (value, error) in motions.direct.items()
     )
     told = f"Fitted to the positions, a model without viscosity misses them by {dry} rms, one with it by {viscous}: "
-    if motions.errors[1] > motions.errors[0]:
-        return [headed("MOTION", told + "Hill's force, even at its faintest, is more than this motion bears.")]
-    if motions.errors[1] > motions.errors[0] / 2:
-        return [headed("MOTION", told + "no need of viscosity, and a/F0 and b of that fit mean nothing.")]
-    return [headed("MOTION", told + f"it asks for drag that grows with speed. {', '.join(values)}.")]
+    return [headed("MOTION", told + _judged(motions, ", ".join(values), fastest))]
+
+
+def _judged(motions: Motions, values: str, fastest: float) -> str:
+    """What the two errors say of viscosity."""
+    dry, viscous = motions.errors
+    if viscous > dry:
+        return "Hill's force, even at its faintest, is more than this motion bears."
+    plain = " " + STRAIGHT if motions.straight(fastest) else ""
+    if viscous > dry / 2 and not motions.explained:
+        return (
+            "far more than their noise, with it or without. What moves so is something else, and a/F0 and b of that "
+            f"fit mean nothing: `mckibben diagnose` looks for it.{plain}"
+        )
+    if viscous > dry / 2:
+        return "no need of viscosity, and a/F0 and b of that fit mean nothing."
+    told = f"it asks for drag that grows with speed. {values}."
+    if motions.at_ends and not plain:
+        told += f" {' and '.join(motions.at_ends)} at an end of the range: the error means nothing."
+    if not motions.explained:
+        told += " It still misses by far more than noise: the drag is not Hill's, and `mckibben diagnose` looks for it."
+    return told + plain
 
 
 def _table(curves: Sequence[Curves]) -> RenderableType:
     table = Table(box=None, pad_edge=False, padding=(0, 2))
-    for head in ("run", "load", "steady speed", "+/-", "from", "to", "Hill", "dry friction"):
+    fastest = max(r.speed for one in curves for r in one.hill.readings)
+    name, size = units.shown_in("m/s", fastest)
+    after = places((fastest / size,), 4)
+    speeds = (f"{head} [{name}]" for head in ("steady speed", "+/-", "Hill", "dry friction"))
+    for head in ("run", "load", "from", "to", *speeds):
         table.add_column(head, justify="right", header_style="dim")
     for one in curves:
         for r in one.hill.readings:
-            fitted = (float(one.hill.speed(r.load)), float(one.dry.speed(r.load)))
-            speeds = (f"{value:.4f}" for value in (r.speed, r.error))
-            table.add_row(r.run, f"{r.load:.0f} N", *speeds, f"{r.begin:.3f} s", f"{r.end:.3f} s",
-                          *(f"{value:.4f}" for value in fitted))  # fmt: skip
+            shown = (r.speed, r.error, float(one.hill.speed(r.load)), float(one.dry.speed(r.load)))
+            table.add_row(r.run, rounded(r.load, "N"), f"{r.begin:.3f} s", f"{r.end:.3f} s",
+                          *(f"{value / size:.{after}f}" for value in shown))  # fmt: skip
     return table
 
 

@@ -18,6 +18,7 @@ from mckibben_jax.parameter import parameters
 
 MOST_EXPLAINED = 4  # effects under the verdict
 NOTICED = "noticed from"
+UNIT = "N"  # of all errors of a diagnosis, whatever was measured: motions are read as force
 TERMS = (
     ("error with it", "rms misfit left when this effect is in the model and everything is fitted again."),
     ("on runs left out", "the same on runs that the fit had not seen: what only flatters the fit fails here."),
@@ -37,7 +38,7 @@ def meanings(d: Diagnosis, task: Task) -> list[tuple[str, str]]:
 
 def effects(d: Diagnosis, c: Comparison, task: Task) -> Section:
     """What each effect would do, as bars and as a table."""
-    unit, known = "N", task.library  # whatever was measured: motions are read as force
+    unit, known = UNIT, task.library
     floor = c.floor if c.unit == unit else d.noise_floor
     helping, idle, blind = sorted_evidence(d)
     heads = ("effect added", "error with it", "on runs left out", NOTICED, "imitated", "its size", "most alike")
@@ -92,10 +93,10 @@ def alike(d: Diagnosis) -> Section | None:
     )
 
 
-def tried(d: Diagnosis, unit: str) -> Grid:
+def tried(d: Diagnosis) -> Grid:
     """Every set of effects that was tried."""
     rows = tuple(
-        Line((effect_set(e.effects), amount(e.rmse, unit), amount(e.held_out_rmse, unit), _shown(e.p_value), e.reason))
+        Line((effect_set(e.effects), amount(e.rmse, UNIT), amount(e.held_out_rmse, UNIT), _shown(e.p_value), e.reason))
         for e in d.tried
     )
     return Grid(("effects", "rms", "on runs left out", "p", "note"), rows, words=(4,))

@@ -14,7 +14,7 @@ from fitting.diagnosis.record import Diagnosis
 from fitting.figures import Stage
 from fitting.least_squares import Fit
 from fitting.reading.model_file import state_of
-from fitting.results import provenance, shown_names, write_text
+from fitting.results import provenance, shown_names
 from fitting.showing import maps
 from fitting.showing.diagnosis_parts import alike, effects, meanings, tried
 from fitting.showing.fall import fall_html
@@ -38,6 +38,7 @@ from fitting.showing.sentences import (
     verdict_in_words,
     with_error,
 )
+from fitting.writing import write_text
 
 if TYPE_CHECKING:
     from fitting.next_measurement import NextMeasurement
@@ -124,7 +125,7 @@ def _typed(c: Comparison, d: Diagnosis | None, task: Task) -> tuple[str, str] | 
 
 def _lead(c: Comparison, d: Diagnosis | None, stages: Sequence[Stage]) -> list[str]:
     """The sentences below the verdict."""
-    lead = [] if d is None else [text for text in (leading_in_words(d, c.unit), judged(c)) if text]
+    lead = [] if d is None else [text for text in (leading_in_words(d), judged(c)) if text]
     if len(stages) > 1:
         first, last = stages[0].rmse, stages[-1].rmse
         lead.append(f"The error fell from {amount(first, c.unit)} to {amount(last, c.unit)}.")
@@ -255,6 +256,6 @@ def _provenance(task: Task, c: Comparison, d: Diagnosis | None) -> Section:
         "Where this comes from",
         sentences=(error_in_words(c),),
         tables=(grid,),
-        folded=() if d is None else (tried(d, c.unit),),
+        folded=() if d is None else (tried(d),),
         folded_title="" if d is None else f"All {len(d.tried)} sets of effects that were tried",
     )

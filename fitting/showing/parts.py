@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from importlib import resources
 from typing import Any
 
-from fitting.results import write_text
+from fitting.writing import write_text
 
 # what the template may be without
 EMPTY: dict[str, Any] = {"meanings": (), "typed": (), "lead": (), "cards": (), "warnings": (), "style": "", "steps": 0}

@@ -4,6 +4,7 @@ import re
 import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +16,7 @@ from fitting.reading.muscle_file import REQUIRED
 from fitting.reading.tables import COLUMNS, USUAL, plain_name, read_heads, split_head
 from fitting.records import TESTS
 from fitting.units import example
+from fitting.writing import write_text, write_whole
 from mckibben_jax.muscle import quantities
 
 IGNORED = "not used"
@@ -50,10 +52,14 @@ def keep(files: Sequence[tuple[str, bytes]], folder: Path) -> Path:
     for name in {name for name in names if names.count(name) > 1}:
         raise InputError("two of the files have one name", name, cure="drop one data set at a time")
     for name, (_, content) in zip(names, files, strict=True):
-        (folder / name).write_bytes(content)
+        write_whole(folder / name, partial(_write_bytes, content=content))
     if not any(Path(name).suffix.lower() == ".csv" for name in names):
         raise InputError("there is no CSV file among them", ", ".join(names), cure="drop the recordings as well")
     return folder
+
+
+def _write_bytes(path: Path, content: bytes) -> None:
+    path.write_bytes(content)
 
 
 def without_place(text: str, place: str) -> str:
@@ -118,8 +124,7 @@ def describe(
     for file, found in dropped.columns.items():
         recordings.append(_recording(file, tests[file], found, columns[file]))
     document["recording"] = recordings
-    path = dropped.folder / "muscle.toml"
-    path.write_text(tomlkit.dumps(document), encoding="utf-8")
+    write_text(dropped.folder / "muscle.toml", tomlkit.dumps(document))
     return dropped.folder
 
 

@@ -1,11 +1,10 @@
 """What is taken home from the workbench: the model, the report page, the session as a script, muscle.toml."""
 
-import tempfile
 from pathlib import Path
 
 from fitting.console.options import Asked
 from fitting.errors import InputError
-from fitting.reading.model_file import write_model
+from fitting.reading import model_file
 from fitting.sampling.page import posterior_sections
 from fitting.showing.page import page
 from fitting.workbench.data import is_dropped
@@ -16,13 +15,7 @@ FOLDER = "FOLDER"  # stands for the place of files that were dropped: where they
 
 def model_text(session: Session) -> str:
     """The fitted model as a model.toml."""
-    fit = fit_of(session)
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / "model.toml"
-        why = write_model(path, fit, session.last.task.experiments)
-        if why:
-            raise InputError(why)
-        return path.read_text(encoding="utf-8")
+    return model_file.model_text(fit_of(session), session.last.task.experiments)
 
 
 def muscle_text(session: Session) -> str | None:

@@ -8,10 +8,10 @@ from typing import Any
 from fitting.diagnosis.record import Diagnosis
 from fitting.errors import InputError
 from fitting.report import sorted_evidence
-from fitting.showing.diagnosis_parts import NOTICED, TERMS, meanings
+from fitting.showing.diagnosis_parts import NOTICED, TERMS, UNIT, meanings
 from fitting.showing.fall import fall_html
 from fitting.showing.parts import pictures_style
-from fitting.showing.sentences import amount, data_in_words, effect_set, fit_in_words, leading_in_words, p_in_words
+from fitting.showing.sentences import amount, data_in_words, fit_in_words, leading_in_words, p_in_words
 from fitting.workbench.session import Session, Step, in_own_units, where_we_are
 
 MOST_OFFERED = 8
@@ -102,17 +102,15 @@ def offered(step: Step | None) -> list[str]:
 def evidence(step: Step, buttons: Mapping[str, Any]) -> str:
     """What each effect would do, with the button that adds it."""
     assert step.diagnosis is not None  # the caller has looked
-    assert step.comparison is not None
-    found, unit = step.diagnosis, step.comparison.unit
-    rows = []
+    found, rows = step.diagnosis, []
     for name, button in buttons.items():
-        *cells, note = _cells(found, name, unit)
+        *cells, note = _cells(found, name)
         told = "".join(f"<td>{html.escape(cell)}</td>" for cell in cells)
         rows.append(f'<tr><td>{button}</td>{told}<td class="words">{html.escape(note)}</td></tr>')
     heads = ("effect", "error with it", "on runs left out", NOTICED, "most alike")
     head = "".join(f'<th scope="col">{text}</th>' for text in heads) + "<td></td>"
     _, _, blind = sorted_evidence(found)
-    unseen = "; ".join(f"{effect_set(names).replace(' with ', ', ')}: {why}" for why, names in blind.items())
+    unseen = "; ".join(f"{', '.join(names)}: {why}" for why, names in blind.items())
     table = f'<div class="scroll"><table><thead><tr>{head}</tr></thead><tbody>{"".join(rows)}</tbody></table></div>'
     tail = f"<p class='about'>Cannot be seen here: {html.escape(unseen)}</p>" if unseen else ""
     return f'<div class="bench"><h2>Which effects could explain it</h2>{table}{_terms()}{tail}</div>'
@@ -123,14 +121,14 @@ def _terms() -> str:
     return f'<dl class="terms">{words}</dl>'
 
 
-def _cells(found: Diagnosis, name: str, unit: str) -> tuple[str, ...]:
+def _cells(found: Diagnosis, name: str) -> tuple[str, ...]:
     """One row behind the button, which says the name: errors, detection limit, what is most alike, and a note."""
     e = found.effects.get(name)
     if e is None:  # a set of several
         tried = next(t for t in found.tried if " + ".join(t.effects) == name)
-        return amount(tried.rmse, unit), amount(tried.held_out_rmse, unit), "", "", "explains the data"
+        return amount(tried.rmse, UNIT), amount(tried.held_out_rmse, UNIT), "", "", "explains the data"
     alike = max(e.alike, key=lambda other: e.alike[other], default="")
-    values = (amount(value, unit) for value in (e.rmse, e.held_out_rmse, e.detection_limit))
+    values = (amount(value, UNIT) for value in (e.rmse, e.held_out_rmse, e.detection_limit))
     return *values, alike, "explains the data" if e.adequate else e.reason
 
 

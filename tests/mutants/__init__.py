@@ -1,0 +1,1 @@
+"""Mutation testing: do the tests notice when a formula is changed?"""

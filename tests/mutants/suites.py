@@ -1,0 +1,79 @@
+"""What is mutated, and by which tests each mutant is judged: the cheap ones first, the rest only for what survives."""
+
+import ast
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+Tests = tuple[str, ...]  # what pytest is called with
+# on floating-point numbers these are errors of type that the first call finds: they would only flatter the score
+LEFT_OUT = ("RShift", "LShift", "BitOr", "BitAnd", "BitXor")
+LIBRARY = "mckibben_jax/effects"
+
+
+@dataclass(frozen=True, eq=False)
+class Suite:
+    """Files, or all files of folders, that a sample is drawn from; and for each the tests, in stages.
+
+    The stages are those of the first name in `stages` that the file's path begins with.
+    """
+
+    name: str
+    modules: tuple[str, ...]
+    stages: dict[str, tuple[Tests, ...]]
+
+    def files(self) -> list[Path]:
+        """The modules, file by file."""
+        places = [Path(name) for name in self.modules]
+        return sorted(file for place in places for file in ([place] if place.is_file() else place.rglob("*.py")))
+
+    def judges(self, path: Path, row: int) -> tuple[Tests, ...]:
+        """The tests for a mutant in this line; those of one effect where it lies in the class of one."""
+        stages = next(stages for name, stages in self.stages.items() if str(path).startswith(name))
+        effect = _effect_at(path, row) if str(path).startswith(LIBRARY) else ""
+        return (("tests/test_effects.py", "-k", effect), *stages) if effect else stages
+
+
+PHYSICS = Suite(
+    "physics",
+    (
+        LIBRARY, "mckibben_jax/effect.py", "mckibben_jax/model.py", "mckibben_jax/memory.py",
+        "mckibben_jax/friction_step.py", "mckibben_jax/braid.py", "mckibben_jax/rubber.py", "mckibben_jax/textile.py",
+        "mckibben_jax/biology.py",
+    ),
+    {
+        "mckibben_jax/effects/supply.py": (("tests/test_supply.py", "tests/test_memory.py"),),
+        LIBRARY: (("tests/test_memory.py", "tests/test_model.py"),),
+        "mckibben_jax/effect.py": (("tests/test_model.py",), ("tests/test_effects.py",)),
+        "mckibben_jax/model.py": (("tests/test_model.py",), ("tests/test_effects.py",)),
+        "mckibben_jax/memory.py": (("tests/test_memory.py",), ("tests/test_effects.py",)),
+        "mckibben_jax/friction_step.py": (("tests/test_motion.py",),),
+        "mckibben_jax": (("tests/test_golden.py",), ("tests/test_equations.py",)),
+    },
+)  # fmt: skip
+DIAGNOSIS = Suite(
+    "diagnosis",
+    ("fitting/diagnosis",),
+    {
+        "fitting/diagnosis/proposal": (("tests/test_proposal.py",),),
+        "fitting/diagnosis/detection": (("tests/test_detection.py",), ("tests/test_diagnose.py",)),
+        "fitting/diagnosis/apart": (("tests/test_apart.py",), ("tests/test_diagnose.py",)),
+        "fitting/diagnosis/fingerprint": (("tests/test_compare.py",), ("tests/test_diagnose.py",)),
+        "fitting/diagnosis/parity": (("tests/test_compare.py",), ("tests/test_diagnose.py",)),
+        "fitting/diagnosis": (("tests/test_flips.py",), ("tests/test_diagnose.py",)),
+    },
+)
+SUITES = (PHYSICS, DIAGNOSIS)
+
+
+def suite_of(path: Path) -> Suite:
+    """The suite that a file belongs to."""
+    return next(suite for suite in SUITES if path in suite.files())
+
+
+def _effect_at(path: Path, row: int) -> str:
+    """The name of the effect whose class holds this line; empty outside of classes and in those that are no effect."""
+    for node in ast.parse(path.read_text(encoding="utf-8")).body:
+        if isinstance(node, ast.ClassDef) and node.lineno <= row <= (node.end_lineno or 0):
+            return "" if node.name.startswith("_") else re.sub(r"(?<!^)(?=[A-Z])", "_", node.name).lower()
+    return ""

@@ -1,0 +1,80 @@
+"""A discovery on motions alone reads them as force; what it saves was fitted to the motions themselves."""
+
+import json
+from types import SimpleNamespace
+
+import pytest
+from click.testing import CliRunner
+from small_muscle import loops, write
+from test_inverse_dynamics import released
+
+from fitting.cli import main
+from fitting.console import discovering
+from fitting.console.discovering import on_motions, on_motions_in_words, on_motions_result
+from fitting.console.options import Asked
+from fitting.console.task import task_of
+from fitting.reading.model_file import read_model
+from fitting.reading.own_effects import library
+from mckibben_jax.effects import ViscousDamping
+
+B = 150.0  # N s/m, of the drag that is hidden
+
+
+def told(*_):
+    """Progress that nobody looks at."""
+
+
+def found_on(task):
+    """A discovery that added a drag, with its value from the motions read as force."""
+    fit = SimpleNamespace(values={"viscous_damping.B": 138.0})
+    return SimpleNamespace(
+        task=task.with_effects([*task.effects, ViscousDamping()]), comparison=SimpleNamespace(fit=fit)
+    )
+
+
+@pytest.fixture
+def asked(monkeypatch):
+    """The tasks that are fitted, in their order; nothing is computed, and an error is that of its place."""
+    tasks = []
+    fit = lambda task: tasks.append(task) or SimpleNamespace(values={}, at=len(tasks))  # noqa: E731
+    monkeypatch.setattr(discovering, "fitted", fit)
+    return tasks
+
+
+@pytest.mark.parametrize(("after", "confirmed"), [(5e-5, True), (3.99e-3, False), (5e-3, False)])
+def test_the_motions_themselves_have_the_last_word(tmp_path, asked, monkeypatch, after, confirmed):
+    released(tmp_path)
+    task = task_of(Asked(data=(str(tmp_path),)))
+    monkeypatch.setattr(discovering, "rmse", lambda fit: (4e-3, after)[fit.at - 1])
+    motions = on_motions(task, found_on(task), told)
+    before, last = asked
+    assert before.names == task.names
+    assert last.names == (*task.names, "viscous_damping")
+    assert last.known["viscous_damping.B"] == 138.0
+    assert [r.test for e in last.experiments for r in e.recordings] == ["quick release"]
+    assert motions.confirmed == confirmed
+    assert ("They confirm the model." in on_motions_in_words(motions)) == confirmed
+
+
+def test_where_force_was_measured_it_was_in_the_fit_already(tmp_path, asked):
+    task = task_of(Asked(data=(str(write(tmp_path / "loops", loops(points=20, repeats=2))),)))
+    assert on_motions(task, found_on(task), told) is None
+    assert asked == []
+    assert on_motions_result(None) == {}
+
+
+@pytest.mark.slow
+def test_what_is_saved_was_fitted_to_the_motions(tmp_path):
+    """Read as force the drag is known to 12 %, by the equation of motion to 0.05 %."""
+    folder = tmp_path / "releases"
+    folder.mkdir()
+    released(folder, viscous_damping={"B": B})
+    order = ["discover", str(folder), "--candidates", "viscous_damping", "--json", str(tmp_path / "r.json")]
+    done = CliRunner().invoke(main, order)
+    assert done.exit_code == 0, done.output
+    assert "They confirm the model." in " ".join(done.output.split())
+    saved = read_model(folder / "model.toml", library()).values["viscous_damping.B"]
+    result = json.loads((tmp_path / "r.json").read_text())
+    assert saved == pytest.approx(result["motion"]["parameters"]["viscous_damping.B"]["value"], rel=1e-8)
+    assert saved == pytest.approx(B, rel=0.003)
+    assert abs(result["parameters"]["viscous_damping.B"]["value"] - B) > 0.01 * B
