@@ -242,7 +242,9 @@ def several(told: Sequence[Record]) -> list[Score]:
         share(f"three at once: in the set, {nearly}", "", of(told, "triple"), or_like),
         share("two or three at once: another set named uniquely", "", both, wrong),
         share("two or three at once: false extras", "<= 3 %", both, extra, most=0.03),
-    ]
+        share("the same, less what follows the truth within 0.1 noise", "", both,
+              lambda r: extra(r) and not followed(r)),
+    ]  # fmt: skip
 
 
 def powers(told: Sequence[Record]) -> list[Score]:
