@@ -241,7 +241,7 @@ def test_the_proposed_loops_leave_one_explanation(tmp_path, name):
     found = nm.next_measurement(tied, [experiment])
     assert found is not None
     assert found.power >= 0.9
-    assert found.needs == ""
+    assert found.needs == "a drive 3 times as fast as in these data (10 mm/s)"
     assert len(found.pairs) == 3
     prospect = nm.prospect(tied, [experiment], nm.remaining(tied), Varying())
     number = prospect.protocols.index(found.protocol)

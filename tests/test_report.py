@@ -384,7 +384,7 @@ def test_the_terminal_says_what_is_missing_what_is_not_and_what_cannot_be_seen(d
     ("verdict", "explanations", "words"),
     [
         ("nothing detectable", (), "Nothing is missing that these data could show."),
-        ("one of", (("tip",), ("dead_band", "weight")), "cannot tell which: tip; dead_band with weight."),
+        ("one of", (("tip",), ("dead_band", "weight")), "cannot tell which: tip; dead_band + weight."),
         ("not in the library", (), "no effect of the library explains all of it"),
         ("inconclusive", (), "cannot say"),
     ],
