@@ -87,8 +87,7 @@ class Search:
 
     def screened(self, size: int, pool: int) -> list[frozenset[str]]:
         """Larger sets that a linear look at the rows promises the most of."""
-        singles = sorted((t.cost, min(k)) for k, t in self.trials.items() if len(k) == 1)
-        names = [name for _, name in singles[:pool]]
+        names = [min(added) for added in self.best(1)[:pool]]
         promise = []
         for group in combinations(sorted(names), size):
             if self.world.possible(self.world.with_added(group), group):
@@ -152,10 +151,9 @@ class Search:
     def sifted(self) -> tuple[str, ...]:
         """How many pairs and triples were fitted, of how many, where smaller sets did not do."""
         sizes = sorted({len(added) for added in self.standings if len(added) > 1})
-        fitted = {size: len(self.best(size)) for size in sizes}
         whole = len(self.world.candidates)
         return tuple(
-            f"{fitted[size]} of {comb(whole, size):,} {LEVELS[size]} refitted, the rest pruned by a linear look"
+            f"{len(self.best(size))} of {comb(whole, size):,} {LEVELS[size]} refitted, the rest pruned by a linear look"
             for size in sizes
         )
 
