@@ -1,7 +1,7 @@
 """One search, and many that share a compiled function: which effects are there and what varies are arguments of it."""
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Union
+from typing import TYPE_CHECKING, Any, Union
 
 import equinox as eqx
 import jax
@@ -10,6 +10,7 @@ import optimistix as optx
 from jaxtyping import ArrayLike
 
 from fitting.solving.box import BoxLevenbergMarquardt
+from fitting.solving.kept import kept
 
 if TYPE_CHECKING:
     from fitting.residuals import Problem
@@ -18,6 +19,8 @@ if TYPE_CHECKING:
     AnyProblem = Union[Problem, Shooting]  # noqa: UP007
 
 MAX_STEPS = 150
+
+HERE: Any = 0  # where an array stands in what a compiled function returns
 
 
 class Subset(eqx.Module):
@@ -61,7 +64,7 @@ class Subset(eqx.Module):
         return jax.jvp(self.vector, (place,), (jnp.ones_like(place),))[1][self.free]
 
 
-@jax.jit
+@kept(like=(HERE, HERE))
 def rows_and_slopes(given: "AnyProblem", subset: Subset, place: jax.Array) -> tuple[jax.Array, jax.Array]:
     """All rows and their Jacobian (rows, free) with respect to the free unknowns' places in the unit box.
 
@@ -111,7 +114,7 @@ class Solved(eqx.Module):
     slopes: jax.Array
 
 
-@eqx.filter_jit
+@kept(like=Solved(Ended(HERE, HERE, HERE, HERE), HERE, HERE, HERE, HERE))
 def solve(
     given: "AnyProblem", subset: Subset, starts: jax.Array, steps: int = MAX_STEPS, look: ArrayLike = False
 ) -> Solved:

@@ -1,0 +1,174 @@
+"""Traced programs are found again by another process, and never where they could be wrong."""
+
+import threading
+import time
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from fitting.diagnosis.universe import universe
+from fitting.recordings import read_experiment
+from fitting.residuals import thinned
+from fitting.solving import kept as keeping
+from fitting.solving.kept import Kept, kept
+from mckibben_jax.effects import CoulombFriction, IdealCylinder, Tip
+
+
+class Line(eqx.Module):
+    """A structure of this module, whose source no digest covers."""
+
+    slope: jax.Array
+
+
+@pytest.fixture
+def folder(tmp_path):
+    """A store of compiled programs that only this test uses."""
+    before = jax.config.jax_compilation_cache_dir
+    jax.config.update("jax_compilation_cache_dir", str(tmp_path))
+    yield tmp_path
+    jax.config.update("jax_compilation_cache_dir", before)
+
+
+class Counted:
+    """A function that counts how often Python runs through it."""
+
+    def __init__(self):
+        self.times = 0
+
+    def function(self):
+        def scaled(values, factor=2):
+            self.times += 1
+            return {"sum": jnp.sum(values) * factor, "all": values * factor}
+
+        return scaled
+
+    def process(self):
+        """The function as another process would find it: nothing is left in memory."""
+        return Kept(self.function(), like={"sum": 0, "all": 0})
+
+
+def test_what_one_process_traced_the_next_one_reads(folder):
+    body, values = Counted(), np.arange(5.0)
+    first, again = body.process()(values), body.process()(values)
+    assert body.times == 1
+    assert len(list(folder.glob("*.program"))) == 1
+    assert float(first["sum"]) == float(again["sum"]) == 20.0
+    np.testing.assert_array_equal(again["all"], 2 * values)
+
+
+def test_other_shapes_types_and_plain_values_are_other_programs(folder):
+    body = Counted()
+    assert float(body.process()(np.arange(5.0))["sum"]) == 20.0
+    assert float(body.process()(np.arange(6.0))["sum"]) == 30.0
+    assert float(body.process()(np.arange(5.0), 3)["sum"]) == 30.0
+    assert body.process()(np.arange(5))["all"].dtype == jnp.int64
+    assert body.times == 4
+
+
+def test_a_default_that_is_spelt_out_is_the_same_program(folder):
+    body = Counted()
+    body.process()(np.arange(5.0))
+    assert float(body.process()(np.arange(5.0), factor=2)["sum"]) == 20.0
+    assert body.times == 1
+
+
+def test_other_sources_are_other_programs(folder, monkeypatch):
+    body = Counted()
+    body.process()(np.arange(5.0))
+    monkeypatch.setattr(keeping, "_sources", lambda: "changed")
+    body.process()(np.arange(5.0))
+    assert body.times == 2
+
+
+@pytest.mark.parametrize(
+    "harm", [lambda b: b[: len(b) // 2], lambda b: b"", lambda b: b[:-1] + bytes([b[-1] ^ 1]), lambda b: b"x" * 99]
+)
+def test_a_torn_program_is_traced_again(folder, harm):
+    body = Counted()
+    body.process()(np.arange(5.0))
+    (file,) = folder.glob("*.program")
+    file.write_bytes(harm(file.read_bytes()))
+    assert float(body.process()(np.arange(5.0))["sum"]) == 20.0
+    assert body.times == 2
+    body.process()(np.arange(5.0))
+    assert body.times == 2  # it was written anew
+
+
+def test_without_a_store_nothing_is_written(tmp_path, monkeypatch):
+    assert jax.config.jax_compilation_cache_dir is None
+    monkeypatch.chdir(tmp_path)
+    assert float(Counted().process()(np.arange(5.0))["sum"]) == 20.0
+    assert not list(tmp_path.iterdir())
+
+
+def test_where_nothing_can_be_written_it_goes_on(folder, monkeypatch):
+    def full(*_):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(keeping, "replaced", full)
+    assert float(Counted().process()(np.arange(5.0))["sum"]) == 20.0
+
+
+def test_a_class_that_no_digest_covers_is_not_kept(folder):
+    """A user's own effect may read otherwise tomorrow."""
+    double = kept(like=0)(lambda line: 2 * line.slope)
+    assert float(double(Line(jnp.asarray(3.0)))) == 6.0
+    made = type("Tip", (Tip,), {"__module__": Tip.__module__})  # poses as one of the library
+    assert float(kept(like=0)(lambda effect: 2 * effect.k)(made(k=3.0))) == 6.0
+    assert not list(folder.glob("*.program"))
+
+
+def test_a_function_among_the_arguments_is_not_kept(folder):
+    apply = kept(like=0)(lambda do, x: do(x))
+    assert float(apply(jnp.cos, jnp.asarray(0.0))) == 1.0
+    assert not list(folder.glob("*.program"))
+
+
+def test_two_workers_trace_once(folder):
+    times = []
+
+    def slow(x):
+        times.append(1)
+        time.sleep(0.2)
+        return x + 1
+
+    shared, found = Kept(slow, like=0), []
+    workers = [threading.Thread(target=lambda: found.append(float(shared(np.array(1.0))))) for _ in range(2)]
+    for worker in workers:
+        worker.start()
+    for worker in workers:
+        worker.join()
+    assert found == [2.0, 2.0]
+    assert len(times) == 1
+
+
+def test_inside_another_trace_it_is_a_plain_function(folder):
+    body = Counted()
+    call = body.process()
+    gradient = jax.grad(lambda values: call(values)["sum"])(jnp.arange(3.0))
+    np.testing.assert_array_equal(gradient, [2.0, 2.0, 2.0])
+    assert not list(folder.glob("*.program"))
+
+
+def test_a_fit_by_a_kept_program_is_the_fit_without(folder, monkeypatch):
+    """The whole of it: custom derivatives, linear algebra, loops and branches survive being written and read."""
+    experiment = thinned(read_experiment("data/muscle_a"), 400)
+    world = universe([experiment], [IdealCylinder(), CoulombFriction()], [Tip()])
+    both = world.with_added(["tip"])
+    from fitting.solving import search
+
+    for one in (search.solve, search.rows_and_slopes):
+        one.programs.clear()
+    written = world.fit(both, world.start, ("tip",))
+    assert list(folder.glob("*.program"))
+    search.solve.programs.clear()
+    monkeypatch.setattr(search.solve, "function", None)  # only what was written can answer
+    read = world.fit(both, world.start, ("tip",))
+    jax.config.update("jax_compilation_cache_dir", None)
+    plain = world.fit(both, world.start, ("tip",))
+    np.testing.assert_array_equal(read.rows, written.rows)
+    np.testing.assert_allclose(read.vector, plain.vector, rtol=1e-6)
+    assert read.cost == pytest.approx(plain.cost, rel=1e-9)
