@@ -6,6 +6,7 @@ import time as clock
 import numpy as np
 import pytest
 
+from fitting.reading import doubtful
 from fitting.reading import motion_signals as signals
 from fitting.reading.runs import Readings, run_of
 
@@ -163,7 +164,7 @@ def test_samples_next_to_turning_points_and_ends_carry_no_weight():
 
 
 def test_in_short_branches_a_tenth_is_left_out():
-    near = signals.near_edges(np.array([0, 19, 24]), 25)
+    near = doubtful.near_edges(np.array([0, 19, 24]), 25)
     assert np.flatnonzero(near).tolist() == [0, 1, 2, 17, 18, 19, 24]
 
 
@@ -252,7 +253,7 @@ def test_saturated_and_slack_readings_carry_no_weight():
 def test_a_held_extreme_is_not_saturation():
     force = np.concatenate([np.linspace(0, 50, 50), np.full(30, 50.0)])
     imposed = np.concatenate([np.linspace(0, 0.2, 50), np.full(30, 0.2)])
-    assert not signals.clipped(force, imposed).any()
+    assert not doubtful.clipped(force, imposed).any()
 
 
 # ------------------------------------------------------------------------------------------------------ position tests
@@ -277,3 +278,37 @@ def test_isotonic_branches_go_by_pressure():
     assert (run.branch == np.where(np.arange(401) <= 200, 1, -1)).all()
     assert run.rate[run.weight > 0] == pytest.approx(0.02 * run.branch[run.weight > 0], rel=1e-6)
     assert run.weight[[0, 1, 2, 3, 197, 200, 203, 400]].sum() == 0
+
+
+@pytest.mark.parametrize("sigma", [0.0, 0.5])
+@pytest.mark.parametrize("delay", [4, 9])
+def test_a_jump_that_comes_late_after_a_turning_point_is_left_out_alone(delay, sigma):
+    """Friction of 40 N reverses `delay` samples after the length does: only the samples around the jump go."""
+    time, contraction = motion()
+    edges = signals.branches_of(contraction, 0.01).edges
+    way = np.sign(np.gradient(contraction))
+    force = 1000 - 2000 * contraction - 40 * np.concatenate([np.full(delay, way[0]), way[:-delay]])
+    force += sigma * np.random.default_rng(3).normal(size=len(time))
+    late = doubtful.late_jumps(force, edges, signals.noise_level(time, force))
+    jumps = np.flatnonzero(np.abs(np.diff(force)) > 30)
+    assert len(jumps) >= len(edges) - 2
+    assert late[jumps].all()
+    assert late[jumps + 1].all()
+    assert late.sum() <= 4 * (len(edges) - 1)
+
+
+def test_what_grows_or_dies_away_smoothly_is_no_late_jump():
+    """Noise, presliding and creep after a turning point keep their weight."""
+    time, contraction = motion()
+    edges = signals.branches_of(contraction, 0.01).edges
+    since = np.concatenate([np.arange(b - a) for a, b in itertools.pairwise(edges)] + [[0]])
+    rng = np.random.default_rng(4)
+    for lasting in (2, 5, 20):
+        force = 1000 - 2000 * contraction + 40 * np.exp(-since / lasting)
+        late = doubtful.late_jumps(force, edges, signals.noise_level(time, force))
+        assert not late[since > 3].any()
+    found = 0
+    for _ in range(50):
+        force = 1000 - 2000 * contraction + rng.normal(size=len(time))
+        found += doubtful.late_jumps(force, edges, signals.noise_level(time, force)).sum()
+    assert found == 0

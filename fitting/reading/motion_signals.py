@@ -229,16 +229,6 @@ def _polynomial_slopes(
     return slope, noise * np.sqrt(variance)
 
 
-def near_edges(edges: np.ndarray, count: int) -> np.ndarray:
-    """Samples within three of an edge, or within a tenth of the branch where that is less: there reversals blur."""
-    near = np.zeros(count, dtype=bool)
-    for first, last in itertools.pairwise(edges):
-        reach = min(3, (last - first + 1) // 10)
-        near[first : first + reach + 1] = True
-        near[last - reach : last + 1] = True
-    return near
-
-
 def smooth(signal: np.ndarray, window: int = 5) -> np.ndarray:
     """Running mean over a few samples, narrower towards the ends of the run."""
     count = len(signal)
@@ -246,19 +236,3 @@ def smooth(signal: np.ndarray, window: int = 5) -> np.ndarray:
     total = np.concatenate([[0.0], np.cumsum(signal - signal[0])])
     at = np.arange(count)
     return signal[0] + (total[at + half + 1] - total[at - half]) / (2 * half + 1)
-
-
-def clipped(measured: np.ndarray, imposed: np.ndarray, fewest: int = 5, moved: float = 0.02) -> np.ndarray:
-    """Samples where the instrument is saturated or the muscle slack.
-
-    There the extreme reading repeats, digit for digit, while what is imposed goes on by more than `moved` of its range.
-    """
-    flat = np.zeros(len(measured), dtype=bool)
-    span = float(np.ptp(imposed))
-    for extreme in (measured.min(), measured.max()):
-        at = np.concatenate([[0], (measured == extreme).astype(np.int8), [0]])
-        starts, stops = np.flatnonzero(np.diff(at) == 1), np.flatnonzero(np.diff(at) == -1)
-        for start, stop in zip(starts, stops, strict=True):
-            if stop - start >= fewest and span > 0 and np.ptp(imposed[start:stop]) > moved * span:
-                flat[start:stop] = True
-    return flat

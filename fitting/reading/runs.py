@@ -5,6 +5,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from fitting.reading import doubtful
 from fitting.reading import motion_signals as signals
 from fitting.records import Run
 
@@ -51,7 +52,7 @@ def _loop(r: Readings) -> Run:
     speed = _speed(r, r.contraction, branches)
     pressure, pressure_rate = _pressure(r, branches)
     weight = _weight_away_from_edges(r, branches)
-    weight = r.leave_out(weight, signals.clipped(r.measured, r.contraction), "reading saturated or muscle slack")
+    weight = r.leave_out(weight, doubtful.clipped(r.measured, r.contraction), "reading saturated or muscle slack")
     weight = r.leave_out(weight, speed == 0, "direction of motion unknown (speed below twice its error)")
     return _run(
         r,
@@ -70,7 +71,7 @@ def _isometric(r: Readings) -> Run:
     branches = _by_pressure(r)
     pressure, pressure_rate = _pressure(r, branches)
     weight = _weight_away_from_edges(r, branches)
-    weight = r.leave_out(weight, signals.clipped(r.measured, r.pressure), "reading saturated or muscle slack")
+    weight = r.leave_out(weight, doubtful.clipped(r.measured, r.pressure), "reading saturated or muscle slack")
     held = np.full_like(r.contraction, np.median(r.contraction[r.usable] if r.usable.any() else r.contraction))
     return _run(r, branches, pressure, pressure_rate, held, np.zeros_like(held), weight, branches.sign)
 
@@ -146,8 +147,10 @@ def _pressure(r: Readings, branches: signals.Branches) -> tuple[np.ndarray, np.n
 
 
 def _weight_away_from_edges(r: Readings, branches: signals.Branches) -> np.ndarray:
-    near = signals.near_edges(branches.edges, len(r.time))
-    return r.leave_out(r.usable * 1.0, near, "next to a turning point or an end of a run")
+    near = doubtful.near_edges(branches.edges, len(r.time))
+    weight = r.leave_out(r.usable * 1.0, near, "next to a turning point or an end of a run")
+    late = doubtful.late_jumps(r.measured, branches.edges, signals.noise_level(r.time, r.measured))
+    return r.leave_out(weight, late, "where the reading jumps late after a turning point")
 
 
 def _run(
