@@ -52,6 +52,8 @@ def _loop(r: Readings) -> Run:
     speed = _speed(r, r.contraction, branches)
     pressure, pressure_rate = _pressure(r, branches)
     weight = _weight_away_from_edges(r, branches)
+    late = doubtful.late_jumps(r.measured, branches.edges, signals.noise_level(r.time, r.measured))
+    weight = r.leave_out(weight, late, "where the reading jumps late after a turning point")
     weight = r.leave_out(weight, doubtful.clipped(r.measured, r.contraction), "reading saturated or muscle slack")
     weight = r.leave_out(weight, speed == 0, "direction of motion unknown (speed below twice its error)")
     return _run(
@@ -148,9 +150,7 @@ def _pressure(r: Readings, branches: signals.Branches) -> tuple[np.ndarray, np.n
 
 def _weight_away_from_edges(r: Readings, branches: signals.Branches) -> np.ndarray:
     near = doubtful.near_edges(branches.edges, len(r.time))
-    weight = r.leave_out(r.usable * 1.0, near, "next to a turning point or an end of a run")
-    late = doubtful.late_jumps(r.measured, branches.edges, signals.noise_level(r.time, r.measured))
-    return r.leave_out(weight, late, "where the reading jumps late after a turning point")
+    return r.leave_out(r.usable * 1.0, near, "next to a turning point or an end of a run")
 
 
 def _run(
