@@ -75,7 +75,7 @@ def _coarser(target: Target, times: int) -> Target:
     """With steps that are longer."""
     given = target.problem
     blocks = tuple(dataclasses.replace(b, steps=-(-b.steps // times)) if b.steps else b for b in given.blocks)
-    return dataclasses.replace(target, problem=dataclasses.replace(given, blocks=blocks))
+    return dataclasses.replace(target, problem=dataclasses.replace(given, blocks=blocks).coarser(times))
 
 
 def _prior(fit: Fit, name: str, stated: dict[str, Prior]) -> Prior:
