@@ -22,8 +22,8 @@ FINER = 2.0  # times what few nodes take away, that many must
 PRESSURE_GRID = np.round(np.arange(-0.5, 3.01, 0.05), 2)
 SPEED_GRID = np.round(np.arange(-0.5, 2.01, 0.05), 2)
 NOTABLE = 0.05  # of the squared misfit: what a power law must take away to be spoken of
-SHARP = 0.05  # of what it takes away: an exponent wrong by a half must lose as much,
-WORSE = 0.25  # or else as much of what it leaves
+MOST_MEMORY = 0.99
+SURE = 4.0  # standard errors that an exponent wrong by a half must be away: then it is known to an eighth
 LOWEST = 0.02  # of the largest pressure or speed: below, a power is not defined well
 
 
@@ -92,19 +92,36 @@ def _best(rows: Rows, law: Callable[[float], np.ndarray], grid: np.ndarray, alon
     if taken[best] < max(NOTABLE * total, noise) or best in (0, len(grid) - 1):
         return None
     lost = taken[best] - max(np.interp(grid[best] + step, grid, taken) for step in (-0.5, 0.5))
-    sharp = lost > min(SHARP * taken[best], WORSE * (total - taken[best]))
-    return float(grid[best]) + 0.0 if sharp else None  # + 0.0: minus zero is not for people
+    left = rows.residual - _fitted(rows, law(float(grid[best])))
+    known = lost > SURE**2 * float(left @ left) / _independent(left[: len(along)], rows.samples)
+    return float(grid[best]) + 0.0 if known else None  # + 0.0: minus zero is not for people
 
 
 def _taken(rows: Rows, columns: np.ndarray) -> float:
     """How much of the squared residual these columns take away, beyond what the fit's parameters can."""
+    fitted = _fitted(rows, columns)
+    return float(fitted @ rows.residual)
+
+
+def _fitted(rows: Rows, columns: np.ndarray) -> np.ndarray:
+    """What of the residual these columns follow, beyond what the fit's parameters can."""
     whole = np.zeros((len(rows.residual), columns.shape[1]))
     whole[: len(columns)] = columns / rows.samples.sigma[:, None]
     whole /= np.maximum(np.linalg.norm(whole, axis=0), 1e-300)
     left = whole - rows.basis @ (rows.basis.T @ whole)
     strength, vectors = np.linalg.eigh(left.T @ left)  # tenfold as fast as taking all rows apart
     kept = strength > 1e-12 * max(strength[-1], 1.0)
-    return float(np.sum((vectors.T @ (left.T @ rows.residual))[kept] ** 2 / strength[kept]))
+    along = vectors[:, kept].T @ (left.T @ rows.residual) / strength[kept]
+    return left @ (vectors[:, kept] @ along)
+
+
+def _independent(left: np.ndarray, samples: Samples) -> float:
+    """How many independent readings as many are worth whose errors fade from one to the next."""
+    follows = (samples.run[1:] == samples.run[:-1]) & (samples.half[1:] == samples.half[:-1])
+    square = max(float(left @ left) / len(left), 1e-300)
+    memory = float(np.mean((left[1:] * left[:-1])[follows])) / square if follows.any() else 0.0
+    memory = min(max(memory, 0.0), MOST_MEMORY)
+    return len(left) * (1 - memory) / (1 + memory)
 
 
 def _spanned(columns: np.ndarray) -> np.ndarray:
