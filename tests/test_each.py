@@ -213,6 +213,28 @@ def test_a_model_that_another_order_wrote_beside_a_result_is_done_again(line, tm
     assert all_of(line, tmp_path, names="m1").computed == 0
 
 
+def test_models_that_were_not_wanted_at_first_are_written_when_they_are(line, tmp_path):
+    """--no-save, then the same command without it."""
+    first = all_of(line, tmp_path, names="m1", no_save=True)
+    assert not list(tmp_path.glob("*.toml"))
+    assert all_of(line, tmp_path, names="m1", no_save=True).computed == 0
+    again = all_of(line, tmp_path, names="m1")
+    assert again.computed == 1
+    assert again.results[0]["parameters"] == first.results[0]["parameters"]
+    assert (tmp_path / "m1.toml").is_file()
+    assert all_of(line, tmp_path, names="m1").computed == 0
+
+
+def test_models_that_are_there_are_left_alone_where_none_are_wanted(line, tmp_path):
+    all_of(line, tmp_path, names="m1")
+    model = (tmp_path / "m1.toml").read_bytes()
+    assert all_of(line, tmp_path, names="m1", no_save=True).computed == 0
+    assert all_of(line, tmp_path, names="m1", no_save=True, fix=("coulomb_friction.f_s",)).computed == 1
+    assert (tmp_path / "m1.toml").read_bytes() == model
+    assert all_of(line, tmp_path, names="m1", fix=("coulomb_friction.f_s",)).computed == 1  # that is another order's
+    assert (tmp_path / "m1.toml").read_bytes() != model
+
+
 # On a cluster --------------------------------------------------------------------------------------------------------
 
 

@@ -1,4 +1,4 @@
-"""Answers in the units of the data: Hill's numbers, proposals, many data sets, the workbench."""
+"""Answers in the units of the data: Hill's numbers, motions as force, proposals, many data sets, the workbench."""
 
 import re
 from dataclasses import replace
@@ -11,13 +11,16 @@ from folders import folder_of
 from rich.console import Console
 from small_muscle import loops, write
 from test_hill import LOADS, TIME, hill_motion
+from test_inverse_dynamics import released
 
 from fitting import units
 from fitting.cli import main
 from fitting.diagnosis.proposal_terms import line_of, terms
 from fitting.diagnosis.record import Diagnosis, Evidence
 from fitting.reading.define import VARIABLES, defined
+from fitting.reading.inverse_dynamics import as_force
 from fitting.recordings import read_experiment
+from fitting.releases.figures import speed_over_load
 from fitting.releases.hill import curves
 from fitting.releases.words import hill_report
 from fitting.workbench.session import Step
@@ -64,6 +67,37 @@ def test_hills_numbers_are_told_in_the_units_of_the_data(tmp_path):
     assert not re.search(r"\d (N|m/s|mm/s|kPa)\b", said), said
     b = float(re.search(r"b = ([\d.]+)", said)[1])
     assert b * INCH == pytest.approx(found[0].hill.b, rel=0.01)
+
+
+def test_the_picture_of_speeds_is_drawn_in_the_units_of_the_data(tmp_path):
+    found = curves([read_experiment(imperial(tmp_path / "releases"))])
+    with units.spoken(IMPERIAL):
+        (axes,) = speed_over_load(found).axes
+    assert (axes.get_xlabel(), axes.get_ylabel()) == ("load [lbf]", "steady speed [inch/s]")
+    readings, hill, _ = axes.get_lines()
+    np.testing.assert_allclose(readings.get_xdata(), LOADS / POUND, rtol=1e-3)
+    np.testing.assert_allclose(readings.get_ydata(), [r.speed / INCH for r in found[0].hill.readings], rtol=1e-6)
+    assert hill.get_xdata()[-1] == pytest.approx(found[0].hill.isometric / POUND, rel=1e-6)
+    assert axes.get_ylim()[1] > max(readings.get_ydata())
+    assert "72.52 psi" in hill.get_label()
+
+
+@pytest.mark.parametrize(
+    ("limit", "value", "own", "usual"),
+    [
+        ("LOUD", 0.0, r"too noisy, [\d.]+ lbf of [\d.]+ lbf", r"too noisy, [\d.]+ N of [\d.]+ N"),
+        ("FEWEST", 999, "faster than 0.39 inch/s", "faster than 10 mm/s"),
+    ],
+)
+def test_why_a_motion_is_no_force_is_told_in_the_units_of_the_data(tmp_path, monkeypatch, limit, value, own, usual):
+    data, _ = released(tmp_path)
+    monkeypatch.setattr(f"fitting.reading.inverse_dynamics.{limit}", value)
+    with units.spoken(IMPERIAL):
+        (theirs,) = as_force(data)[1]
+    assert re.search(own, theirs), theirs
+    assert not re.search(r"\d (N|mm/s)\b", theirs), theirs
+    (ours,) = as_force(data)[1]
+    assert re.search(usual, ours), ours
 
 
 # ---------------------------------------------------------------------------------------------------------- proposals

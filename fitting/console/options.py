@@ -62,7 +62,7 @@ class Asked:
     starts: int = 8
     shooting: int = 0
     save: str | None = None
-    keep: bool = False
+    no_save: bool = False
     seed: int = 0
     quiet: bool = False
     json: str | None = None
@@ -121,7 +121,7 @@ shooting_option = click.option(
 
 save_options = _all(
     click.option("--save", metavar="FILE", help="Where the fitted model goes; default: model.toml beside the data."),
-    click.option("--no-save", "keep", is_flag=True, help="Leave every model file as it is."),
+    click.option("--no-save", is_flag=True, help="Leave every model file as it is."),
 )
 
 output_options = _all(

@@ -14,7 +14,7 @@ from fitting.report import headed
 
 def save(study: Study, fit: Fit) -> list[RenderableType]:
     """Write the fitted model, and say where it went or why it did not."""
-    if study.asked.keep:
+    if study.asked.no_save:
         return []
     if not fit.converged:
         return [headed("SAVED", "nothing: the search did not converge")]

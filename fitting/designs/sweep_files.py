@@ -4,21 +4,25 @@ Of both holds that a piece is there or is not, whatever happens while it is writ
 Zarr a piece is one chunk of each array, and counts once the small file with its counts is there, which comes last.
 """
 
+import errno
 import json
 import os
+import secrets
 import shutil
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from contextlib import suppress
 from pathlib import Path
 from typing import Any, Protocol
 
 import numpy as np
 
-from fitting.writing import refused, write_text, write_whole
+from fitting.writing import refused, replaced, write_text, write_whole
 
 Columns = Mapping[str, np.ndarray]
 Counts = dict[str, Any]  # of a piece: feasible, undefined, histogram
 PARQUET, ZARR = KINDS = ("parquet", "zarr")
 END = b"PAR1"  # of a Parquet file
+OCCUPIED = (errno.ENOTEMPTY, errno.EEXIST)  # a folder is there, which no other can be moved onto
 NO_ROOM = "make room, or name another folder with --out; the same command then goes on"
 
 
@@ -136,38 +140,65 @@ class _Zarr:
 
 
 def _new_group(place: Path, kinds: Mapping[str, type], designs: int, piece: int) -> None:
-    """A group of empty arrays that stands there with all of them or not at all."""
-    import zarr
+    """A group of empty arrays that stands there with all of them or not at all; another sweep may be the faster."""
 
     def write(new: Path) -> None:
-        group = zarr.create_group(new, zarr_format=3, overwrite=True)
-        for name, kind in kinds.items():
-            group.create_array(name, shape=(designs,), chunks=(piece,), dtype=np.dtype(kind), compressors=None,
-                               dimension_names=("design",))  # fmt: skip
+        _arrays(new, {name: ((designs,), np.dtype(kind)) for name, kind in kinds.items()}, piece)
 
-    write_whole(place, write, NO_ROOM)
+    _moved_in(place, write)
+
+
+def _arrays(place: Path, columns: Mapping[str, tuple[tuple[int, ...], np.dtype]], chunk: int) -> dict[str, Any]:
+    """Empty arrays in a new group, of these shapes and kinds. Computed numbers hardly compress: they are not."""
+    import zarr
+
+    group = zarr.create_group(place, zarr_format=3, overwrite=True)
+    return {
+        name: group.create_array(name, shape=shape, chunks=(chunk,), dtype=kind, compressors=None,
+                                 dimension_names=("design",))
+        for name, (shape, kind) in columns.items()
+    }  # fmt: skip
+
+
+def _moved_in(place: Path, write: Callable[[Path], Any]) -> bool:
+    """Write a folder beside its place and move it there; False where another program's was there first."""
+    try:
+        replaced(place, write)
+    except OSError as error:
+        if error.errno in OCCUPIED:
+            return False
+        raise refused(place, error, NO_ROOM) from None
+    return True
+
+
+def _made_free(place: Path) -> None:
+    """Take a folder away in one step. Deleted where it stands it would take another program's with it, or a part."""
+    aside = place.with_name(f".{place.name}.{secrets.token_hex(4)}")
+    with suppress(FileNotFoundError):
+        place.rename(aside)
+    shutil.rmtree(aside, ignore_errors=True)
 
 
 # Both ----------------------------------------------------------------------------------------------------------------
 
 
 def write_table(kind: str, folder: Path, name: str, columns: Columns) -> str:
-    """Write a table that fits into memory, in place of one of that name; the file's name is returned."""
+    """Write a table that fits into memory, in place of one of that name; the file's name is returned.
+
+    Of two programs that write it at once, one's is there, whole.
+    """
     path = folder / f"{name}.{kind}"
     if kind == PARQUET:
         _write_parquet(path, columns, {})
         return path.name
 
     def write(new: Path) -> None:
-        import zarr
+        count = max((len(values) for values in columns.values()), default=1)
+        arrays = _arrays(new, {name: (values.shape, values.dtype) for name, values in columns.items()}, max(count, 1))
+        for name, values in columns.items():
+            arrays[name][:] = values
+        _made_free(path)  # not before: so long the old one is there
 
-        group = zarr.create_group(new, zarr_format=3, overwrite=True)
-        for column, values in columns.items():
-            size = max(len(values), 1)
-            array = group.create_array(column, shape=values.shape, chunks=(size,), dtype=values.dtype, compressors=None,
-                                       dimension_names=("design",))  # fmt: skip
-            array[:] = values
-
-    shutil.rmtree(path, ignore_errors=True)  # a folder is not replaced by another in one step
-    write_whole(path, write, NO_ROOM)
+    while not _moved_in(path, write):  # another program's was there first: it makes way like the old one
+        pass
     return path.name

@@ -45,32 +45,39 @@ def _digest(text: str) -> str:
 
 
 class Folder:
-    """Results on disk, by the name of the data set."""
+    """Results on disk, by the name of the data set. Without `models`, no model is written, looked at or deleted."""
 
-    def __init__(self, place: Path):
-        self.place = place
+    def __init__(self, place: Path, models: bool = True):
+        self.place, self.models = place, models
         try:
             place.mkdir(parents=True, exist_ok=True)
         except OSError as error:
             cure = "name another folder with --out"
             raise InputError(f"no folder can be made: {error.strerror}", place, cure=cure) from None
 
-    def known(self, one: DataSet, mark: str) -> dict[str, Any] | None:
-        """What came of a data set, if that was under the same order."""
+    def known(self, one: DataSet, mark: str, fitted: bool = False) -> dict[str, Any] | None:
+        """What came of a data set, if that was under the same order, and the model that it gave is there.
+
+        One that was `fitted` gave a model if it converged; where none is noted, `--no-save` was given then.
+        """
         try:
             told = json.loads(self._path(one, ".json").read_text(encoding="utf-8"))
         except (OSError, ValueError):  # not there, or not ours
             return None
-        ours = isinstance(told, dict) and told.get("order") == mark and "result" in told
-        return told["result"] if ours and told.get("model") == self._model_there(one) else None
+        if not (isinstance(told, dict) and told.get("order") == mark and "result" in told):
+            return None
+        model, result = told.get("model"), told["result"]
+        unsaved = model is None and fitted and result["converged"]
+        return result if not self.models or (model == self._model_there(one) and not unsaved) else None
 
     def write(self, one: DataSet, mark: str | None, found: Found) -> None:
         """Keep what came of a data set; one that could not be used carries no mark, and is tried again."""
-        if found.model:
+        model = _digest(found.model) if self.models and found.model else None
+        if model:
             write_text(self._path(one, ".toml"), found.model, NO_ROOM)
-        else:
+        elif self.models:
             self._path(one, ".toml").unlink(missing_ok=True)  # of another order
-        order, model = None if found.failed else mark, _digest(found.model) if found.model else None
+        order = None if found.failed else mark
         told = {"data_set": one.name, "path": one.path, "order": order, "model": model, "result": found.result}
         write_json(str(self._path(one, ".json")), told)
 

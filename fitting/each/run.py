@@ -11,7 +11,7 @@ from fitting.console.task import Task, task_of
 from fitting.each.folder import Folder, mark
 from fitting.each.sets import DataSet
 from fitting.each.words import row
-from fitting.each.work import Found, Order, do, do_packed, failure
+from fitting.each.work import FIT, Found, Order, do, do_packed, failure
 from fitting.errors import InputError
 from fitting.units import own_units
 
@@ -36,12 +36,12 @@ def each(
     progress: Progress = lambda *_: None,
 ) -> All:  # fmt: skip
     """Do with every data set what is ordered, unless it is done already, and write what comes of it."""
-    folder, results, marks = Folder(place), {}, {}
+    folder, results, marks = Folder(place, models=not asked.no_save), {}, {}
     stated: list[Mapping[str, str]] = []
 
     def keep(one: DataSet, found: Found) -> None:
         """Write what came of a data set."""
-        folder.write(one, marks.get(one), found if not asked.keep else dataclasses.replace(found, model=""))
+        folder.write(one, marks.get(one), found)
         results[one] = found.result
         bad = sum("error" in result for result in results.values())
         told = f"{len(results)} of {len(sets)}" + (f", {bad} cannot be used" if bad else "")
@@ -56,7 +56,7 @@ def each(
                 continue
             stated.extend(given for e in task.experiments for given in e.units)
             marks[one] = mark(order, task)
-            known = folder.known(one, marks[one])
+            known = folder.known(one, marks[one], fitted=order.command == FIT)
             if known is None:
                 yield one, order, task
             else:

@@ -14,6 +14,7 @@ from scipy.constants import g
 from scipy.ndimage import maximum_filter1d, minimum_filter1d
 from scipy.signal import savgol_coeffs, savgol_filter
 
+from fitting import units
 from fitting.reading.noise import noise_of
 from fitting.records import FORCE_TESTS, MOVING_TESTS, Experiment, Recording, Run
 
@@ -176,12 +177,14 @@ def _motion(run: Run, recording: Recording, experiment: Experiment) -> Motion | 
     motion = _smoothed(motion)
     count = int(np.count_nonzero(motion.usable[motion.kept]))
     if count < FEWEST:
+        slow = units.show(SLOW, "m/s", digits=2)
         return (
-            f"fewer than {FEWEST} readings in even motion ({count}): faster than {SLOW * 1e3:.0f} mm/s one way, "
+            f"fewer than {FEWEST} readings in even motion ({count}): faster than {slow} one way, "
             f"accelerated by less than {INERTIA:.0%} of the load; record it for longer, or under a heavier load"
         )
     if motion.noise > LOUD * load:
-        return f"M x'' is too noisy, {motion.noise:.2g} N of {load:.3g} N: read the position more finely or more often"
+        loud, whole = units.show(motion.noise, "N", digits=2), units.show(load, "N", digits=3)
+        return f"M x'' is too noisy, {loud} of {whole}: read the position more finely or more often"
     return motion
 
 
