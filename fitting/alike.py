@@ -18,6 +18,7 @@ from fitting.least_squares import Fit
 from fitting.reading.noise import noise_of
 from fitting.records import FORCE_TESTS, Experiment, Run
 from fitting.residuals import thinned
+from fitting.solving.points import reached
 from mckibben_jax.effect import Effect, name_of
 from mckibben_jax.model import Model
 from mckibben_jax.muscle import Muscle
@@ -204,6 +205,7 @@ def scenes_of(experiment: Experiment, dataset: int) -> list[Scene]:
 
 
 def _scene(runs: Sequence[Run], noise: float, dataset: int) -> Scene:
+    runs = [reached(run) for run in runs]
     size = max(len(run) for run in runs)
     pad = lambda values: np.pad(values, (0, size - len(values)), mode="edge")  # noqa: E731
     column = lambda name: jnp.asarray(np.stack([pad(getattr(run, name)) for run in runs]))  # noqa: E731

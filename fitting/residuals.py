@@ -10,6 +10,7 @@ import numpy as np
 
 from fitting.reading.noise import noise_of
 from fitting.records import FORCE_TESTS, Experiment, Recording, Run
+from fitting.solving.points import reached
 from fitting.solving.positions import predicted, starts, steps_of
 from fitting.solving.unknowns import Unknowns, filled
 from mckibben_jax.model import Model
@@ -166,7 +167,7 @@ def problem(experiments: Sequence[Experiment], layout: Unknowns) -> tuple[Proble
 
 
 def _block(recording: Recording, dataset: int, length: float) -> Block:
-    runs = recording.runs
+    runs = tuple(map(reached, recording.runs))
     size = _padded(max(len(run) for run in runs))
     stacked = {name: jnp.asarray(np.stack([_pad(getattr(run, name), size) for run in runs])) for name in _SIGNALS}
     weight = np.stack([_pad(run.weight, size, 0.0) for run in runs]).reshape(-1)

@@ -16,6 +16,7 @@ from fitting.errors import InputError
 from fitting.reading.readings import CONTRACTIONS
 from fitting.reading.runs import AT_REST
 from fitting.records import FORCE_TESTS
+from fitting.solving.points import clock, from_behind, twice
 from fitting.writing import write_text
 from mckibben_jax.model import Model
 from mckibben_jax.muscle import Muscle, quantities
@@ -102,19 +103,21 @@ def recorded(model: Model, course: Course, test: str) -> np.ndarray:
     """What the instrument shows along a course: force in N, or shortening in m where a load is imposed."""
     if course.contraction is None:
         return np.asarray(_MOVED[test](model, course)) * float(model.muscle.length)
-    return np.asarray(eqx.filter_jit(lambda whole, states: whole.force(states))(model, _imposed(course)))
+    force = np.asarray(eqx.filter_jit(lambda whole, states: whole.force(states))(model, _imposed(course)))
+    return force if course.direction is None else force[1::2]  # behind every point stands the way to it
 
 
 def _imposed(course: Course) -> State:
     contraction, pressure = course.contraction, course.pressure
     assert contraction is not None
     if course.direction is not None:
-        rate, rise = AT_REST * course.direction, np.zeros_like(pressure)
+        time, pressure, rate = clock(len(course.time)), twice(pressure), AT_REST * twice(course.direction)
+        contraction, rise = from_behind(contraction, course.direction), np.zeros_like(pressure)
     else:
-        rate, rise = (np.gradient(values, course.time) for values in (contraction, pressure))
+        time, (rate, rise) = course.time, (np.gradient(values, course.time) for values in (contraction, pressure))
         rate = np.where(np.abs(rate) > 1e-12, rate, 0.0)  # a held length is held
-    zero = jnp.zeros(len(course.time))
-    given = (jnp.asarray(values) for values in (contraction, pressure, rate, rise, zero, zero, course.time))
+    zero = jnp.zeros(len(time))
+    given = (jnp.asarray(values) for values in (contraction, pressure, rate, rise, zero, zero, time))
     return State(*given)
 
 

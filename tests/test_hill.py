@@ -1,6 +1,7 @@
 """Speed over load: Hill's numbers from motions whose speeds are known in closed form."""
 
 import json
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -12,7 +13,8 @@ from scipy.constants import g
 from fitting.cli import main
 from fitting.errors import InputError
 from fitting.recordings import read_experiment
-from fitting.releases.hill import Motions, curves, dry_curve, hill_curve, releases, straight_part
+from fitting.releases.hill import Reading, curves, dry_curve, hill_curve, releases, straight_part
+from fitting.releases.motion import Motions
 from fitting.releases.words import _judged
 
 ISOMETRIC, CURVATURE, LARGEST = 900.0, 0.3, 1.6  # N, 1, m/s
@@ -66,8 +68,6 @@ def test_inertia_with_dry_friction_is_not_taken_for_viscosity(tmp_path):
 
 def test_what_dry_friction_reads_as_is_the_published_number():
     """Fifty loads from 0.1 to 0.95 of the heaviest: a/F0 = 0.226, as computed from eq 47 solved."""
-    from fitting.releases.hill import Reading
-
     w = np.linspace(0.1, 0.95, 50)
     read = [Reading("", float(x), 5e5, float((1 - x) / np.sqrt(x)), 0.0, 0.0, 1.0) for x in w]
     found = dry_curve(read)
@@ -99,8 +99,6 @@ def test_too_few_loads_and_no_release_are_said(tmp_path):
 
 def test_the_errors_are_as_large_as_the_scatter(tmp_path):
     """Over repeated noise the spread of a/F0 is what its standard error says, within a factor of two."""
-    from dataclasses import replace
-
     (one,) = curves([read_experiment(recorded(tmp_path, hill_motion))])
     scatter, found = np.random.default_rng(1), []
     for _ in range(60):
@@ -147,7 +145,7 @@ def test_the_motion_says_what_hills_numbers_are_worth(misses, b, ends, words, mo
         return SimpleNamespace(layout=layout, values=values, error=lambda name: 0.01, at_bound=ends,
                                residual=np.full(9, miss), rmse=miss, samples=samples)  # fmt: skip
 
-    monkeypatch.setattr("fitting.releases.hill.rmse", lambda fit: fit.rmse)
+    monkeypatch.setattr("fitting.releases.motion.rmse", lambda fit: fit.rmse)
     motions = Motions(fitted(misses[0]), fitted(misses[1], **{"hill.a_over_F0": 0.3, "hill.b": b}))
     told = _judged(motions, "hill.b = 500 mm/s +/- 10 mm/s", 1.0)
     assert words in told
@@ -159,7 +157,7 @@ def test_the_motion_itself_gives_hills_numbers(tmp_path):
     """Releases of the program's own muscle with Hill's force, fitted without and with it."""
     from fitting.console.options import Asked
     from fitting.console.task import task_of
-    from fitting.releases.hill import motions
+    from fitting.releases.motion import motions
     from fitting.simulate import release_courses, write_data_set
     from mckibben_jax.effects import CoulombFriction, Hill, IdealCylinder
     from mckibben_jax.model import model

@@ -14,11 +14,11 @@ from fitting.console.study import errors_for_machines
 @output_options
 def command(**given: Any) -> None:
     """Say what to cite: the review, the model's effects, the data, the methods."""
+    from fitting.console.handing import hand_out
     from fitting.console.options import Asked
     from fitting.console.prepare import prepare
     from fitting.console.task import cited_task
-    from fitting.report import console, headed, lines
-    from fitting.results import write_json
+    from fitting.report import headed, lines
     from fitting.showing.citations import citations
 
     prepare()
@@ -27,12 +27,4 @@ def command(**given: Any) -> None:
         task = cited_task(asked)
     found = citations(task.effects, task.experiments)
     shown = [part for label, texts in found.items() for part in lines(label.upper()[:9], texts)]
-    out = console(asked.quiet)
-    for part in shown or [headed("", "nothing to cite")]:
-        out.print(part)
-    if asked.json:
-        write_json(asked.json, found)
-    if asked.html:
-        from fitting.showing.page import write_words
-
-        write_words(asked.html, "What to cite", shown)
+    hand_out(given, "What to cite", shown or [headed("", "nothing to cite")], found)

@@ -29,15 +29,15 @@ def command(name: str, reveal: bool, **given: Any) -> None:
 
 
 def _reveal(name: str, given: dict[str, Any]) -> None:
+    from fitting.console.handing import print_out
     from fitting.console.shipped import sealed
-    from fitting.report import console, lines
+    from fitting.report import lines
     from fitting.results import write_json
 
     truth = sealed(name)
     hidden = truth.get("hidden")
     told = [", ".join(hidden) if hidden else "nothing is missing"] if truth else [f"{name} was measured: nobody knows"]
     told += [f"{key} = {value:g} (SI)" for key, value in truth.get("parameters", {}).items()]
-    for part in lines("TRUTH", told):
-        console(given["quiet"]).print(part)
+    print_out(given, lines("TRUTH", told))
     if given["json"]:
         write_json(given["json"], truth)

@@ -8,7 +8,7 @@ import click
 
 from fitting.console.options import Command, output_options
 from fitting.console.prepare import prepare
-from fitting.console.study import check_places, errors_for_machines, progress_bar
+from fitting.console.study import NOT_CONVERGED, check_places, errors_for_machines, progress_bar
 
 
 @click.command("design", cls=Command)
@@ -19,34 +19,28 @@ from fitting.console.study import check_places, errors_for_machines, progress_ba
 @click.option("--save", metavar="FILE", help="The design as a model file; of a trade-off a folder of them.")
 @output_options
 def command(
-    spec: str, effect_file: str | None, posterior: str | None, picture: str | None, save: str | None, quiet: bool,
+    spec: str, effect_file: str | None, posterior: str | None, picture: str | None, save: str | None,
     **given: Any,
 ) -> None:  # fmt: skip
     """Find the muscle that does best what SPEC.toml asks for, within what rubber and braid can bear."""
     prepare()
     check_places(given["json"], given["html"], picture)
+    from fitting.console.handing import print_out, write_out
     from fitting.designs.answer import answer
     from fitting.designs.order import read_draws, read_order
     from fitting.reading.own_effects import library
-    from fitting.report import console
-    from fitting.results import write_json
 
     with errors_for_machines(given["json"]):
         order = read_order(spec, library(effect_file))
         draws = read_draws(posterior, order.task) if posterior else {}
         if save and not (order.second and Path(save).is_dir()):  # a trade-off is saved into a folder
             check_places(save)
-        with progress_bar("designing", quiet):
+        with progress_bar("designing", given["quiet"]):
             found = answer(order, draws, given["seed"])
-        console(quiet).print(found.words, markup=False, highlight=False, soft_wrap=True)
+        print_out(given, [found.words])
         if picture:
             found.draw(picture)
         if save:
             found.save(Path(save))
-    if given["json"]:
-        write_json(given["json"], found.result)
-    if given["html"]:
-        from fitting.showing.page import write_words
-
-        write_words(given["html"], "Design", [found.words])
-    sys.exit(0 if found.converged else 3)
+    write_out(given, "Design", [found.words], found.result)
+    sys.exit(0 if found.converged else NOT_CONVERGED)

@@ -11,7 +11,7 @@ from fitting.console.study import errors_for_machines
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from fitting.showing.page import Section
+    from fitting.showing.parts import Section
     from mckibben_jax.effect import Effect
 
 
@@ -19,40 +19,33 @@ if TYPE_CHECKING:
 @click.argument("names", nargs=-1, metavar="[NAME]...")
 @click.option("--effect-file", metavar="FILE", help="Python file with effects of your own.")
 @output_options
-def command(names: tuple[str, ...], effect_file: str | None, quiet: bool, **given: Any) -> None:
+def command(names: tuple[str, ...], effect_file: str | None, **given: Any) -> None:
     """List the effects that a model may have, or explain some of them."""
     prepare()
+    from fitting.console.handing import hand_out
     from fitting.reading.own_effects import library, named
-    from fitting.report import console
-    from fitting.results import write_json
     from fitting.showing.catalogue import effect_report, effects_report, effects_result
 
     with errors_for_machines(given["json"]):
         known = library(effect_file)
         chosen = named(names, known) if names else tuple(known.values())
-    if names:
-        from fitting.showing.effect_picture import in_characters
+    if not names:
+        hand_out(given, "Effects", effects_report(chosen), effects_result(chosen))
+        return
+    from fitting.showing.effect_picture import in_characters
 
-        shown = [part for kind in chosen for part in (*effect_report(kind), *in_characters(kind), "")]
-    else:
-        shown = effects_report(chosen)
-    out = console(quiet)
-    for part in shown:
-        out.print(part)
-    if given["json"]:
-        write_json(given["json"], effects_result(chosen))
-    if given["html"]:
-        from fitting.showing.page import write_words
-
-        words = [part for kind in chosen for part in effect_report(kind)] if names else shown
-        write_words(given["html"], "Effects", words, _pictures(chosen) if names else [])
+    shown = [part for kind in chosen for part in (*effect_report(kind), *in_characters(kind), "")]
+    page = [part for kind in chosen for part in effect_report(kind)]
+    hand_out(given, "Effects", shown, effects_result(chosen), page=page, pictures=_pictures(chosen, given["html"]))
 
 
-def _pictures(kinds: "Sequence[type[Effect]]") -> "list[Section]":
-    """What each effect leaves in the data, for the page."""
+def _pictures(kinds: "Sequence[type[Effect]]", page: str | None) -> "list[Section]":
+    """What each effect leaves in the data, for the page if there is to be one."""
+    if not page:
+        return []
     from fitting.figures import as_svg
     from fitting.showing.effect_picture import fingerprint
-    from fitting.showing.page import Section
+    from fitting.showing.parts import Section
     from mckibben_jax.effect import name_of
 
     found = ((name_of(kind), fingerprint(kind)) for kind in kinds)

@@ -11,21 +11,12 @@ from fitting.console.study import errors_for_machines
 @click.command("equations", cls=Command)
 @click.argument("numbers", nargs=-1, metavar="[NUMBER]...")
 @output_options
-def command(numbers: tuple[str, ...], quiet: bool, **given: Any) -> None:
+def command(numbers: tuple[str, ...], **given: Any) -> None:
     """List the equations of Tondu 2012, or explain some: formula, symbols, what is wrong in print, what to call."""
-    from fitting.report import console
-    from fitting.results import write_json
+    from fitting.console.handing import hand_out
     from fitting.showing.equation_words import chosen, equation_report, equations_report, equations_result
 
     with errors_for_machines(given["json"]):
         found = chosen(numbers)
     shown = [part for equation in found for part in equation_report(equation)] if numbers else equations_report(found)
-    out = console(quiet)
-    for part in shown:
-        out.print(part)
-    if given["json"]:
-        write_json(given["json"], equations_result(found))
-    if given["html"]:
-        from fitting.showing.page import write_words
-
-        write_words(given["html"], "Equations of Tondu 2012", shown)
+    hand_out(given, "Equations of Tondu 2012", shown, equations_result(found))

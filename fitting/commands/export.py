@@ -25,22 +25,14 @@ def command(**given: Any) -> None:
 
     The module has step(state, pressure, displacement, dt), force, stiffness, linearise and pressure_for.
     """
+    from fitting.console.handing import hand_out
     from fitting.console.prepare import prepare
-    from fitting.report import console, headed
-    from fitting.results import write_json
+    from fitting.report import headed
 
     prepare()
     with errors_for_machines(given["json"]):
         from fitting.exporting.orders import exported
 
         file, result, words = exported(given)
-    out = console(given["quiet"])
     shown = [headed("WRITTEN", f"{file}: {words}"), headed("USE", result["use"])]
-    for part in shown:
-        out.print(part)
-    if given["json"]:
-        write_json(given["json"], result)
-    if given["html"]:
-        from fitting.showing.page import write_words
-
-        write_words(given["html"], "mckibben export", shown)
+    hand_out(given, "mckibben export", shown, result)

@@ -25,7 +25,8 @@ from fitting.console.study import begin
 def command(no_motion: bool, **given: Any) -> None:
     """Speed over load from quick releases: Hill's a/F0 and b, and whether dry friction alone gives the same curve."""
     study = begin(given)
-    from fitting.releases.hill import curves, motions
+    from fitting.releases.hill import curves
+    from fitting.releases.motion import motions
     from fitting.releases.words import hill_report, hill_result
 
     with study.working("reading speeds, fitting motions"):
@@ -37,7 +38,7 @@ def command(no_motion: bool, **given: Any) -> None:
     if study.asked.html:
         from fitting.figures import as_svg
         from fitting.releases.figures import speed_over_load
-        from fitting.showing.page import Section, write_words
+        from fitting.showing.parts import Section, write_words
 
         picture = Section("Steady speed over load", picture=as_svg(speed_over_load(found), "hill"))
         write_words(study.asked.html, "mckibben hill", shown, [picture])

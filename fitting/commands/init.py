@@ -11,12 +11,12 @@ from fitting.console.study import errors_for_machines
 @click.command("init", cls=Command)
 @click.argument("folder")
 @output_options
-def command(folder: str, quiet: bool, **given: Any) -> None:
+def command(folder: str, **given: Any) -> None:
     """Look at the CSV files of a folder and write a muscle.toml to fill in."""
     with errors_for_machines(given["json"]):
+        from fitting.console.handing import hand_out
         from fitting.reading.init import write_muscle_file
-        from fitting.report import console, headed
-        from fitting.results import write_json
+        from fitting.report import headed
 
         path = write_muscle_file(folder)
     shown = [
@@ -24,12 +24,4 @@ def command(folder: str, quiet: bool, **given: Any) -> None:
         headed("NOW", "write a value for every '?' in it, and check what is called a guess or not used"),
         headed("NEXT", f"mckibben compare {folder}"),
     ]
-    out = console(quiet)
-    for part in shown:
-        out.print(part)
-    if given["json"]:
-        write_json(given["json"], {"written": str(path)})
-    if given["html"]:
-        from fitting.showing.page import write_words
-
-        write_words(given["html"], "mckibben init", shown)
+    hand_out(given, "mckibben init", shown, {"written": str(path)})

@@ -30,7 +30,7 @@ def command(**given: Any) -> None:
     study.print(report)
     study.write(plan_result(plan, found))
     if study.asked.html:
-        from fitting.showing.page import write_words
+        from fitting.showing.parts import write_words
 
         write_words(study.asked.html, "mckibben plan", report)
     study.end(found.baseline.converged)

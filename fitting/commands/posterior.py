@@ -1,10 +1,11 @@
 """`mckibben posterior`: what the data leave open."""
 
+import os
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from fitting.console.options import Command, data_argument, fit_options, output_options, study_options
+from fitting.console.options import CHAINS, Command, data_argument, fit_options, output_options, study_options
 from fitting.console.study import Study, begin, check_places
 
 if TYPE_CHECKING:
@@ -13,7 +14,6 @@ if TYPE_CHECKING:
     from fitting.posterior import Posterior
 
 SAMPLERS = ("emcee", "nuts")
-CHAINS = "posterior.chains"
 
 
 @click.command("posterior", cls=Command)
@@ -85,8 +85,6 @@ def _sampled(study: Study, fit: "Fit", given: dict[str, Any], told: "Progress") 
 
 def _place_of_chains(study: Study, given: dict[str, Any]) -> str | None:
     """The file of chains; none beside data that may not be written to, which is said."""
-    import os
-
     if given["no_chains"]:
         return None
     if given["chains"]:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from fitting.console.options import (
+    CHAINS,
     Command,
     candidate_options,
     data_argument,
@@ -24,7 +25,6 @@ if TYPE_CHECKING:
     from fitting.showing.parts import Section
 
 PAGE = "mckibben_report.html"
-CHAINS = "posterior.chains"  # what `mckibben posterior` leaves beside the data
 FEWEST_STEPS = 100  # of chains: fewer were not begun with this model, or hardly
 
 
@@ -69,14 +69,6 @@ def command(no_diagnosis: bool, **given: Any) -> None:
     study.end(compared.fit.converged)
 
 
-def _copied(kept: Path, folder: Path) -> Path:
-    """The chains as they were after their last whole block: somebody may be writing them, or was killed at it."""
-    copy = folder / kept.name
-    with closing(sqlite3.connect(kept)) as source, closing(sqlite3.connect(copy)) as target:
-        source.backup(target)
-    return copy
-
-
 def _posterior(study: Study, fit: "Fit") -> "list[Section]":
     """What was sampled of this model, if chains of it lie beside the data; they are read from a copy."""
     task, kept = study.task, study.task.experiments[0].folder / CHAINS
@@ -99,3 +91,11 @@ def _posterior(study: Study, fit: "Fit") -> "list[Section]":
         study.print([headed("NOTE", f"{kept} holds no posterior of this model and these data: left out")])
         return []
     return posterior_sections(found)
+
+
+def _copied(kept: Path, folder: Path) -> Path:
+    """The chains as they were after their last whole block: somebody may be writing them, or was killed at it."""
+    copy = folder / kept.name
+    with closing(sqlite3.connect(kept)) as source, closing(sqlite3.connect(copy)) as target:
+        source.backup(target)
+    return copy

@@ -8,6 +8,7 @@ import click
 from fitting.console.options import Command, output_options
 from fitting.console.study import errors_for_machines
 
+# as fitting.records has them, which would load jax for `--help`
 KINDS = ("loop", "isometric", "static", "isotonic", "quick release", "step")
 
 
@@ -29,9 +30,9 @@ KINDS = ("loop", "isometric", "static", "isotonic", "quick release", "step")
 @output_options
 def command(**given: Any) -> None:
     """Write the data set that a rig would record if the muscle were as MODEL (a model.toml) says."""
+    from fitting.console.handing import hand_out
     from fitting.console.prepare import prepare
-    from fitting.report import console, headed, lines
-    from fitting.results import write_json
+    from fitting.report import headed, lines
 
     prepare()
     with errors_for_machines(given["json"]):
@@ -43,12 +44,5 @@ def command(**given: Any) -> None:
         *lines("WARNING", told.warnings),
         headed("NEXT", f"mckibben compare {given['out']} --model {given['model']}"),
     ]
-    out = console(given["quiet"])
-    for part in shown:
-        out.print(part)
-    if given["json"]:
-        write_json(given["json"], {"file": str(told.file), "samples": told.samples, "warnings": list(told.warnings)})
-    if given["html"]:
-        from fitting.showing.page import write_words
-
-        write_words(given["html"], "mckibben simulate", shown)
+    result = {"file": str(told.file), "samples": told.samples, "warnings": list(told.warnings)}
+    hand_out(given, "mckibben simulate", shown, result)

@@ -13,7 +13,7 @@ from fitting.console.prepare import prepare
 from fitting.console.study import check_places, errors_for_machines, progress_bar
 
 PARQUET = "parquet"
-NEEDS = {PARQUET: "pyarrow", "zarr": "zarr"}  # the formats, and the package that writes each
+NEEDS = {PARQUET: "pyarrow", "zarr": "zarr"}  # the formats of `sweep_files`, and the package that writes each
 
 
 @click.command("sweep", cls=Command)
@@ -24,34 +24,26 @@ NEEDS = {PARQUET: "pyarrow", "zarr": "zarr"}  # the formats, and the package tha
 @click.option("--effect-file", metavar="FILE", help="Python file with effects of your own.")
 @output_options
 def command(
-    spec: str, out: str | None, kind: str, scheduler: str | None, effect_file: str | None, quiet: bool, **given: Any
+    spec: str, out: str | None, kind: str, scheduler: str | None, effect_file: str | None, **given: Any
 ) -> None:
     """Evaluate every design of a grid or sample that SPEC.toml describes; begun sweeps are gone on with."""
     _use_all_cores()
     prepare()
     check_places(given["json"], given["html"])
+    from fitting.console.handing import hand_out
     from fitting.designs.sweep import sweep
     from fitting.designs.sweep_file import read_sweep
     from fitting.designs.sweep_words import describe, to_json
     from fitting.reading.own_effects import library
-    from fitting.report import console
-    from fitting.results import write_json
 
     with errors_for_machines(given["json"]):
         _need_writer(kind)
         order = read_sweep(spec, library(effect_file))
         work = _work(scheduler, effect_file)
         folder = Path(out) if out else Path(spec).with_name(f"{Path(spec).stem}_sweep")
-        with progress_bar("compiling", quiet) as told:
+        with progress_bar("compiling", given["quiet"]) as told:
             found = sweep(order, folder, work, told, kind=kind)
-    words = describe(found)
-    console(quiet).print(words, markup=False, highlight=False, soft_wrap=True)
-    if given["json"]:
-        write_json(given["json"], to_json(found))
-    if given["html"]:
-        from fitting.showing.page import write_words
-
-        write_words(given["html"], "Sweep", [words])
+    hand_out(given, "Sweep", [describe(found)], to_json(found))
 
 
 def _need_writer(kind: str) -> None:

@@ -46,22 +46,12 @@ def following(task: Task, found: Diagnosis, told: Progress) -> NextMeasurement |
         return None
     told("which recording would tell them apart", 0.95)
     extra = [kind() for kind in task.library.values()]
-    asked = {"fix": task.fix, "free": task.free, "own": task.own}
-    return next_measurement(found, task.experiments, known=extra, seed=task.seed, **asked)
+    return next_measurement(found, task.experiments, known=extra, **task.asked)
 
 
 def diagnosed(task: Task, candidates: Sequence[Effect] | None, told: Progress) -> tuple[Diagnosis, Comparison]:
     """Diagnose the task's model, and compare its fitted self with the data (motions as force, if none was measured)."""
-    found = diagnose(
-        task.experiments,
-        task.effects,
-        candidates=candidates,
-        fix=task.fix,
-        free=task.free,
-        own=task.own,
-        seed=task.seed,
-        progress=told,
-    )
+    found = diagnose(task.experiments, task.effects, candidates=candidates, progress=told, **task.asked)
     task = in_newtons(task)  # errors of a diagnosis are in N
     whole = evaluate(task.experiments, task.effects, found.baseline.values, task.varying(task.layout), task.own)
     return found, compare(whole, task.experiments)

@@ -33,16 +33,7 @@ class Discovery:
 
 def discovered(task: Task, candidates: Sequence[Effect], told: Progress) -> Discovery:
     """Diagnose and add until nothing more can be said."""
-    steps = discover(
-        task.experiments,
-        task.effects,
-        candidates=candidates,
-        fix=task.fix,
-        free=task.free,
-        own=task.own,
-        seed=task.seed,
-        progress=told,
-    )
+    steps = discover(task.experiments, task.effects, candidates=candidates, progress=told, **task.asked)
     effects, stages = task.effects, []
     for number, step in enumerate(steps):
         if number:

@@ -2,17 +2,22 @@
 
 import sys
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
-from fitting.console.options import Asked, _all
+from fitting.console.options import Asked, bundle
 from fitting.console.prepare import prepare
 from fitting.console.study import NOT_CONVERGED, check_places, errors_for_machines, progress_bar
 from fitting.errors import InputError
 from fitting.units import spoken
 
-each_options = _all(
+if TYPE_CHECKING:
+    from rich.console import RenderableType
+
+    from fitting.each.run import All
+
+each_options = bundle(
     click.option("--each", is_flag=True, help="Each data set on its own; 'line/*' in quotes means all in there."),
     click.option("--scheduler", metavar="ADDRESS", help="The same on the workers of this Dask scheduler."),
     click.option("--out", metavar="FOLDER", help="Where the results of --each go; default: ./each_COMMAND."),
@@ -20,7 +25,7 @@ each_options = _all(
 
 
 def asked_for_each(given: dict[str, Any]) -> bool:
-    """Whether each data set is to be looked at on its own; takes out what only then has a meaning."""
+    """Whether each data set is to be looked at on its own; what only then has a meaning is refused without it."""
     wanted = given["each"] or given["scheduler"] is not None
     if given["out"] and not wanted:
         raise InputError("--out is where the results of --each go", value=given["out"], cure="add --each")
@@ -32,11 +37,11 @@ def do_each(given: dict[str, Any], command: str) -> None:
     prepare()
     asked = Asked.of(given)
     check_places(asked.json, asked.html)
+    from fitting.console.handing import hand_out
     from fitting.console.program import command_line
     from fitting.each.run import each, on
     from fitting.each.sets import data_sets
     from fitting.each.work import Order
-    from fitting.report import console
 
     with errors_for_machines(asked.json):
         _refuse(given)
@@ -47,10 +52,8 @@ def do_each(given: dict[str, Any], command: str) -> None:
         with progress_bar("reading", asked.quiet) as told:
             found = each(meant.sets, asked, order, place, work, told)
     with spoken(found.units):
-        shown = _shown(found, meant.passed_by)
-        for part in shown:
-            console(asked.quiet).print(part)
-        _write(asked, found, shown)
+        shown, title = _shown(found, meant.passed_by), f"{len(found.sets)} data sets, each on its own"
+        hand_out(given, title, shown, _result(found))
     sys.exit(_status(found))
 
 
@@ -74,7 +77,7 @@ def _code(asked: Asked) -> str:
         return ""  # whoever reads it next says so
 
 
-def _shown(found: Any, passed_by: int) -> list[Any]:
+def _shown(found: "All", passed_by: int) -> "list[RenderableType]":
     from fitting.each.folder import TABLE
     from fitting.each.words import report
     from fitting.report import headed
@@ -89,21 +92,16 @@ def _shown(found: Any, passed_by: int) -> list[Any]:
     return [*shown, headed("WRITTEN", f"{found.place}: {TABLE}, and the files of each data set{known}")]
 
 
-def _write(asked: Asked, found: Any, shown: list[Any]) -> None:
-    from fitting.each.words import row
-    from fitting.results import write_json
+def _result(found: "All") -> dict[str, Any]:
+    """The same for machines."""
+    from fitting.each.words import outcome
 
-    if asked.json:
-        rows = [{"data_set": one.name, "path": one.path, "outcome": row(one, result)["outcome"], "result": result}
-                for one, result in zip(found.sets, found.results, strict=True)]  # fmt: skip
-        write_json(asked.json, {"folder": str(found.place), "computed": found.computed, "data_sets": rows})
-    if asked.html:
-        from fitting.showing.page import write_words
-
-        write_words(asked.html, f"{len(found.sets)} data sets, each on its own", shown)
+    rows = [{"data_set": one.name, "path": one.path, "outcome": outcome(result), "result": result}
+            for one, result in zip(found.sets, found.results, strict=True)]  # fmt: skip
+    return {"folder": str(found.place), "computed": found.computed, "data_sets": rows}
 
 
-def _status(found: Any) -> int:
+def _status(found: "All") -> int:
     """2 where nothing could be used, 3 where something could not or did not converge."""
     if all("error" in result for result in found.results):
         return 2

@@ -8,6 +8,7 @@ from typing import Any
 
 import click
 
+CHAINS = "posterior.chains"  # beside the data: what `posterior` keeps, and `report` shows
 SEVERAL = ("--effects", "--fix", "--free", "--own", "--candidates")  # options that take all the names that follow them
 
 
@@ -77,7 +78,9 @@ class Asked:
 Decorator = Callable[[Callable], Callable]
 
 
-def _all(*options: Callable) -> Decorator:
+def bundle(*options: Callable) -> Decorator:
+    """Several options as one decorator, in their order."""
+
     def decorate(function: Callable) -> Callable:
         for option in reversed(options):
             function = option(function)
@@ -88,12 +91,12 @@ def _all(*options: Callable) -> Decorator:
 
 data_argument = click.argument("data", nargs=-1, required=True, metavar="DATASET...")
 
-data_options = _all(
+data_options = bundle(
     click.option("--muscle", metavar="FILE", help="muscle.toml that belongs to a single CSV file."),
     click.option("--test", metavar="KIND", help="Kind of test of a single CSV: loop, isometric, static, ..."),
 )
 
-model_options = _all(
+model_options = bundle(
     click.option("--model", metavar="FILE", help="Model file; without it the model.toml beside the data, if any."),
     click.option("--effects", multiple=True, metavar="NAME...", help="The model's effects, all of them."),
     click.option("--baseline", is_flag=True, help="Begin with the baseline, whatever model.toml says."),
@@ -105,12 +108,12 @@ model_options = _all(
     click.option("--define", multiple=True, metavar="LINE", help="An effect: 'drag = -B*v, B = 5 N s/m (0..99)'."),
 )
 
-candidate_options = _all(
+candidate_options = bundle(
     click.option("--candidates", multiple=True, metavar="NAME...", help="What may be missing; default: all effects."),
     click.option("--rivals", is_flag=True, help="Look at the printed rivals too."),
 )
 
-fit_options = _all(
+fit_options = bundle(
     click.option("--starts", default=8, show_default=True, metavar="N", help="Places that the search begins from."),
 )
 
@@ -119,16 +122,16 @@ shooting_option = click.option(
     help="Cut recorded motions into N stretches to find where the search begins; try 8 where a fit ends far off.",
 )  # fmt: skip
 
-save_options = _all(
+save_options = bundle(
     click.option("--save", metavar="FILE", help="Where the fitted model goes; default: model.toml beside the data."),
     click.option("--no-save", is_flag=True, help="Leave every model file as it is."),
 )
 
-output_options = _all(
+output_options = bundle(
     click.option("--json", metavar="FILE", help="Write the result for machines, in SI units."),
     click.option("--html", metavar="FILE", help="Write the result as a page that needs no network."),
     click.option("--seed", default=0, show_default=True, metavar="N", help="Seed of everything random."),
     click.option("--quiet", is_flag=True, help="Print nothing but errors."),
 )
 
-study_options = _all(data_options, model_options)
+study_options = bundle(data_options, model_options)

@@ -5,10 +5,8 @@ from pathlib import Path
 from typing import Any
 
 from fitting import units
+from fitting.console.stored_model import stored_model
 from fitting.errors import InputError
-from fitting.reading.model_file import read_model
-from fitting.reading.muscle_file import read_muscle
-from fitting.reading.own_effects import library
 from fitting.recordings import kind_of
 from fitting.records import FORCE_TESTS
 from fitting.simulate import (
@@ -22,7 +20,7 @@ from fitting.simulate import (
     step_courses,
     write_data_set,
 )
-from mckibben_jax.model import Model, model
+from mckibben_jax.model import Model
 
 STATIONS = "0,0.05,0.1,0.15,0.2,0.25"
 
@@ -30,20 +28,12 @@ STATIONS = "0,0.05,0.1,0.15,0.2,0.25"
 def simulated(folder: Path, given: dict[str, Any]) -> Told:
     """Simulate what was asked for and write it."""
     test = kind_of(given["test"])
-    whole = _model(given)
+    whole, _ = stored_model(given)
     courses = _courses(test, whole, given)
     noise = None
     if given["noise"]:
         noise = units.to_si(given["noise"], "N" if test in FORCE_TESTS else "m", "--noise")
     return write_data_set(folder, whole, test, courses, noise, given["seed"])
-
-
-def _model(given: dict[str, Any]) -> Model:
-    stored = read_model(given["model"], library(given["effect_file"]))
-    muscle = read_muscle(given["muscle"])[0] if given["muscle"] else stored.muscle
-    if muscle is None:
-        raise InputError("the model file has no [muscle]", stored.path, cure="add --muscle muscle.toml")
-    return model(muscle, *stored.effects)
 
 
 def _courses(test: str, whole: Model, given: dict[str, Any]) -> list[Course]:
@@ -54,12 +44,10 @@ def _courses(test: str, whole: Model, given: dict[str, Any]) -> list[Course]:
     if test == "loop":
         speed = units.to_si(given["speed"], "m/s", "--speed")
         return loop_courses(whole.muscle, pressures, _list(given["turns"], "1", "--turns"), speed, rate)
-    if test in ("isometric", "static"):
-        held = given["contraction"] or ("0" if test == "isometric" else STATIONS)
-        held = _list(held, "1", "--contraction")
-        return isometric_courses(held, pressures, duration, rate) if test == "isometric" else static_courses(
-            held, pressures
-        )
+    if test == "isometric":
+        return isometric_courses(_list(given["contraction"] or "0", "1", "--contraction"), pressures, duration, rate)
+    if test == "static":
+        return static_courses(_list(given["contraction"] or STATIONS, "1", "--contraction"), pressures)
     loads = _list(given["load"], "N", "--load", units.load_to_si)
     loaded = {"quick release": release_courses, "step": step_courses, "isotonic": isotonic_courses}
     return loaded[test](pressures, loads, duration, rate)

@@ -1,10 +1,10 @@
 """From what was typed to what is to be done: data sets, effects with their values, and what may vary."""
 
 import dataclasses
-import hashlib
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import jax.numpy as jnp
 
@@ -15,7 +15,7 @@ from fitting.errors import InputError, unknown_name
 from fitting.least_squares import Fit, fit, free_names
 from fitting.reading.model_file import ModelFile, check_range, read_model
 from fitting.reading.own_effects import library, named
-from fitting.recordings import read_experiment, read_muscle, read_recording
+from fitting.recordings import read_experiment, read_single
 from fitting.records import TESTS, Experiment
 from fitting.sampling.priors import Prior
 from fitting.solving.evaluate import evaluate
@@ -53,6 +53,11 @@ class Task:
     def layout(self) -> Unknowns:
         """Everything that may vary."""
         return unknowns(self.experiments, self.effects, self.own)
+
+    @property
+    def asked(self) -> dict[str, Any]:
+        """What was asked of the parameters and of chance: arguments of every function that fits."""
+        return {"fix": self.fix, "free": self.free, "own": self.own, "seed": self.seed}
 
     def varying(self, layout: Unknowns) -> tuple[str, ...]:
         """The names that a fit lets vary."""
@@ -105,15 +110,7 @@ def fitted(task: Task) -> Fit:
     if not task.varying(layout):
         return evaluate(task.experiments, task.effects, task.known, (), task.own)
     return fit(
-        task.experiments,
-        task.effects,
-        fix=task.fix,
-        free=task.free,
-        own=task.own,
-        start=task.known,
-        starts=task.starts,
-        seed=task.seed,
-        shooting=task.shooting,
+        task.experiments, task.effects, start=task.known, starts=task.starts, shooting=task.shooting, **task.asked
     )
 
 
@@ -150,10 +147,7 @@ def _read(path: Path, asked: Asked) -> Experiment:
     if not asked.test:
         cure = f"add --test with one of {', '.join(TESTS)}"
         raise InputError("a single file needs its kind of test", path, cure=cure)
-    muscle, priors, name, source = read_muscle(muscle_file)
-    recording = read_recording(path, asked.test, muscle)
-    digest = hashlib.sha256(muscle_file.read_bytes() + path.read_bytes()).hexdigest()
-    return Experiment(name, path.parent, muscle, (recording,), priors, digest, source)
+    return read_single(path, muscle_file, asked.test)
 
 
 def _distinct(experiments: tuple[Experiment, ...]) -> tuple[Experiment, ...]:
@@ -238,7 +232,7 @@ def _with_setting(task: Task, name: str, text: str) -> Task:
     entries = {entry.name: entry for entry in task.layout.entries}
     chosen = [full for full in entries if name in (full, full.split("@")[0])]
     if not chosen:
-        raise unknown_name("parameter", name, _plain(entries, quantities()))
+        raise unknown_name("parameter", name, _plain(entries))
     unit = entries[chosen[0]].unit
     value = units.to_si(text, unit, name)
     if not name.startswith("muscle."):
@@ -265,9 +259,9 @@ def _resized(experiment: Experiment, name: str, value: float) -> Experiment:
     return dataclasses.replace(experiment, muscle=muscle, priors=priors)
 
 
-def _plain(entries: Sequence[str] | dict, measured: dict) -> list[str]:
-    """Full names as people type them; what was not measured cannot be set."""
-    return sorted({name.split("@")[0] for name in entries} | {f"muscle.{name}" for name in measured})
+def _plain(names: Iterable[str]) -> list[str]:
+    """Full names as people type them, and every quantity of a muscle."""
+    return sorted({name.split("@")[0] for name in names} | {f"muscle.{name}" for name in quantities()})
 
 
 def _check(task: Task, asked: Asked) -> None:
@@ -303,4 +297,3 @@ def _need_in_words(need: str, known: dict[str, type[Effect]]) -> str:
         return f'write {need} = "{units.example(unit)}", with your value, into [muscle] ({meaning})'
     givers = [name for name, kind in known.items() if need in kind.gives and not kind.rival]
     return f"add one of {', '.join(givers)} to the model"
-

@@ -7,6 +7,7 @@ import numpy as np
 
 from fitting import units
 from fitting.designs.words import named
+from fitting.figures import BLUE, INK, ORANGE
 from mckibben_jax import braid
 from mckibben_jax.design import Design, Task
 from mckibben_jax.merit import QUANTITIES, built
@@ -17,7 +18,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-BLUE, ORANGE, INK = "#0072B2", "#E69F00", "#13579b"
 STRANDS = 10  # drawn of each family
 FITTING = 0.08  # length of an end fitting over that of the muscle
 SETTINGS: dict[Any, Any] = {

@@ -1,7 +1,8 @@
 """design.toml: what is wanted of a muscle, in any unit, as a task for `mckibben_jax.design`."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from itertools import zip_longest
 from pathlib import Path
 from typing import Any
 
@@ -26,7 +27,6 @@ MOST = {"starts": 10_000, "best": 1_000_000, "bins": 100_000}  # what memory has
 LARGEST_COUNT = 10**12
 SAME_AS = {"hardness": "shear_modulus", "turns": "braid_angle", "cord_length": "braid_angle"}
 
-
 Known = dict[str, type[Effect]]
 
 
@@ -46,9 +46,30 @@ class File:
             raise InputError(f"there is no [{key}]", self.path, cure=f"add [{key}] and below it {example}")
         return found
 
-    def line(self, key: str) -> int | None:
-        """The line on which a key stands."""
-        return line_of(self.raw, key)
+    def optional(self, key: str) -> dict[str, Any]:
+        """A table that may be missing; then it is empty."""
+        found = self.table.get(key, {})
+        if not isinstance(found, dict):
+            raise InputError(f"{key} is not a table", self.path, self.line(key), value=found, cure=f"write [{key}]")
+        return found
+
+    def line(self, key: str, below: str = "") -> int | None:
+        """The line on which a key stands, the first one below a heading if one is given."""
+        start = max(self.raw.find(below.encode()), 0)
+        return line_of(b"\n" * self.raw.count(b"\n", 0, start) + self.raw[start:], key)
+
+    def only(self, table: dict[str, Any], keys: Sequence[str], what: str, row: int | None = None) -> None:
+        """Refuse a key that means nothing here, and name the nearest that does."""
+        for key in table:
+            if key not in keys:
+                raise unknown_name(what, key, keys, self.path, row=row or self.line(key))
+
+    def si(self, text: Any, unit: str, what: str, row: int | None) -> float:
+        """A value with a unit in SI; a message that names the file."""
+        try:
+            return units.to_si(text, unit, what)
+        except InputError as error:
+            raise InputError(error.problem, self.path, row, value=error.value, cure=error.cure) from None
 
 
 def open_file(path: Path | str, known: Known | None = None) -> File:
@@ -56,11 +77,9 @@ def open_file(path: Path | str, known: Known | None = None) -> File:
     path = Path(path)
     if not path.is_file():
         raise InputError("no such file", path, cure="write one with [muscle], [variables] and [objective]")
-    table, raw = read_toml(path)
-    for key in table:
-        if key not in TOP_KEYS + OF_A_DESIGN + OF_A_SWEEP:
-            raise unknown_name("key", key, TOP_KEYS + OF_A_DESIGN + OF_A_SWEEP, path, row=line_of(raw, key))
-    return File(path, table, raw, known or library())
+    file = File(path, *read_toml(path), known or library())
+    file.only(file.table, TOP_KEYS + OF_A_DESIGN + OF_A_SWEEP, "key")
+    return file
 
 
 def read_design(path: Path | str, known: Known | None = None) -> Task:
@@ -70,20 +89,19 @@ def read_design(path: Path | str, known: Known | None = None) -> Task:
 
 def task_of(file: File) -> Task:
     """The task that a design file sets."""
-    path, raw, table = file.path, file.raw, file.table
-    ranges = variables(file.section("variables", 'braid_angle = ["12 deg", "40 deg"]'), path, raw)
+    ranges = variables(file)
     muscle, effects = muscle_and_effects(file, ranges)
-    wanted = objective(file.section("objective", 'maximise = "force"'), path, raw)
+    quantity, largest, at = objective(file)
     starts, seed = whole_number(file, "starts", 16), whole_number(file, "seed", 0, least=0)
-    task = Task(muscle, ranges, wanted[0], wanted[2], constraints(table, path, raw), effects, wanted[1], starts, seed)
+    task = Task(muscle, ranges, quantity, at, constraints(file), effects, largest, starts, seed)
     check_needs(file, muscle, effects, [task.objective, *(limit.quantity for limit in task.constraints)])
     return task
 
 
 def muscle_and_effects(file: File, ranges: dict[str, tuple[float, float]]) -> tuple[Muscle, tuple[Effect, ...]]:
     """The muscle, its variables at the middle of their ranges, and the effects of its model."""
-    effects, fitted = _model(file.table.get("model", {}), file.path, file.raw, file.known)
-    return _muscle(file.table.get("muscle", {}), ranges, fitted, file.path, file.raw), effects
+    effects, fitted = _model(file)
+    return _muscle(file, ranges, fitted), effects
 
 
 def whole_number(file: File, key: str, default: int, table: dict[str, Any] | None = None, least: int = 1) -> int:
@@ -100,18 +118,18 @@ def whole_number(file: File, key: str, default: int, table: dict[str, Any] | Non
 # Muscle and model -----------------------------------------------------------------------------------------------------
 
 
-def variables(table: dict[str, Any], path: Path, raw: bytes) -> dict[str, tuple[float, float]]:
+def variables(file: File) -> dict[str, tuple[float, float]]:
     """The range of each variable, SI."""
-    known = muscle_quantities()
+    known, path = muscle_quantities(), file.path
     ranges = {}
-    for name, ends in table.items():
-        row = line_of(_below(raw, "[variables]"), name)
+    for name, ends in file.section("variables", 'braid_angle = ["12 deg", "40 deg"]').items():
+        row = file.line(name, below="[variables]")
         if name not in known:
             raise unknown_name("variable", name, known, path)
         if not isinstance(ends, list) or len(ends) != 2:
             cure = f'write {name} = ["{units.example(known[name][0])}", "..."]'
             raise InputError(f"the range of {name} is not a pair of values", path, row, value=ends, cure=cure)
-        low, high = (si(end, known[name][0], f"{name} in [variables]", path, row) for end in ends)
+        low, high = (file.si(end, known[name][0], f"{name} in [variables]", row) for end in ends)
         if not 0 <= low < high:
             raise InputError(f"the range of {name} does not rise from a positive value", path, row, value=ends,
                              cure="the smaller value comes first")  # fmt: skip
@@ -121,77 +139,68 @@ def variables(table: dict[str, Any], path: Path, raw: bytes) -> dict[str, tuple[
     return ranges
 
 
-def _below(raw: bytes, heading: str) -> bytes:
-    """The file with everything above a heading blanked, so that its lines keep their numbers."""
-    before, mark, after = raw.partition(heading.encode())
-    return b"\n" * before.count(b"\n") + mark + after if mark else raw
-
-
-def _muscle(
-    given: Any, variables: dict[str, tuple[float, float]], fitted: Muscle | None, path: Path, raw: bytes
-) -> Muscle:
+def _muscle(file: File, ranges: dict[str, tuple[float, float]], fitted: Muscle | None) -> Muscle:
     """What is written, over what the model file knows; variables at the middle of their range."""
+    given = file.table.get("muscle", {})
     if not isinstance(given, dict):
-        raise InputError("[muscle] is not a table", path, cure='write [muscle] and below it length = "300 mm"')
+        raise InputError("[muscle] is not a table", file.path, cure='write [muscle] and below it length = "300 mm"')
     known = muscle_quantities()
     stored = {} if fitted is None else {name: getattr(fitted, name) for name in known}
-    said = {*given, *variables, *(SAME_AS[key] for key in given if key in SAME_AS)}
+    said = {*given, *ranges, *(SAME_AS[key] for key in given if key in SAME_AS)}
     table = {k: units.write(float(v), known[k][0]) for k, v in stored.items() if v is not None and k not in said}
-    middle = {k: units.write((low + high) / 2, known[k][0]) for k, (low, high) in variables.items()}
-    return read_muscle_table(table | given | middle, path, raw)[0]
+    middle = {k: units.write((low + high) / 2, known[k][0]) for k, (low, high) in ranges.items()}
+    return read_muscle_table(table | given | middle, file.path, file.raw)[0]
 
 
-def _model(
-    given: Any, path: Path, raw: bytes, known: dict[str, type[Effect]]
-) -> tuple[tuple[Effect, ...], Muscle | None]:
+def _model(file: File) -> tuple[tuple[Effect, ...], Muscle | None]:
     """The effects, and the muscle of the model file if there is one."""
+    given, path = file.table.get("model", {}), file.path
     if not isinstance(given, dict):
         raise InputError("[model] is not a table", path, cure='write [model] and below it effects = ["..."]')
-    for key in given:
-        if key not in ("effects", "file"):
-            raise unknown_name("key in [model]:", key, ("effects", "file"), path, row=line_of(raw, key))
+    file.only(given, ("effects", "file"), "key in [model]:")
     if "file" in given and "effects" in given:
         raise InputError("[model] names effects and a file", path, cure="leave one of them out")
     if "file" in given:
-        stored = read_model(path.parent / str(given["file"]), known)
+        stored = read_model(path.parent / str(given["file"]), file.known)
         return stored.effects, stored.muscle
     names = given.get("effects", [name_of(kind) for kind in DESIGN_BASELINE])
     if not isinstance(names, list) or not names or not all(isinstance(name, str) for name in names):
-        row = line_of(raw, "effects")
-        raise InputError("effects is not a list of names", path, row, value=names, cure='effects = ["ideal_cylinder"]')
+        cure = 'effects = ["ideal_cylinder"]'
+        raise InputError("effects is not a list of names", path, file.line("effects"), value=names, cure=cure)
     try:
-        return tuple(kind() for kind in named(names, known)), None
+        return tuple(kind() for kind in named(names, file.known)), None
     except InputError as error:
-        raise InputError(error.problem, path, line_of(raw, "effects"), cure=error.cure) from None
+        raise InputError(error.problem, path, file.line("effects"), cure=error.cure) from None
 
 
 # What is wanted -------------------------------------------------------------------------------------------------------
 
 
-def objective(table: dict[str, Any], path: Path, raw: bytes) -> tuple[str, bool, dict[str, float]]:
+def objective(file: File) -> tuple[str, bool, dict[str, float]]:
     """The quantity, whether the most of it is wanted, and its conditions."""
-    for key in table:
-        if key not in ("maximise", "minimise", "at"):
-            raise unknown_name("key in [objective]:", key, ("maximise", "minimise", "at"), path, row=line_of(raw, key))
+    table = file.section("objective", 'maximise = "force"')
+    file.only(table, ("maximise", "minimise", "at"), "key in [objective]:")
     goals = [key for key in ("maximise", "minimise") if key in table]
     if len(goals) != 1:
-        raise InputError("[objective] has not one goal", path, cure='write maximise = "force" or minimise = "..."')
-    quantity = quantity_named(table[goals[0]], path, line_of(raw, goals[0]))
-    return quantity, goals[0] == "maximise", conditions(table.get("at", {}), quantity, path, line_of(raw, goals[0]))
+        raise InputError("[objective] has not one goal", file.path, cure='write maximise = "force" or minimise = "..."')
+    row = file.line(goals[0])
+    quantity = quantity_named(file, table[goals[0]], row)
+    return quantity, goals[0] == "maximise", conditions(file, table.get("at", {}), quantity, row)
 
 
-def quantity_named(name: Any, path: Path, row: int | None) -> str:
-    """A quantity by its name, or the nearest."""
+def quantity_named(file: File, name: Any, row: int | None) -> str:
+    """A quantity by its name; InputError with the nearest if there is none."""
     if not isinstance(name, str):
-        raise InputError("a quantity is not named", path, row, value=name, cure=f"write one of {', '.join(QUANTITIES)}")
+        cure = f"write one of {', '.join(QUANTITIES)}"
+        raise InputError("a quantity is not named", file.path, row, value=name, cure=cure)
     if name not in QUANTITIES:
-        raise unknown_name("quantity", name, QUANTITIES, path, row=row)
+        raise unknown_name("quantity", name, QUANTITIES, file.path, row=row)
     return name
 
 
-def conditions(given: Any, quantity: str, path: Path, row: int | None) -> dict[str, float]:
+def conditions(file: File, given: Any, quantity: str, row: int | None) -> dict[str, float]:
     """The conditions at which a quantity is taken, SI."""
-    merit = QUANTITIES[quantity]
+    merit, path = QUANTITIES[quantity], file.path
     allowed = {*merit.may_have, *(name for group in merit.at for name in group)}
     if not isinstance(given, dict):
         raise InputError(f"at of {quantity} is not a table", path, row, cure='write at = { pressure = "5 bar" }')
@@ -204,47 +213,38 @@ def conditions(given: Any, quantity: str, path: Path, row: int | None) -> dict[s
             example = EXAMPLES[group[0]]
             problem = f"{quantity} needs to know at which {' or '.join(group)}"
             raise InputError(problem, path, row, cure=f"write at = {{ {example} }}")
-    at = {key: si(value, CONDITIONS[key], f"{key} of {quantity}", path, row) for key, value in given.items()}
+    at = {key: file.si(value, CONDITIONS[key], f"{key} of {quantity}", row) for key, value in given.items()}
     if not at.get("contraction", 0.0) < 1:
         raise InputError(f"contraction of {quantity} is not below 1", path, row, value=given["contraction"],
                          cure='write 0.1 or "10 %"')  # fmt: skip
     return at
 
 
-def constraints(table: dict[str, Any], path: Path, raw: bytes) -> tuple[Limit, ...]:
+def constraints(file: File) -> tuple[Limit, ...]:
     """The limits, SI."""
-    entries = table.get("constraint", [])
+    entries = file.table.get("constraint", [])
     if not isinstance(entries, list):
-        raise InputError("constraint is not a list", path, line_of(raw, "[constraint]"), cure="write [[constraint]]")
-    rows = [i for i, line in enumerate(raw.decode("utf-8-sig").splitlines(), 1) if line.strip() == "[[constraint]]"]
-    rows += [None] * (len(entries) - len(rows))  # type: ignore[list-item]
-    return tuple(_constraint(entry, path, row) for entry, row in zip(entries, rows, strict=False))
+        row = file.line("[constraint]")
+        raise InputError("constraint is not a list", file.path, row, cure="write [[constraint]]")
+    text = file.raw.decode("utf-8-sig").splitlines()
+    rows = [number for number, line in enumerate(text, 1) if line.strip() == "[[constraint]]"]
+    return tuple(_constraint(file, entry, row) for entry, row in zip_longest(entries, rows[: len(entries)]))
 
 
-def _constraint(entry: Any, path: Path, row: int | None) -> Limit:
-    keys = ("quantity", "at", "min", "max")
+def _constraint(file: File, entry: Any, row: int | None) -> Limit:
+    path = file.path
     if not isinstance(entry, dict):
         raise InputError("a constraint is not a table", path, row, value=entry, cure="write [[constraint]]")
-    for key in entry:
-        if key not in keys:
-            raise unknown_name("key in [[constraint]]:", key, keys, path, row=row)
-    quantity = quantity_named(entry.get("quantity"), path, row)
+    file.only(entry, ("quantity", "at", "min", "max"), "key in [[constraint]]:", row)
+    quantity = quantity_named(file, entry.get("quantity"), row)
     unit = QUANTITIES[quantity].unit
-    ends = {key: si(entry[key], unit, f"{key} of {quantity}", path, row) for key in ("min", "max") if key in entry}
+    ends = {key: file.si(entry[key], unit, f"{key} of {quantity}", row) for key in ("min", "max") if key in entry}
     if not ends:
         cure = f'add min = "{units.example(unit)}" or max = "..."'
         raise InputError(f"the constraint on {quantity} has no limit", path, row, cure=cure)
     if "min" in ends and "max" in ends and ends["min"] >= ends["max"]:
         raise InputError(f"min of {quantity} is not below its max", path, row, value=entry["min"], cure="swap them")
-    return Limit(quantity, conditions(entry.get("at", {}), quantity, path, row), ends.get("min"), ends.get("max"))
-
-
-def si(text: Any, unit: str, what: str, path: Path, row: int | None) -> float:
-    """A value with a unit in SI; a message that names the file."""
-    try:
-        return units.to_si(text, unit, what)
-    except InputError as error:
-        raise InputError(error.problem, path, row, value=error.value, cure=error.cure) from None
+    return Limit(quantity, conditions(file, entry.get("at", {}), quantity, row), ends.get("min"), ends.get("max"))
 
 
 def check_needs(file: File, muscle: Muscle, effects: tuple[Effect, ...], quantities: Iterable[str]) -> None:

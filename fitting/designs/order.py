@@ -2,11 +2,10 @@
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
-from fitting.designs.file import File, Known, conditions, open_file, quantity_named, si, task_of, whole_number
+from fitting.designs.file import File, Known, conditions, open_file, quantity_named, task_of, whole_number
 from fitting.errors import InputError, unknown_name
 from mckibben_jax.design import Task
 from mckibben_jax.effect import name_of
@@ -31,19 +30,12 @@ def read_order(path: Path | str, known: Known | None = None) -> DesignOrder:
     return DesignOrder(task_of(file), _tolerances(file), _chance(file), _second(file))
 
 
-def _section(file: File, key: str) -> dict[str, Any]:
-    found = file.table.get(key, {})
-    if not isinstance(found, dict):
-        raise InputError(f"{key} is not a table", file.path, file.line(key), value=found, cure=f"write [{key}]")
-    return found
-
-
 def _tolerances(file: File) -> dict[str, float]:
     known, found = muscle_quantities(), {}
-    for name, text in _section(file, "tolerance").items():
+    for name, text in file.optional("tolerance").items():
         if name not in known:
             raise unknown_name("dimension in [tolerance]:", name, known, file.path, row=file.line(name))
-        found[name] = si(str(text).removeprefix("+/-").strip(), known[name][0], f"tolerance of {name}", file.path, None)
+        found[name] = file.si(str(text).removeprefix("+/-").strip(), known[name][0], f"tolerance of {name}", None)
         if found[name] <= 0:
             cure = 'write the half width of what comes out, as in radius = "0.1 mm"'
             raise InputError(f"the tolerance of {name} is not positive", file.path, value=text, cure=cure)
@@ -51,13 +43,11 @@ def _tolerances(file: File) -> dict[str, float]:
 
 
 def _chance(file: File) -> float | None:
-    table = _section(file, "uncertainty")
-    for key in table:
-        if key != "chance":
-            raise unknown_name("key in [uncertainty]:", key, ("chance",), file.path, row=file.line(key))
+    table = file.optional("uncertainty")
+    file.only(table, ("chance",), "key in [uncertainty]:")
     if "chance" not in table:
         return None
-    chance = si(table["chance"], "1", "chance", file.path, file.line("chance"))
+    chance = file.si(table["chance"], "1", "chance", file.line("chance"))
     if not 0.5 <= chance < 1:
         cure = 'write chance = "95 %"'
         raise InputError("chance is not between 50 % and 100 %", file.path, value=table["chance"], cure=cure)
@@ -65,19 +55,17 @@ def _chance(file: File) -> float | None:
 
 
 def _second(file: File) -> Second | None:
-    table, keys = _section(file, "pareto"), ("second", "at", "points", "goal")
+    table = file.optional("pareto")
     if not table:
         return None
-    for key in table:
-        if key not in keys:
-            raise unknown_name("key in [pareto]:", key, keys, file.path, row=file.line(key))
+    file.only(table, ("second", "at", "points", "goal"), "key in [pareto]:")
     line, goal = file.line("second"), table.get("goal", "maximise")
-    quantity = quantity_named(table.get("second"), file.path, line)
+    quantity = quantity_named(file, table.get("second"), line)
     if goal not in ("maximise", "minimise"):
         cure = 'write goal = "maximise" or "minimise"'
         raise InputError("goal of [pareto] is neither", file.path, file.line("goal"), value=goal, cure=cure)
     points = whole_number(file, "points", 12, table, least=2)
-    return Second(quantity, conditions(table.get("at", {}), quantity, file.path, line), goal == "maximise", points)
+    return Second(quantity, conditions(file, table.get("at", {}), quantity, line), goal == "maximise", points)
 
 
 # Posterior -----------------------------------------------------------------------------------------------------------

@@ -18,7 +18,6 @@ from fitting.designs.file import (
     objective,
     open_file,
     quantity_named,
-    si,
     variables,
     whole_number,
 )  # fmt: skip
@@ -48,8 +47,8 @@ def read_sweep(path: Path | str, known: Known | None = None) -> Order:
     said = _said(file)
     space = _space(file)
     muscle, effects = muscle_and_effects(file, space.ranges)
-    goal = None if "objective" not in file.table else objective(file.section("objective", ""), file.path, file.raw)
-    limits = constraints(file.table, file.path, file.raw)
+    goal = None if "objective" not in file.table else objective(file)
+    limits = constraints(file)
     known_at = _Conditions(file, said.get("at", {}), goal, limits)
     outputs, columns = _outputs(file, said, known_at, goal, limits)
     everything, best, by, largest = _keep(file, said, goal, outputs)
@@ -63,22 +62,15 @@ def read_sweep(path: Path | str, known: Known | None = None) -> Order:
 
 def _said(file: File) -> dict[str, Any]:
     """What stands at the top of the file, or (as it does when written below them) in [grid] or [sample]."""
-    inside = {**_table(file, "grid"), **_table(file, "sample")}
+    inside = {**file.optional("grid"), **file.optional("sample")}
     return {word: file.table.get(word, inside.get(word)) for word in WORDS if word in file.table or word in inside}
-
-
-def _table(file: File, key: str) -> dict[str, Any]:
-    found = file.table.get(key, {})
-    if not isinstance(found, dict):
-        raise InputError(f"{key} is not a table", file.path, file.line(key), cure=f"write [{key}]")
-    return found
 
 
 # Which designs -------------------------------------------------------------------------------------------------------
 
 
 def _space(file: File) -> Space:
-    grid, sample = _table(file, "grid"), _table(file, "sample")
+    grid, sample = file.optional("grid"), file.optional("sample")
     if bool(grid) == bool(sample):
         problem = "there are both [grid] and [sample]" if grid else "there is neither [grid] nor [sample]"
         cure = f"write [sample] with n = 100000, or [grid] with {AXIS}"
@@ -87,13 +79,10 @@ def _space(file: File) -> Space:
 
 
 def _sample(file: File, table: dict[str, Any]) -> Space:
-    for key in table:
-        if key not in ("n", "seed", *WORDS):
-            raise unknown_name("key in [sample]:", key, ("n", "seed", *WORDS), file.path, row=file.line(key))
+    file.only(table, ("n", "seed", *WORDS), "key in [sample]:")
     if "n" not in table:
         raise InputError("[sample] does not say how many", file.path, cure="write n = 100000 below [sample]")
-    ranges = variables(file.section("variables", 'braid_angle = ["12 deg", "40 deg"]'), file.path, file.raw)
-    return Space(ranges, whole_number(file, "n", 1, table), (), whole_number(file, "seed", 0, table, least=0))
+    return Space(variables(file), whole_number(file, "n", 1, table), (), whole_number(file, "seed", 0, table, least=0))
 
 
 def _grid(file: File, table: dict[str, Any]) -> Space:
@@ -117,7 +106,7 @@ def _axis(file: File, name: str, axis: Any, unit: str) -> tuple[tuple[float, flo
     cure = f'write {name} = {{ from = "{units.example(unit)}", to = "...", n = 100 }}'
     if not isinstance(axis, dict) or set(axis) != {"from", "to", "n"}:
         raise InputError(f"{name} in [grid] is not from, to and n", file.path, file.line(name), value=axis, cure=cure)
-    low, high = (si(axis[end], unit, f"{end} of {name}", file.path, file.line(name)) for end in ("from", "to"))
+    low, high = (file.si(axis[end], unit, f"{end} of {name}", file.line(name)) for end in ("from", "to"))
     count = whole_number(file, "n", 100, axis)
     if low < 0 or high < low or (count > 1 and high == low):
         raise InputError(f"{name} in [grid] does not rise", file.path, file.line(name), value=axis, cure=cure)
@@ -148,10 +137,8 @@ class _Conditions:
         if not isinstance(given, dict):
             cure = 'at = { contraction = 0.1, pressure = "5 bar" }'
             raise InputError("at is not a table", self.file.path, line, cure=cure)
-        for key in given:
-            if key not in CONDITIONS:
-                raise unknown_name("condition", key, CONDITIONS, self.file.path, row=line)
-        return {key: si(value, CONDITIONS[key], key, self.file.path, line) for key, value in given.items()}
+        self.file.only(given, tuple(CONDITIONS), "condition", line)
+        return {key: self.file.si(value, CONDITIONS[key], key, line) for key, value in given.items()}
 
     def of(self, quantity: str) -> At:
         """The conditions of a quantity."""
@@ -194,13 +181,11 @@ def _outputs(
 
 def _output(file: File, entry: Any, known: _Conditions, line: int | None) -> tuple[Wanted, str]:
     if isinstance(entry, dict):
-        for key in entry:
-            if key not in ("quantity", "at", "name"):
-                raise unknown_name("key of an output:", key, ("quantity", "at", "name"), file.path, row=line)
-        quantity = quantity_named(entry.get("quantity"), file.path, line)
-        at = conditions(entry["at"], quantity, file.path, line) if "at" in entry else known.of(quantity)
+        file.only(entry, ("quantity", "at", "name"), "key of an output:", line)
+        quantity = quantity_named(file, entry.get("quantity"), line)
+        at = conditions(file, entry["at"], quantity, line) if "at" in entry else known.of(quantity)
         return (quantity, at), str(entry.get("name", column(quantity)))
-    quantity = quantity_named(entry, file.path, line)
+    quantity = quantity_named(file, entry, line)
     return (quantity, known.of(quantity)), column(quantity)
 
 
@@ -227,10 +212,8 @@ def _keep(file: File, said: dict[str, Any], goal: Any, outputs: list[Wanted]) ->
     if not isinstance(keep, dict) or "best" not in keep:
         cure = 'write keep = "all" or keep = { best = 1000, by = "work" }'
         raise InputError("keep does not say what to keep", file.path, line, value=keep, cure=cure)
-    for key in keep:
-        if key not in ("best", "by", "smallest"):
-            raise unknown_name("key of keep:", key, ("best", "by", "smallest"), file.path, row=line)
-    by = quantity_named(keep.get("by", quantity), file.path, line)
+    file.only(keep, ("best", "by", "smallest"), "key of keep:", line)
+    by = quantity_named(file, keep.get("by", quantity), line)
     if by != quantity or not goal:
         largest = True
     if "smallest" in keep:
@@ -246,18 +229,17 @@ def _with_histogram(file: File, said: dict[str, Any], order: Order) -> Order:
     if not isinstance(given, dict):
         cure = 'write histogram = { of = "work", bins = 100, from = "0 J", to = "50 J" }'
         raise InputError("histogram is not a table", file.path, line, value=given, cure=cure)
-    for key in given:
-        if key not in ("of", "bins", "from", "to"):
-            raise unknown_name("key of histogram:", key, ("of", "bins", "from", "to"), file.path, row=line)
+    file.only(given, ("of", "bins", "from", "to"), "key of histogram:", line)
     names = [name for name, _ in order.batch.outputs]
-    of = quantity_named(given.get("of", names[order.batch.by]), file.path, line)
+    of = quantity_named(file, given.get("of", names[order.batch.by]), line)
     if of not in names:
         cure = f'add "{of}" to outputs'
         raise InputError(f"the histogram is of {of}, which is no output", file.path, line, cure=cure)
     bins = whole_number(file, "bins", 100, given)
     unit = QUANTITIES[of].unit
-    low, high = (si(given[end], unit, f"{end} of histogram", file.path, line) if end in given else None
-                 for end in ("from", "to"))  # fmt: skip
+    low, high = (
+        file.si(given[end], unit, f"{end} of histogram", line) if end in given else None for end in ("from", "to")
+    )
     if low is None or high is None:
         told = Histogram(names.index(of), math.nan, math.nan, bins)
         return replace(order, batch=replace(order.batch, histogram=told))

@@ -14,6 +14,7 @@ from fitting.diagnosis.working_noise import Kinds, Noise
 
 INVISIBLE = 0.02  # of a signature's square that must survive the model's own parameters to be seen at all
 ALIKE = 0.9
+UNREAL = 1e4  # times its usual size, that an effect had to have to be seen: these data cannot show it
 
 
 @dataclass(frozen=True)
@@ -51,7 +52,7 @@ class Standing:
         at = [i for i, column in enumerate(self.columns) if column == name]
         if not at:
             return Seen(float("nan"), None, float("nan"), {})
-        visible = [i for i in at if self.test.left[i] ** 2 > INVISIBLE]
+        visible = [i for i in at if self.test.left[i] ** 2 > INVISIBLE and not self.test.explained[i] > UNREAL]
         large = np.sqrt(flips.MANY**2 - 1) * self.noise  # seen where flips are blind, if the bases take it up
         seen_anyway = np.maximum(large, self.test.explained * self.rms_columns)
         limits = [min(self.test.detectable[i] * self.rms_columns[i], seen_anyway[i]) for i in visible]

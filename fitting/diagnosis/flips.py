@@ -229,6 +229,7 @@ def alike_within(scores: np.ndarray, run: np.ndarray) -> float:
 def flipped_signs(units: int, seed: int) -> np.ndarray:
     """Signs (flips, units), the first as measured; all that differ by more than one sign for all, or a draw of them."""
     random = np.random.default_rng(seed)
+    units = int(units)  # numpy's integers would overflow below
     if 2 ** (units - 1) > 1 + FLIPS:
         return np.vstack([np.ones(units), random.choice([-1.0, 1.0], size=(FLIPS, units))])
     bits = np.arange(2 ** (units - 1))[:, None] >> np.arange(units)

@@ -17,6 +17,7 @@ from fitting.solving.decomposed import lstsq, svd
 PIECE = 400  # samples whitened together
 MEMORIES = np.array([0.3, 0.5, 0.7, 0.8, 0.9, 0.95, 0.98, 0.99, 0.995, 0.999])
 LAGS = np.array([0, 1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64, 96, 128, 192])
+TOLD = 0.05  # of its variance that a kind of noise must leave where a basis is removed, to be told
 
 
 @dataclass(frozen=True)
@@ -55,8 +56,7 @@ class Kinds:
     def beside(cls, columns: np.ndarray, samples: Samples) -> "Kinds":
         """Where these columns (rows, q) are removed."""
         basis = orthonormal(columns)
-        edges = [0, *(np.flatnonzero(np.diff(samples.run)) + 1), len(columns)]
-        runs = [slice(int(a), int(b)) for a, b in pairwise(edges)]
+        runs = _stretches(samples)
         longest = max(run.stop - run.start for run in runs)
         lags = [lag for lag in LAGS if longest > 2 * lag + 2] or [0]
         left = np.stack([_left_of(memory, basis, runs, lags) for memory in (0.0, *MEMORIES)], axis=1)
@@ -70,7 +70,10 @@ class Kinds:
             residual = residual - own @ (own.T @ residual)
         found = [_mean_product(residual[:, None], residual[:, None], self.runs, lag) for lag in self.lags]
         weight = np.sqrt([sum(max(run.stop - run.start - lag, 0) for run in self.runs) for lag in self.lags])
-        shares = nnls(self.left * weight[:, None], np.array(found) * weight)[0]
+        told = self.left[0] > TOLD
+        told[1:] &= len(self.lags) > 1
+        shares = np.zeros(len(told))
+        shares[told] = nnls(self.left[:, told] * weight[:, None], np.array(found) * weight)[0]
         floor = 1e-3 * max(found[0], 1e-300)
         return Noise(max(shares[0], floor), shares[1:])
 
@@ -78,6 +81,15 @@ class Kinds:
 def noise_from(rows: np.ndarray, beside: np.ndarray, samples: Samples) -> Noise:
     """The noise of `rows` from which the columns of `beside` (rows, q) have been removed."""
     return Kinds.beside(beside, samples).noise(rows)
+
+
+def _stretches(samples: Samples) -> list[slice]:
+    """Runs; of a static map every point by itself, for each was set anew."""
+    _, half, count = np.unique(np.stack([samples.run, samples.half]), axis=1, return_inverse=True, return_counts=True)
+    alone = count[half] == 1
+    apart = (np.diff(samples.run) != 0) | (alone[1:] & alone[:-1])
+    edges = [0, *(np.flatnonzero(apart) + 1), len(samples)]
+    return [slice(int(a), int(b)) for a, b in pairwise(edges)]
 
 
 def _left_of(memory: float, basis: np.ndarray, runs: list[slice], lags: list[int]) -> np.ndarray:

@@ -6,11 +6,11 @@ from typing import Any
 
 import numpy as np
 from rich.console import RenderableType
-from rich.table import Table
 
 from fitting import units
 from fitting.each.sets import DataSet
 from fitting.report import headed, lines
+from fitting.showing.columns import columns
 from fitting.showing.sentences import amount, percent
 
 MOST = 20  # rows, messages and parameters that are shown; the table has all
@@ -85,11 +85,7 @@ def _missing(result: Result) -> list[str]:
 def _table(sets: Sequence[DataSet], results: Sequence[Result]) -> RenderableType:
     good = [(one, result) for one, result in zip(sets, results, strict=True) if "error" not in result]
     ranked = sorted(good, key=lambda pair: -_share(pair[1]))
-    table = Table(box=None, pad_edge=False, padding=(0, 2))
-    heads = ("data set", "error, rms", "of full scale", "outcome")
-    for number, head in enumerate(heads):
-        right = number in (1, 2)
-        table.add_column(head, justify="right" if right else "left", header_style="dim", overflow="fold")
+    table = columns("data set", "error, rms", "of full scale", "outcome", words=(0, 3))
     for one, result in ranked[:MOST]:
         rmse, full, unit = _errors(result)
         size = percent(_share(result)) if full else "-"
@@ -114,9 +110,7 @@ def _parameters(results: Sequence[Result]) -> list[RenderableType]:
     several = {key: found for key, found in values.items() if len(found) > 1}
     if not several:
         return []
-    table = Table(box=None, pad_edge=False, padding=(0, 2))
-    for head in ("parameter", "data sets", "least", "median", "largest"):
-        table.add_column(head, justify="left" if head == "parameter" else "right", header_style="dim")
+    table = columns("parameter", "data sets", "least", "median", "largest")
     for (name, unit), found in list(several.items())[:MOST]:
         table.add_row(name, str(len(found)), *(units.show(x, unit) for x in np.quantile(found, (0.0, 0.5, 1.0))))
     return [table]

@@ -13,8 +13,9 @@ import numpy as np
 
 from fitting import units
 from fitting.console.program import program_version
-from fitting.errors import InputError
+from fitting.errors import InputError, unknown_name
 from fitting.exporting.numpy_source import UnknownOperation, numpy_source
+from fitting.writing import write_text, write_whole
 from mckibben_jax.effect import name_of
 from mckibben_jax.model import Model
 from mckibben_jax.muscle import quantities
@@ -267,12 +268,12 @@ def write_table(path: Path, columns: dict[str, np.ndarray], source: str) -> None
         _write_parquet(frame, path)
         return
     head = f"# Force of slow motion on both branches. Written by mckibben {program_version()} from {source}\n"
-    path.write_text(head + frame.to_csv(index=False, float_format="%.10g", lineterminator="\n"), encoding="utf-8")
+    write_text(path, head + frame.to_csv(index=False, float_format="%.10g", lineterminator="\n"))
 
 
 def _write_parquet(frame: Any, path: Path) -> None:
     try:
-        frame.to_parquet(path, index=False)
+        write_whole(path, lambda new: frame.to_parquet(new, index=False))
     except ImportError:
         cure = "pip install pyarrow, or name a file that ends in .csv"
         raise InputError("Parquet needs pyarrow", path, cure=cure) from None
@@ -280,8 +281,6 @@ def _write_parquet(frame: Any, path: Path) -> None:
 
 def without(whole: Model, names: Sequence[str]) -> Model:
     """A model without these effects."""
-    from fitting.errors import unknown_name
-
     for name in names:
         if name not in whole.names:
             raise unknown_name("effect in --without:", name, whole.names)

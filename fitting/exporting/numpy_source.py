@@ -14,30 +14,8 @@ import jax
 import numpy as np
 from jax.extend import core
 
-INFIX = {
-    "add": "+", "add_any": "+", "sub": "-", "mul": "*", "div": "/", "pow": "**", "lt": "<", "le": "<=", "gt": ">",
-    "ge": ">=", "eq": "==", "ne": "!=", "and": "&", "or": "|", "xor": "^", "lt_to": "<", "le_to": "<=", "eq_to": "==",
-}  # fmt: skip
-CALLS = {
-    "sin": "sin", "cos": "cos", "tan": "tan", "asin": "arcsin", "acos": "arccos", "atan": "arctan", "atan2": "arctan2",
-    "sinh": "sinh", "cosh": "cosh", "tanh": "tanh", "asinh": "arcsinh", "acosh": "arccosh", "atanh": "arctanh",
-    "exp": "exp", "exp2": "exp2", "expm1": "expm1", "log": "log", "log1p": "log1p", "sqrt": "sqrt", "cbrt": "cbrt",
-    "square": "square", "abs": "abs", "sign": "sign", "floor": "floor", "ceil": "ceil", "neg": "negative",
-    "max": "maximum", "min": "minimum", "rem": "fmod", "nextafter": "nextafter", "is_finite": "isfinite",
-    "not": "logical_not", "select_if_vmap": "where", "unvmap_any": "any", "unvmap_all": "all",
-}  # fmt: skip
-REDUCTIONS = {
-    "reduce_sum": "sum", "reduce_prod": "prod", "reduce_max": "max", "reduce_min": "min", "reduce_and": "all",
-    "reduce_or": "any",
-}  # fmt: skip
-ALIASES = ("copy", "copy_p", "stop_gradient", "nonbatchable", "nondifferentiable", "nondifferentiable_backward",
-           "optimization_barrier", "reduce_precision")  # fmt: skip
-NEUTRAL = {  # operations that change nothing: which, the other operand, and whether that is the last
-    *((kind, "0.0", last) for kind in ("add", "add_any") for last in (True, False)),
-    *((kind, one, last) for kind, one in (("mul", "1.0"), ("and", "True"), ("or", "False")) for last in (True, False)),
-    ("div", "1.0", True),
-    ("sub", "0.0", True),
-}
+from fitting.exporting.operations import expression_of
+
 INSIDE = ("jaxpr", "call_jaxpr", "fun_jaxpr")  # where an operation keeps the function that it calls
 WIDTH = 100  # an expression longer than this is given a name
 
@@ -126,7 +104,7 @@ class _Scope:
             self.values.update(zip(eqn.outvars, found if eqn.primitive.multiple_results else [found], strict=True))
         elif kind == "sub" and self.text(eqn.invars[0]) == self.text(eqn.invars[1]):
             self.values[eqn.outvars[0]] = np.zeros(eqn.outvars[0].aval.shape)
-        elif (expression := self._expression(eqn)) is not None:
+        elif (expression := expression_of(eqn, [self.text(atom) for atom in eqn.invars])) is not None:
             self._keep(eqn.outvars[0], expression)
         else:
             self._inline(eqn, _implementation(eqn))
@@ -141,24 +119,6 @@ class _Scope:
         self.run(traced)
         for outer, inner in zip(eqn.outvars, traced.jaxpr.outvars, strict=True):
             self.take(outer, inner, self)
-
-    def _expression(self, eqn: Any) -> str | None:
-        """The operation as a numpy expression; None where there is none."""
-        kind, texts, shape = eqn.primitive.name, [self.text(atom) for atom in eqn.invars], eqn.outvars[0].aval.shape
-        whole = np.issubdtype(eqn.outvars[0].aval.dtype, np.integer)
-        same = [atom.aval.shape == shape and atom.aval.dtype == eqn.outvars[0].aval.dtype for atom in eqn.invars]
-        for text, other, alike in zip(texts, texts[::-1], same, strict=True):
-            if alike and len(texts) < 3 and (kind, other, other == texts[-1]) in NEUTRAL:
-                return text
-        if kind in INFIX and not (kind == "div" and whole):
-            return f"({texts[0]} {INFIX[kind]} {texts[1]})"
-        if kind in CALLS:
-            return f"np.{CALLS[kind]}({', '.join(texts)})"
-        if kind in REDUCTIONS and eqn.params["axes"]:
-            return f"np.{REDUCTIONS[kind]}({texts[0]}, axis={tuple(map(int, eqn.params['axes']))})"
-        if kind in ALIASES or (kind in _SHAPES and same[0]):
-            return texts[0]
-        return _OTHERS[kind](eqn.params, shape, *texts) if kind in _OTHERS else None
 
     def call(self, name: str, traced: Any, given: Sequence[Any], inputs: Sequence[str]) -> str:
         """A call of a traced function, written as a function inside this one; `given` are operands known here."""
@@ -227,69 +187,6 @@ def _operations(jaxpr: Any) -> set[str]:
     names = {eqn.primitive.name for eqn in jaxpr.eqns}
     inside = (eqn.params[key] for eqn in jaxpr.eqns for key in INSIDE if key in eqn.params)
     return names.union(*(_operations(getattr(each, "jaxpr", each)) for each in inside))
-
-
-# Operations that need their parameters -------------------------------------------------------------------------------
-
-
-def _converted(params: dict, shape: tuple, x: str) -> str:
-    return f"np.asarray({x}, np.{np.dtype(params['new_dtype']).name})"
-
-
-def _broadcast(params: dict, shape: tuple, x: str) -> str:
-    kept, there = params["broadcast_dimensions"], tuple(range(len(shape)))
-    axes = ", ".join(":" if axis in kept else "None" for axis in there)
-    last = not kept or kept == there[-len(kept) :]  # then numpy does the same by itself
-    return f"np.broadcast_to({x if last else f'{x}[{axes}]'}, {shape})"
-
-
-def _reshaped(params: dict, shape: tuple, x: str) -> str:
-    return f"np.reshape({x}, {shape})"
-
-
-def _sliced(params: dict, shape: tuple, x: str) -> str:
-    strides = params["strides"] or (1,) * len(params["start_indices"])
-    ends = zip(params["start_indices"], params["limit_indices"], strides, strict=True)
-    return f"{x}[{', '.join(f'{a}:{b}:{s}' for a, b, s in ends)}]"
-
-
-def _dynamic(params: dict, shape: tuple, x: str, *starts: str) -> str:
-    sizes = params["slice_sizes"]
-    first = (f"np.clip({a}, 0, np.shape({x})[{i}] - {n})" for i, (a, n) in enumerate(zip(starts, sizes, strict=True)))
-    return f"{x}[np.ix_({', '.join(f'{a} + np.arange({n})' for a, n in zip(first, sizes, strict=True))})]"
-
-
-def _selected(params: dict, shape: tuple, which: str, *cases: str) -> str:
-    if len(cases) == 2:
-        return f"np.where({which}, {cases[1]}, {cases[0]})"
-    return f"np.choose({which}, [{', '.join(cases)}])"
-
-
-def _contracted(params: dict, shape: tuple, a: str, b: str) -> str | None:
-    axes, batch = params["dimension_numbers"]
-    return None if any(batch) else f"np.tensordot({a}, {b}, {tuple(map(tuple, axes))})"
-
-
-_SHAPES = ("broadcast_in_dim", "reshape", "squeeze", "expand_dims", "convert_element_type", *REDUCTIONS)
-_OTHERS: dict[str, Callable[..., str | None]] = {
-    "dot_general": _contracted,
-    "convert_element_type": _converted,
-    "broadcast_in_dim": _broadcast,
-    "reshape": _reshaped,
-    "squeeze": _reshaped,
-    "expand_dims": _reshaped,
-    "slice": _sliced,
-    "dynamic_slice": _dynamic,
-    "select_n": _selected,
-    "integer_pow": lambda params, shape, x: f"({x} ** {params['y']})",
-    "rsqrt": lambda params, shape, x: f"(1 / np.sqrt({x}))",
-    "logistic": lambda params, shape, x: f"(1 / (1 + np.exp(-{x})))",
-    "clamp": lambda params, shape, low, x, high: f"np.minimum(np.maximum({x}, {low}), {high})",
-    "concatenate": lambda params, shape, *xs: f"np.concatenate([{', '.join(xs)}], axis={params['dimension']})",
-    "stack": lambda params, shape, *xs: f"np.stack([{', '.join(xs)}], axis={params.get('axis', 0)})",
-    "transpose": lambda params, shape, x: f"np.transpose({x}, {tuple(params['permutation'])})",
-    "rev": lambda params, shape, x: f"np.flip({x}, {tuple(params['dimensions'])})",
-}
 
 
 # Loops and branches --------------------------------------------------------------------------------------------------

@@ -6,13 +6,11 @@ from typing import Any
 import numpy as np
 
 from fitting import units
+from fitting.console.stored_model import stored_model
 from fitting.errors import InputError
 from fitting.exporting.files import Grid, free_contraction, python_module, table, without, write_table
-from fitting.reading.model_file import read_model
-from fitting.reading.muscle_file import read_muscle
-from fitting.reading.own_effects import library
-from fitting.results import write_text
-from mckibben_jax.model import Model, model
+from fitting.writing import write_text
+from mckibben_jax.model import Model
 
 DEFAULT = {"python": "muscle.py", "table": "muscle.csv"}
 MOST_ROWS = 1_000_000
@@ -23,18 +21,15 @@ def exported(given: dict[str, Any]) -> tuple[Path, dict[str, Any], str]:
     """Write what was asked for: the file, the result for machines, and what is in the file in words."""
     form, file = given["form"], Path(given["out"] or DEFAULT[given["form"]])
     _check_place(file, form)
-    stored = read_model(given["model"], library(given["effect_file"]))
-    muscle = read_muscle(given["muscle"])[0] if given["muscle"] else stored.muscle
-    if muscle is None:
-        raise InputError("the model file has no [muscle]", stored.path, cure="add --muscle muscle.toml")
-    whole = without(model(muscle, *stored.effects), given["without"])
+    whole, source = stored_model(given)
+    whole = without(whole, given["without"])
     result = {"file": str(file), "form": form, "effects": list(whole.names)}
     if form == "python":
-        write_text(str(file), python_module(whole, str(stored.path)))
+        write_text(str(file), python_module(whole, str(source)))
         use = f"from {file.stem} import step; state, force = step(None, 3e5, 0.0, 1e-3)"
         return file, result | {"use": use}, f"{' + '.join(whole.names)} in plain numpy"
     columns = table(whole, _grid(whole, given))
-    write_table(file, columns, str(stored.path))
+    write_table(file, columns, str(source))
     count = len(columns["branch"])
     use = "columns pressure [kPa], contraction [1], branch, force [N]; a recording of the kind 'static'"
     return file, result | {"use": use, "rows": count}, f"{count:,} rows, {' + '.join(whole.names)}"

@@ -33,7 +33,7 @@ class Protocol:
 
     A loop goes between two contractions at one pressure, an isometric test between two pressures at one contraction, a
     static one from point to point. `rate` is that of the contraction (1/s), in isometric tests of the pressure (Pa/s).
-    `beyond` says what the data do not show that the rig can do; `faster` how much faster than they show it must be.
+    `unseen` says what the data do not show that the rig can do; `beyond` whether that is more than most rigs can.
     """
 
     test: str
@@ -41,15 +41,14 @@ class Protocol:
     contractions: tuple[float, float]
     rate: float
     hold: float = 0.0  # s, at each turning point
-    beyond: str = ""
-    faster: str = ""
+    unseen: str = ""
+    beyond: bool = False
     specimen: str = ""  # another muscle of the same make, in words; empty for the one that was measured
 
     @property
     def needs(self) -> str:
         """What the rig has not shown, in words; empty where it has shown all of it."""
-        said = self.faster in self.beyond
-        return " and ".join(part for part in (self.specimen, self.beyond, "" if said else self.faster) if part)
+        return _and(self.specimen, self.unseen)
 
     @property
     def branch_time(self) -> float:
@@ -124,19 +123,19 @@ def grid(can: Shown) -> tuple[Protocol, ...]:
 
 
 def _loops(can: Shown) -> list[Protocol]:
-    unseen = "" if "loop" in can.tests else "a rig that moves the length while the force is read"
+    rig = "" if "loop" in can.tests else "a rig that moves the length while the force is read"
     made = []
     for share, part, speed in product((*PRESSURES, MORE_PRESSURE), RANGES, _speeds(can)):
         pressure, span = _round(share * can.pressure), _part(can.contractions, part)
-        faster = _faster_drive(can, speed)
-        beyond = unseen or _beyond(can, pressure, faster if speed > 1.02 * FASTER * can.speeds[1] else "")
-        made.append(Protocol("loop", (pressure, pressure), span, speed / can.length, beyond=beyond, faster=faster))
+        more = rig or _more_pressure(can, pressure)
+        unseen = _and(more, _faster_drive(can, speed))
+        beyond = bool(more or speed > 1.02 * FASTER * can.speeds[1])
+        made.append(Protocol("loop", (pressure, pressure), span, speed / can.length, unseen=unseen, beyond=beyond))
     whole = _part(can.contractions, RANGES[0])
     for share in (0.2, 0.5, 1.0):
         pressure, fast = _round(share * can.pressure), _speeds(can)[-3]
-        made.append(
-            Protocol("loop", (pressure, pressure), whole, fast / can.length, HOLD, unseen, _faster_drive(can, fast))
-        )
+        unseen = _and(rig, _faster_drive(can, fast))
+        made.append(Protocol("loop", (pressure, pressure), whole, fast / can.length, HOLD, unseen, bool(rig)))
     return [p for p in made if (0 if p.beyond else FEWEST * can.interval) <= p.branch_time < LONGEST / 2]
 
 
@@ -148,12 +147,16 @@ def _speeds(can: Shown) -> list[float]:
     return [_round(speed) for speed in every]
 
 
-def _beyond(can: Shown, pressure: float, faster: str = "") -> str:
-    needs = []
-    if pressure > 1.02 * can.pressure:
-        seen = units.show(can.pressure, "Pa", digits=3)
-        needs.append(f"more pressure than the {seen} of these data (mind what the muscle bears)")
-    return " and ".join([*needs, faster] if faster else needs)
+def _and(*parts: str) -> str:
+    return " and ".join(part for part in parts if part)
+
+
+def _more_pressure(can: Shown, pressure: float) -> str:
+    """That the data show no such pressure, in words; empty where they do."""
+    if not pressure > 1.02 * can.pressure:
+        return ""
+    seen = units.show(can.pressure, "Pa", digits=3)
+    return f"more pressure than the {seen} of these data (mind what the muscle bears)"
 
 
 def _faster_drive(can: Shown, speed: float) -> str:
@@ -176,15 +179,15 @@ def _two(value: float, unit: str) -> str:
 
 
 def _isometric(can: Shown) -> list[Protocol]:
-    unseen = "" if "isometric" in can.tests else "a pressure that is swept while the length is held"
+    rig = "" if "isometric" in can.tests else "a pressure that is swept while the length is held"
     usual = 0.95 * can.pressure / RAMP
     ramps = (usual / 4, usual * 4) if not np.isfinite(can.ramps[0]) else (can.ramps[0], FASTER * can.ramps[1])
     made = []
     for low, place, ramp in product((0.05, 0.5), (0.0, 0.25, 0.5, 0.75), ramps):
         held = round(float(can.contractions[0] + place * np.ptp(can.contractions)), 2)
         between = (_round(low * can.pressure), _round(can.pressure))
-        faster = _faster_ramp(can, ramp)
-        made.append(Protocol("isometric", between, (held, held), ramp, beyond=unseen, faster=faster))
+        unseen = _and(rig, _faster_ramp(can, ramp))
+        made.append(Protocol("isometric", between, (held, held), ramp, unseen=unseen, beyond=bool(rig)))
     return made
 
 
@@ -192,7 +195,8 @@ def _static(can: Shown) -> list[Protocol]:
     made = []
     for share, part in product((*PRESSURES, MORE_PRESSURE), RANGES[:3]):
         pressure, span = _round(share * can.pressure), _part(can.contractions, part)
-        made.append(Protocol("static", (pressure, pressure), span, 0.0, beyond=_beyond(can, pressure)))
+        more = _more_pressure(can, pressure)
+        made.append(Protocol("static", (pressure, pressure), span, 0.0, unseen=more, beyond=bool(more)))
     return made
 
 

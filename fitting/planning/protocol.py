@@ -6,7 +6,6 @@ from itertools import combinations
 from typing import Any
 
 from rich.console import RenderableType
-from rich.table import Table
 
 from fitting import units
 from fitting.console.task import MODEL_FILE, Task
@@ -17,6 +16,7 @@ from fitting.planning.candidates import Shown, shown, simulation
 from fitting.planning.sharper import sharper
 from fitting.report import headed, lines
 from fitting.results import measurement_result
+from fitting.showing.columns import columns
 from fitting.showing.sentences import effect_set, percent
 
 REST = 60.0  # s between recordings, for creep and warmth to fade
@@ -40,14 +40,14 @@ class Plan:
 def plan_of(task: Task, diagnosis: Diagnosis, data: Sequence[str]) -> Plan:
     """What to record: to separate explanations where several are left, else to see what is still unseen."""
     extra = [kind() for kind in task.library.values()]
-    asked: dict[str, Any] = {"fix": task.fix, "free": task.free, "own": task.own}
+    asked: dict[str, Any] = {"fix": task.fix, "free": task.free, "own": task.own, "seed": task.seed}
     rivals = remaining(diagnosis)
     if len(rivals) > 1:
-        steps = measurements(diagnosis, task.experiments, known=extra, seed=task.seed, **asked)
+        steps = measurements(diagnosis, task.experiments, known=extra, **asked)
         tied = _still_tied(rivals, steps)
         purpose, expected = _purpose(diagnosis, rivals), _expected(diagnosis, steps, tied)
     else:
-        found = sharper(diagnosis, task.experiments, known=extra, seed=task.seed, **asked)
+        found = sharper(diagnosis, task.experiments, known=extra, **asked)
         steps, tied = ((found,) if found else ()), ()
         purpose = "Nothing needs separating. This would show more of what these data hardly see."
         expected = f"as now ({diagnosis.verdict}), or one of the effects shown is missing too" if steps else ""
@@ -107,9 +107,7 @@ def duration(seconds: float) -> str:
 
 
 def _pairs(plan: Plan) -> list[RenderableType]:
-    table = Table(box=None, pad_edge=False, padding=(0, 2))
-    for head in ("separated", "from", "by recording", "power"):
-        table.add_column(head, header_style="dim")
+    table = columns("separated", "from", "by recording", "power", words=range(4))
     for number, step in enumerate(plan.steps):
         for p in step.pairs:
             other = effect_set(p.other) if p.other else "its absence"

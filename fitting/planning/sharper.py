@@ -112,7 +112,7 @@ def _chosen(given: Prospect, wanted: Sequence[Signature]) -> NextMeasurement | N
         return None
     gains = np.array([s.gains() for s in wanted])
     for beyond in (False, True):
-        numbers = [n for n in given.usable if bool(given.protocols[n].beyond) == beyond]
+        numbers = [n for n in given.usable if given.protocols[n].beyond == beyond]
         alive = [row for row in range(len(wanted)) if len(numbers) and gains[row, numbers].max() > GAIN]
         if alive:
             least = {n: float(gains[alive, n].min()) for n in numbers}

@@ -2,29 +2,22 @@
 
 The speed is read as the review does (Tondu 2012, fig. 17): from the straight part of each recorded position. A load
 that only inertia and dry friction hold back has such a straight part too, where its acceleration vanishes (eq 47
-solved); so that curve is fitted to the same readings, and models without and with viscosity to the positions.
+solved); so that curve is fitted to the same readings. `motion` asks the recorded positions themselves.
 """
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
-import jax.numpy as jnp
 import numpy as np
 from scipy.optimize import curve_fit
 from scipy.signal import savgol_filter
 
 from fitting.bins import bins
-from fitting.console.task import Task, merged
 from fitting.errors import InputError
-from fitting.least_squares import Fit, fit
 from fitting.reading.noise import noise_of
 from fitting.records import Experiment, Run
-from fitting.solving.evaluate import rmse
 from mckibben_jax.biology import hill_velocity_ratio
-from mckibben_jax.effects import Hill
 
-VISCOUS_BASELINE = Hill
 TEST = "quick release"
 FEWEST_LOADS = 4  # three numbers are fitted
 FEWEST_SAMPLES = 12  # of a release
@@ -32,10 +25,6 @@ LEAST_TRAVEL = 1e-4  # m
 BENT = 0.001  # of the travel: a stretch that leaves its straight line by more, rms, is no longer straight
 SAME = 2.0  # standard errors
 WORSE = 2.0  # times the misfit: a curve that fits so much worse is not the one
-STARTS = 4  # of the fit to the motion, which begins from what is known
-FADED = 90.0  # m/s: Hill's b at which the force is next to nothing
-FAR = 1.5  # times the noise: there is something left for viscosity to explain
-STRAIGHT = 10.0  # times the fastest speed: with b so far up Hill's force is straight in speed to some 10 %
 READ = 0.01  # of a speed: no reading of a straight part is better
 
 
@@ -118,39 +107,6 @@ class Curves:
         error = float(np.hypot(self.hill.curvature_error, read.curvature_error))
         as_well = self.dry.misfit < WORSE * max(self.hill.misfit, READ)
         return as_well or abs(self.hill.curvature - read.curvature) < SAME * error
-
-
-@dataclass(frozen=True)
-class Motions:
-    """Two models fitted to the recorded positions: without viscosity, and with Hill's."""
-
-    dry: Fit
-    viscous: Fit
-
-    @property
-    def errors(self) -> tuple[float, float]:
-        """Root mean square errors of both, m."""
-        return rmse(self.dry), rmse(self.viscous)
-
-    @property
-    def direct(self) -> dict[str, tuple[float, float]]:
-        """Hill's numbers from the motion itself, with robust errors, by full name."""
-        names = [name for name in self.viscous.layout.names if name not in self.dry.layout.names]
-        return {name: (self.viscous.values[name], self.viscous.error(name)) for name in names}
-
-    @property
-    def at_ends(self) -> tuple[str, ...]:
-        """Those of Hill's numbers that ended at an end of their range."""
-        return tuple(name for name in self.direct if name in self.viscous.at_bound)
-
-    def straight(self, fastest: float) -> bool:
-        """Whether Hill's force is a plain drag, (F0 + a)/b times the speed, up to the `fastest` speed (m/s)."""
-        return any(value > STRAIGHT * fastest for name, (value, _) in self.direct.items() if name.endswith("hill.b"))
-
-    @property
-    def explained(self) -> bool:
-        """Whether the better of the two leaves no more than noise."""
-        return min(_off(self.dry), _off(self.viscous)) < FAR
 
 
 # Speed over load -----------------------------------------------------------------------------------------------------
@@ -248,9 +204,6 @@ def _share(left: np.ndarray, whole: np.ndarray) -> float:
     return float(np.sqrt(np.mean(left**2) / np.mean(whole**2)))
 
 
-# The motion itself ---------------------------------------------------------------------------------------------------
-
-
 def releases(experiments: Sequence[Experiment]) -> tuple[Experiment, ...]:
     """The data sets with their quick releases alone."""
     kept = [replace(e, recordings=tuple(r for r in e.recordings if r.test == TEST)) for e in experiments]
@@ -273,30 +226,3 @@ def curves(experiments: Sequence[Experiment]) -> tuple[Curves, ...]:
             group = [reading for reading, of in zip(read, groups.of, strict=True) if of == k]
             found.append(Curves(hill_curve(group), dry_curve(group)))
     return tuple(found)
-
-
-def motions(task: Task, read: Sequence[Curves]) -> Motions:
-    """The task's model without and with Hill's viscous force, fitted to the releases.
-
-    The model with Hill's force begins where the one without it ends, the force as faint as its range allows (which is
-    not absence: some 10 N at 1 m/s and 900 N); where the other leaves more than noise, also from the numbers `read` off
-    the speeds.
-    """
-    experiments = releases(task.experiments)
-    options: dict[str, Any] = {"fix": task.fix, "free": task.free, "own": task.own, "seed": task.seed,
-                               "shooting": task.shooting}  # fmt: skip
-    dry_effects = [effect for effect in task.effects if not isinstance(effect, VISCOUS_BASELINE)]
-    dry = fit(experiments, dry_effects, start=task.known, starts=min(task.starts, STARTS), **options)
-    curve = read[0].hill
-    begins = [(curve.curvature, FADED)]
-    begins += [(curve.curvature, curve.b)] if _off(dry) > FAR else []
-    viscous = []
-    for curvature, b in begins:
-        effects = merged(dry_effects, [VISCOUS_BASELINE(jnp.asarray(curvature), jnp.asarray(b))])
-        viscous.append(fit(experiments, effects, start={**task.known, **dry.values}, starts=1, **options))
-    return Motions(dry, min(viscous, key=lambda each: each.rmse))
-
-
-def _off(found: Fit) -> float:
-    """By how many times its noise a fit misses what was measured, rms."""
-    return float(np.sqrt(np.mean((found.residual / found.samples.sigma) ** 2)))

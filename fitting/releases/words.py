@@ -4,16 +4,21 @@ from collections.abc import Sequence
 from typing import Any
 
 from rich.console import RenderableType
-from rich.table import Table
 
 from fitting import units
-from fitting.releases.hill import Curves, HillCurve, Motions
+from fitting.releases.hill import Curves, HillCurve
+from fitting.releases.motion import Motions
 from fitting.report import headed, lines
+from fitting.showing.columns import columns
 from fitting.showing.sentences import places, rounded
 
 STRAIGHT = (
     "The b of that fit is far above every speed here, where Hill's force is straight in speed: of a and b only "
     "(F0 + a)/b is found. Try viscous_damping, which says that with one number and acts both ways."
+)
+ALIKE = (
+    "These speeds cannot tell Hill's law from a load's inertia with dry friction, which has no viscosity at all. "
+    "Ramps at constant speed would tell: inertia has no part in them."
 )
 ANIMALS = "0.12 to 0.4 in animals"  # Klute et al. 2002, by Tondu 2012 beside eq 46
 
@@ -24,7 +29,7 @@ def hill_report(curves: Sequence[Curves], motions: Motions | None) -> list[Rende
     for one in curves:
         shown.append(headed("HILL", _numbers(one.hill), "bold"))
         shown.append(headed("DRY", _dry(one)))
-        shown += lines("WARNING", [_warning(one)], "yellow") if one.alike else []
+        shown += lines("WARNING", [ALIKE], "yellow") if one.alike else []
     shown += [] if motions is None else _motion(motions, max(r.speed for one in curves for r in one.hill.readings))
     return [*shown, headed("", ""), _table(curves)]
 
@@ -43,13 +48,6 @@ def _dry(one: Curves) -> str:
     return (
         f"Inertia and constant friction alone (eq 47), fitted to the same speeds, are {100 * one.dry.misfit:.1f} % "
         f"off; read as Hill's they would give a/F0 = {read.curvature:.2f} +/- {read.curvature_error:.2f}."
-    )
-
-
-def _warning(one: Curves) -> str:
-    return (
-        "These speeds cannot tell Hill's law from a load's inertia with dry friction, which has no viscosity at all. "
-        "Ramps at constant speed would tell: inertia has no part in them."
     )
 
 
@@ -87,13 +85,11 @@ def _judged(motions: Motions, values: str, fastest: float) -> str:
 
 
 def _table(curves: Sequence[Curves]) -> RenderableType:
-    table = Table(box=None, pad_edge=False, padding=(0, 2))
     fastest = max(r.speed for one in curves for r in one.hill.readings)
     name, size = units.shown_in("m/s", fastest)
     after = places((fastest / size,), 4)
     speeds = (f"{head} [{name}]" for head in ("steady speed", "+/-", "Hill", "dry friction"))
-    for head in ("run", "load", "from", "to", *speeds):
-        table.add_column(head, justify="right", header_style="dim")
+    table = columns("run", "load", "from", "to", *speeds, words=())
     for one in curves:
         for r in one.hill.readings:
             shown = (r.speed, r.error, float(one.hill.speed(r.load)), float(one.dry.speed(r.load)))

@@ -12,7 +12,7 @@ from fitting.showing.alike_groups import ALIKE, groups, groups_html, named_by
 from fitting.showing.catalogue import first_sentence, meaning
 from fitting.showing.effect_bars import effect_bars
 from fitting.showing.parts import Grid, Line, Section
-from fitting.showing.sentences import amount, effect_set, p_in_words
+from fitting.showing.sentences import amount, effect_set, most_alike, p_in_words, remark
 from mckibben_jax.effect import Effect
 from mckibben_jax.parameter import parameters
 
@@ -57,8 +57,7 @@ def effects(d: Diagnosis, c: Comparison, task: Task) -> Section:
 
 
 def _evidence(e: Evidence, unit: str, known: dict[str, type[Effect]]) -> tuple[str, ...]:
-    alike = max(e.alike, key=lambda name: e.alike[name], default="")
-    note = "explains the data" if e.adequate else e.reason
+    alike, note = most_alike(e), remark(e)
     declared = {p.name: p.unit for p in parameters(known[e.name])} if e.name in known else {}
     estimate = "; ".join(
         f"{name} = {units.show(value, declared.get(name, '1'), error)}" for name, (value, error) in e.estimate.items()

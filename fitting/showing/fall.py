@@ -7,9 +7,7 @@ import numpy as np
 
 from fitting import units
 from fitting.figures import Stage
-from fitting.showing.sentences import amount
-
-NEAR = 1.5  # times the noise: as low as it gets
+from fitting.showing.sentences import NEAR_FLOOR, amount
 
 
 def fall_html(stages: Sequence[Stage], floor: float, unit: str, choose: str = "") -> str:
@@ -28,7 +26,7 @@ def _left(stage: Stage) -> float:
 
 def _row(stage: Stage, k: int, count: int, floor: float, top: float, unit: str, choose: str) -> str:
     width, left = (100 * value / top for value in (stage.rmse, _left(stage)))
-    near = " near" if stage.rmse <= NEAR * floor else ""
+    near = " near" if stage.rmse <= NEAR_FLOOR * floor else ""
     mark = f'<span class="left" style="left:{left:.2f}%"></span>' if left else ""
     value = amount(stage.rmse, unit) + (f" (left out {amount(stage.left_out, unit)})" if left else "")
     bars = (

@@ -18,31 +18,6 @@ if TYPE_CHECKING:
 MOST_ALIKE = 24
 
 
-def residual_map(c: Comparison) -> "Figure":
-    """Where the model pulls too much or too little, over contraction and pressure, on either branch."""
-    found = c.cells
-    if found is None:
-        raise ValueError("there is no map: no force was measured")
-    branches = [b for b in (1, -1, 0) if found.count[b].any()]
-    unit, size = units.shown_in("N")
-    top = max(float(np.nanmax(np.abs(found.mean[b]))) for b in branches) / size or 1.0
-    height = 0.9 + 0.24 * max(len(found.pressure), 4)
-    figure = blank(3.1 * len(branches) + 0.9, height)
-    figure.set_layout_engine("constrained")
-    with settings():
-        drawn = None
-        for number, branch in enumerate(branches):
-            axes = figure.add_subplot(1, len(branches), number + 1)
-            values = np.ma.masked_invalid(found.mean[branch] / size)
-            drawn = axes.pcolormesh(values, cmap=_diverging(), vmin=-top, vmax=top, edgecolors="face", linewidth=0.2)
-            _label_cells(axes, c, number == 0)
-            axes.set_title(branch_name(branch, _led_by(c)) if len(branches) > 1 or branch else "all points")
-        bar = figure.colorbar(drawn, ax=figure.axes, shrink=0.9, aspect=18, pad=0.02)  # type: ignore[arg-type]
-        bar.outline.set_visible(False)  # type: ignore[operator]
-        bar.set_label(f"model minus measured [{unit}]")
-    return figure
-
-
 def branch_maps(c: Comparison) -> list["Figure"]:
     """The misfit over contraction and pressure, a small figure for each direction."""
     if c.cells is None:

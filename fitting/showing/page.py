@@ -20,7 +20,7 @@ from fitting.showing.diagnosis_parts import alike, effects, meanings, tried
 from fitting.showing.fall import fall_html
 from fitting.showing.loops_picture import frame, key, loops_html, thinned_in_words
 from fitting.showing.panels import panels
-from fitting.showing.parts import Grid, Line, Section, as_text, pictures_style, rendered, write_words
+from fitting.showing.parts import Grid, Line, Section, pictures_style, rendered
 from fitting.showing.sentences import (
     NEAR_FLOOR,
     amount,
@@ -42,8 +42,6 @@ from fitting.writing import write_text
 
 if TYPE_CHECKING:
     from fitting.next_measurement import NextMeasurement
-
-__all__ = ["Grid", "Line", "Section", "as_text", "page", "pictures_style", "write_page", "write_words"]
 
 
 def write_page(

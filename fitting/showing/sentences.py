@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from fitting import units
 from fitting.compare import Comparison
 from fitting.diagnosis.fingerprint import Fingerprint
-from fitting.diagnosis.record import Diagnosis
+from fitting.diagnosis.record import Diagnosis, Evidence
 from fitting.least_squares import Fit
 from fitting.records import Experiment
 
@@ -161,6 +161,16 @@ def tied_groups(fit: Fit) -> list[list[str]]:
 def effect_set(names: Sequence[str]) -> str:
     """A set of effects for people."""
     return " + ".join(names) if names else "nothing"
+
+
+def most_alike(e: Evidence) -> str:
+    """The effect whose mark is most like this one's; empty where none is."""
+    return max(e.alike, key=lambda name: e.alike[name], default="")
+
+
+def remark(e: Evidence) -> str:
+    """What is to be said of an effect beside its numbers."""
+    return "explains the data" if e.adequate else e.reason
 
 
 def verdict_in_words(d: Diagnosis) -> str:

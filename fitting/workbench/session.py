@@ -117,6 +117,9 @@ def opened(asked: Asked) -> Session:
     """Read the data and lay out the model; nothing is fitted yet, so that there is something to see at once."""
     task = task_of(asked)
     return Session(asked, (Step("the model as it is", ("fit",), task),))
+
+
+@in_own_units
 def begun(session: Session, told: Progress) -> Session:
     """The first step fitted, where its values are not known from a model file."""
     told("fitting the model", 0.1)

@@ -11,7 +11,15 @@ from fitting.report import sorted_evidence
 from fitting.showing.diagnosis_parts import NOTICED, TERMS, UNIT, meanings
 from fitting.showing.fall import fall_html
 from fitting.showing.parts import pictures_style
-from fitting.showing.sentences import amount, data_in_words, fit_in_words, leading_in_words, p_in_words
+from fitting.showing.sentences import (
+    amount,
+    data_in_words,
+    fit_in_words,
+    leading_in_words,
+    most_alike,
+    p_in_words,
+    remark,
+)
 from fitting.workbench.session import Session, Step, in_own_units, where_we_are
 
 MOST_OFFERED = 8
@@ -127,9 +135,8 @@ def _cells(found: Diagnosis, name: str) -> tuple[str, ...]:
     if e is None:  # a set of several
         tried = next(t for t in found.tried if " + ".join(t.effects) == name)
         return amount(tried.rmse, UNIT), amount(tried.held_out_rmse, UNIT), "", "", "explains the data"
-    alike = max(e.alike, key=lambda other: e.alike[other], default="")
     values = (amount(value, UNIT) for value in (e.rmse, e.held_out_rmse, e.detection_limit))
-    return *values, alike, "explains the data" if e.adequate else e.reason
+    return *values, most_alike(e), remark(e)
 
 
 @in_own_units

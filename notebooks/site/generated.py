@@ -13,8 +13,8 @@ from typing import Any
 import click
 
 from fitting import units
-from fitting.showing.catalogue import STAGES, meaning
 from fitting.cli import COMMANDS, main
+from fitting.showing.catalogue import STAGES, first_sentence, meaning
 from fitting.showing.equation_words import STATUS, called
 from mckibben_jax.effect import Effect, name_of
 from mckibben_jax.effects import LIBRARY, SUPPLIES
@@ -65,7 +65,7 @@ def effects_page() -> str:
     for stage, question in STAGES.items():
         told += [f"## {stage}: {question}", "| effect | parameters | what it is |\n|---|---|---|"]
         rows = [f"| [`{name_of(k)}`]({name_of(k)}.md) | {', '.join(f'`{p.name}`' for p in parameters(k))} | "
-                f"{cell(meaning(k).split('. ')[0].rstrip('.'))} |" for k in EFFECTS if k.stage == stage]  # fmt: skip
+                f"{cell(first_sentence(meaning(k)))} |" for k in EFFECTS if k.stage == stage]  # fmt: skip
         told[-1] += "\n" + "\n".join(rows)
     return "\n\n".join(told) + "\n"
 

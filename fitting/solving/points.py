@@ -1,0 +1,39 @@
+"""A static map as a muscle goes through it: to every point from behind, along its branch, and then at rest."""
+
+from dataclasses import fields, replace
+
+import numpy as np
+
+from fitting.records import Run
+
+APART = 1e6  # s between points: whatever fades has faded
+WAY, OVERSHOOT = 0.1, 0.05  # contraction from which a point is reached, and how far beyond all others at most
+
+
+def reached(run: Run) -> Run:
+    """The run itself, or with a point before every point where each was set by itself; those carry no weight.
+
+    What remembers has slid, crept and settled at a point, in whatever order the points were written down.
+    """
+    if len(run) < 2 or len(np.unique(run.half)) < len(run):
+        return run
+    both = {f.name: twice(getattr(run, f.name)) for f in fields(run) if isinstance(getattr(run, f.name), np.ndarray)}
+    both["weight"][::2] = 0.0
+    return replace(run, **{**both, "contraction": from_behind(run.contraction, run.branch), "time": clock(len(run))})
+
+
+def from_behind(points: np.ndarray, branch: np.ndarray) -> np.ndarray:
+    """Contractions (2 n,): before each of the points the place from which a muscle comes along its branch."""
+    both = twice(points)
+    both[::2] = np.clip(points - WAY * np.sign(branch), points.min() - OVERSHOOT, points.max() + OVERSHOOT)
+    return both
+
+
+def clock(count: int) -> np.ndarray:
+    """Times (2 n,) of so many points and those before them, s."""
+    return APART * np.arange(2.0 * count)
+
+
+def twice(values: np.ndarray) -> np.ndarray:
+    """Every value for the point before, and for the point."""
+    return np.repeat(values, 2)

@@ -1,0 +1,36 @@
+"""A small study for the tests of what a user reads: a comparison, and the diagnosis that goes with it."""
+
+from small_muscle import loops, write
+
+from fitting.compare import compare
+from fitting.console.options import Asked
+from fitting.console.task import fitted, task_of
+from fitting.diagnosis.record import Diagnosis, Evidence, Explanation, Leading
+
+EVIL = "<script>alert(1)</script> & $x_1 'it'"
+
+
+def compared(folder):
+    """A data set with a nasty name, its task, its comparison."""
+    folder = write(folder, loops(lambda eps, *_: 400 * eps, repeats=2), name=EVIL)
+    task = task_of(Asked(data=(str(folder),), starts=2))
+    return task, compare(fitted(task), task.experiments)
+
+
+def spring_missing(c):
+    """A diagnosis as `diagnose` would give it."""
+    best = Explanation(("linear_spring",), rmse=0.31, held_out_rmse=0.32, fall=9.0, p_value=0.4, adequate=True)
+    return Diagnosis(
+        verdict="missing", negligible=False, explanations=(("linear_spring",),), classes=(("weight", "force_offset"),),
+        nearest=(), leading=Leading(("linear_spring",), 0.98, 0.32, 4.0), p_value=0.001, level=0.01,
+        rests_on="signs of 6 loops flipped", rmse=c.rmse, held_out_rmse=1.1 * c.rmse, noise_floor=0.3,
+        full_scale=c.full_scale,
+        effects={
+            "linear_spring": Evidence("linear_spring", 0.01, 0.31, 0.32, 0.2, 0.1, {"end_stop": 0.95},
+                                      {"K": (1600.0, 20.0)}, True),
+            "viscous_damping": Evidence("viscous_damping", 0.9, c.rmse, 1.1 * c.rmse, 0.2, 0.1),
+            "end_stop": Evidence("end_stop", 0.9, c.rmse, 1.1 * c.rmse, 0.2, 0.1, {"linear_spring": 0.95}),
+            "mullins": Evidence("mullins", reason="cannot be tested: needs rubber"),
+        },
+        tried=(best,), baseline=c.fit, residual=c.fit.residual, notes=(),
+    )  # fmt: skip

@@ -1,0 +1,223 @@
+"""The page: it needs no network, can be read by everybody, and holds every part."""
+
+import dataclasses
+import json
+import re
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from browser import Watched, browser, violations
+from click.testing import CliRunner
+from small_muscle import loops, write
+from studied import EVIL, compared, spring_missing
+
+from fitting import units
+from fitting.cli import main
+from fitting.console.discovering import discovered
+from fitting.diagnosis.record import Evidence
+from fitting.figures import Stage
+from fitting.showing.alike_groups import groups
+from fitting.showing.page import page
+from fitting.showing.parts import Section
+from mckibben_jax.effects import LinearSpring
+
+
+@pytest.fixture(scope="module")
+def study(tmp_path_factory):
+    """A data set with a nasty name, its task, its comparison."""
+    return compared(tmp_path_factory.mktemp("study"))
+
+
+@pytest.fixture(scope="module")
+def diagnosis(study):
+    """A diagnosis as `diagnose` would give it."""
+    return spring_missing(study[1])
+
+
+def test_the_page_needs_no_network_and_no_script(study, diagnosis):
+    task, c = study
+    text = page(task, c, diagnosis, [Stage("baseline", 5.0, 6.0, "missing"), Stage("+ linear_spring", 0.3, 0.31)])
+    without_namespaces = re.sub(r'xmlns(:\w+)?="[^"]*"', "", text)
+    assert "http://" not in without_namespaces.replace("http://www.w3.org", "")
+    assert "https://" not in without_namespaces
+    assert not re.search(r"<(script|link|img|iframe|image)\b", text)
+    assert "default-src 'none'" in text
+    assert len(text.encode()) < 10e6
+
+
+def test_names_from_files_are_escaped_on_the_page(study, diagnosis):
+    task, c = study
+    text = page(task, c, diagnosis)
+    assert EVIL not in text
+    assert "&lt;script&gt;" in text
+
+
+def test_the_page_begins_with_the_verdict_and_holds_every_part(study, diagnosis):
+    text = page(*study, diagnosis)
+    assert "linear_spring is missing." in re.search(r"<h1>(.*?)</h1>", text)[1]
+    for title in ("The error, down to the noise", "Measured and model", "Where it fails", "Which effects",
+                  "Parameters", "Where this comes from"):  # fmt: skip
+        assert title in text
+    assert study[0].experiments[0].sha256 in text
+    assert "K = 1.600 +/- 0.020 N/mm" in text
+
+
+def test_each_step_has_its_bar_and_its_model_and_shows_without_a_script(study, diagnosis):
+    task, c = study
+    left = c.fit.residual
+    stages = [Stage("baseline", 5.0, 6.0, "missing", left + 4), Stage("+ it", c.rmse, 1.1, "", left)]
+    text = page(task, c, diagnosis, stages)
+    assert text.count('type="radio" name="step"') == 2
+    assert "main:has(#step0:checked) .model:not(.m0) { display: none; }" in text
+    lines = re.findall(r'<g class="model m([01])">(.*?)</g>', text)
+    assert [number for number, _ in lines] == ["0", "1"] * 3
+    assert all(first != last for (_, first), (_, last) in zip(lines[::2], lines[1::2], strict=True))
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_the_page_can_be_read_by_everybody_and_follows_a_click(study, diagnosis, tmp_path, scheme):
+    """In a browser: an accessibility check of all of it; a bar shows its model; at 390 px nothing sticks out."""
+    task, c = study
+    left = c.fit.residual
+    stages = [Stage("baseline", 5.0, 6.0, "missing", left + 4), Stage("+ it", c.rmse, 1.1, "", left)]
+    place = tmp_path / "page.html"
+    place.write_text(page(task, c, diagnosis, stages), encoding="utf-8")
+    with browser() as chromium:
+        watched = Watched(chromium.new_page(viewport={"width": 1280, "height": 900}, color_scheme=scheme))
+        shown = watched.page
+        shown.goto(place.as_uri())
+        shown.evaluate("document.querySelectorAll('details').forEach(part => { part.open = true; })")
+        assert violations(shown) == []
+        visible = [shown.locator(f".loops g.m{k}").first.is_visible() for k in (0, 1)]
+        assert visible == [False, True]
+        shown.get_by_text("baseline").first.click()
+        visible = [shown.locator(f".loops g.m{k}").first.is_visible() for k in (0, 1)]
+        assert visible == [True, False]
+        shown.set_viewport_size({"width": 390, "height": 844})
+        assert shown.evaluate("document.documentElement.scrollWidth") <= 390
+        small = shown.evaluate(SMALL_LABELS)
+        assert small == []
+        watched.check()
+
+
+# words in pictures that are too small to read: letters below 7 px on this screen
+SMALL_LABELS = """() => [...document.querySelectorAll("svg text")].filter(word => {
+  const drawn = word.getScreenCTM();
+  const letters = parseFloat(getComputedStyle(word).fontSize) * Math.hypot(drawn.a, drawn.b);
+  return word.getBoundingClientRect().width > 0 && letters < 7;
+}).map(word => word.textContent)"""
+
+
+def test_every_step_of_a_discovery_can_be_chosen(study):
+    task, _ = study
+    found = discovered(task, [LinearSpring()], lambda *_: None)
+    assert [stage.added for stage in found.stages] == ["baseline", "+ linear_spring"]
+    for stage in found.stages:
+        assert np.sqrt(np.mean(stage.residual**2)) == pytest.approx(stage.rmse, rel=0.01)
+    text = page(found.task, found.comparison, found.diagnosis, found.stages)
+    assert text.count('type="radio" name="step"') == 2
+    assert re.search(r"<h1>With linear_spring added: .*</h1>", text)
+
+
+def test_steps_whose_models_are_unknown_have_bars_alone(study):
+    text = page(*study, None, [Stage("a", 5.0, 6.0), Stage("b", 0.3, 0.31)])
+    assert 'name="step"' not in text
+    assert text.count('class="row"') == 2
+
+
+@pytest.mark.parametrize(
+    ("last", "said"),
+    [("nothing detectable", "With it added: linear_spring is missing."),
+     ("", "Before it added: linear_spring is missing.")],
+)  # fmt: skip
+def test_the_title_says_which_model_the_verdict_is_of(study, diagnosis, last, said):
+    stages = [Stage("baseline", 5.0, 6.0, "missing"), Stage("+ it", 0.3, 0.31, last)]
+    assert f"<h1>{said}</h1>" in page(*study, diagnosis, stages)
+
+
+def test_the_misfit_can_be_switched_from_branches_to_parity(study):
+    text = page(*study)
+    assert 'id="map-branch" checked' in text
+    for words in ("contracting", "even: the same in both directions", "odd: changes its sign", "pressure [kPa]"):
+        assert words in text
+
+
+def test_terms_are_explained_and_likes_are_mapped(study, diagnosis):
+    text = page(*study, diagnosis)
+    for words in ("noticed from", "imitated", "4 of 5 recordings", "Which effects look alike here"):
+        assert words in text
+    rows = re.findall(r"<li>(.*?)</li>", text)
+    assert rows == ["<b>linear_spring</b> <span>end_stop</span> <i>at least 0.95 alike</i>"]
+
+
+def test_who_looks_like_whom_stands_in_groups(diagnosis):
+    alike = {("a", "b"): 0.99, ("b", "c"): 0.95, ("a", "c"): 0.93, ("d", "e"): 1.0, ("c", "d"): 0.4}
+    pairs = alike | {(b, a): value for (a, b), value in alike.items()}
+    known = {n: Evidence(n, 0.5, alike={b: v for (a, b), v in pairs.items() if a == n}) for n in "abcde"}
+    found = groups(dataclasses.replace(diagnosis, effects=known, explanations=(("d",),), leading=None))
+    assert [(set(group.names), group.least) for group in found] == [({"d", "e"}, 1.0), ({"a", "b", "c"}, 0.93)]
+
+
+def test_the_page_says_what_the_named_effect_is_and_how_to_add_it(study, diagnosis):
+    text = page(*study, diagnosis)
+    said = re.search(r'<p class="meaning"><b>linear_spring</b>: (.*?)</p>', text)[1]
+    assert said == "A spring in parallel pulls back in proportion to the stroke: K l0 eps."
+    assert f"mckibben add {study[0].experiments[0].folder} linear_spring" in text
+    assert f"mckibben diagnose {study[0].experiments[0].folder}" in page(*study)
+
+
+def test_what_was_added_is_no_longer_called_missing(study, diagnosis):
+    task, c = study
+    names = dataclasses.replace(diagnosis, explanations=(("coulomb_friction",),))
+    text = page(task, c, names)
+    assert "coulomb_friction was missing, and is in the model now." in text
+    assert "mckibben add" not in text
+
+
+def test_a_plan_and_a_posterior_stand_on_the_page(study):
+    planned = SimpleNamespace(what="one loop at 50 kPa", why="the spring shows there", power=0.93)
+    text = page(*study, planned=planned, posterior=[Section("Sampled", plain="tip.k   1.12")])
+    assert "One loop at 50 kPa: the spring shows there." in text
+    assert "93 %" in text
+    assert "<pre>tip.k   1.12</pre>" in text
+
+
+@pytest.mark.slow
+def test_a_posterior_of_this_model_stands_on_the_report_and_no_other(tmp_path):
+    folder = write(tmp_path / "small", loops(repeats=2))
+    run = lambda *words: CliRunner().invoke(main, [words[0], str(folder), *words[1:], "--seed", "3"])  # noqa: E731
+    sampled = run("posterior", "--steps", "400", "--json", str(tmp_path / "p.json"))
+    assert sampled.exit_code in (0, 3), sampled.output  # three: so short a chain has not settled
+    page_of = lambda *words: run("report", "--no-diagnosis", "--html", str(tmp_path / "r.html"), *words)  # noqa: E731
+    shown = page_of()
+    assert shown.exit_code == 0, shown.output
+    text = (tmp_path / "r.html").read_text(encoding="utf-8")
+    median = json.loads((tmp_path / "p.json").read_text())["parameters"]["coulomb_friction.f_s"]["median"]
+    assert "What is known" in text
+    assert f"{median:.3g}" in text
+    other = page_of("--effects", "ideal_cylinder", "textile_friction")
+    assert "holds no posterior of this model" in " ".join(other.output.split())
+    assert "What is known" not in (tmp_path / "r.html").read_text(encoding="utf-8")
+
+
+def test_the_page_speaks_in_the_units_of_the_data(tmp_path):
+    """Loops in psi, inches and pounds: the axes, tables and parameters too, and JSON in SI."""
+    folder = write(tmp_path, [])
+    head = "run,time [s],pressure [psi],displacement [in],force [lbf]"
+    rows = [f"{r},{t:.3f},{p / 6894.757:.5f},{x / 0.0254:.7f},{f / 4.4482216:.6f}" for r, t, p, x, f in loops()]
+    (folder / "loops.csv").write_text("\n".join([head, *rows]) + "\n", encoding="utf-8")
+    result = CliRunner().invoke(main, ["compare", str(folder), "--html", str(tmp_path / "x.html"),
+                                       "--json", str(tmp_path / "x.json")])  # fmt: skip
+    assert result.exit_code == 0, result.output
+    text = (tmp_path / "x.html").read_text(encoding="utf-8")
+    for words in ("force [lbf]", "pressure [psi]", "rms [lbf]", "14.5 psi", " in</td>"):
+        assert words in text, words
+    for words in ("kPa", " mm<", "[N]", " N<"):
+        assert words not in text, words
+    assert "psi" in result.output
+    assert "kPa" not in result.output
+    found = json.loads((tmp_path / "x.json").read_text())
+    full_scale = float(re.search(r"of full scale, ([\d.]+) lbf", text)[1])
+    assert found["full_scale_N"] == pytest.approx(4.448 * full_scale, rel=0.01)
+    assert units.show(1e5, "Pa") == "100 kPa"  # and nothing of it is left behind

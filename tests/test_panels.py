@@ -1,0 +1,123 @@
+"""Pictures of measured and model: where readings lie, what is thinned, and how large a page becomes."""
+
+import re
+
+import numpy as np
+import pytest
+from small_muscle import loops, write
+from studied import compared
+
+from fitting import figures
+from fitting.compare import compare
+from fitting.console.options import Asked
+from fitting.console.task import fitted, task_of
+from fitting.figures import Stage
+from fitting.records import Run
+from fitting.showing import maps
+from fitting.showing.loops_picture import frame
+from fitting.showing.page import page
+from fitting.showing.panels import Panel, panels
+
+
+@pytest.fixture(scope="module")
+def study(tmp_path_factory):
+    """A data set with a nasty name, its task, its comparison."""
+    return compared(tmp_path_factory.mktemp("study"))
+
+
+def test_measured_points_lie_where_their_axes_say(study):
+    task, c = study
+    panel = panels(task.experiments, c.fit.samples, c.fit.residual)[0]
+    placed = frame(panel, 0, [c.fit.residual])
+    x, y, width, height = placed.window.place
+    at = np.array([[float(v) for v in point.split()] for point in re.findall(r"M([\d. -]+)h0", placed.opening)])
+    assert np.all((at[:, 0] > x) & (at[:, 0] < x + width))
+    assert np.all((at[:, 1] > y) & (at[:, 1] < y + height))
+    top = np.argmin(at[:, 1])
+    value = (at[top, 1] - placed.window.origin[1]) / placed.window.scale[1]
+    assert panel.measured.max() == pytest.approx(value, rel=0.01)
+
+
+def test_a_small_misfit_shows_in_a_strip_of_its_own(study):
+    """Half a newton beside hundreds: on the axes of the force nobody sees it; the strip is scaled to it."""
+    task, c = study
+    panel = panels(task.experiments, c.fit.samples, c.fit.residual)[0]
+    missed = 0.5 * np.sin(np.arange(len(c.fit.residual)))
+    placed = frame(panel, 0, [missed])
+    drawn = placed.misfit(panel.model(missed) - panel.measured)
+    _, top, _, height = placed.strip.place
+    at = np.array([float(v) for v in re.findall(r"M[\d.-]+ ([\d.-]+)h0", drawn)])
+    assert np.all((at > top) & (at < top + height))
+    assert np.ptp(at) > 0.8 * height
+    assert "misfit, &#177; 0.5 N" in drawn
+    band = float(re.search(r'class="noise" d=".*?v([\d.]+)h', drawn)[1])
+    assert band == pytest.approx(height, abs=0.1)  # two standard deviations of 0.3 N are more than all of it
+
+
+def test_runs_of_one_name_in_two_files_are_told_apart(tmp_path):
+    extra = 'noise = "0.3 N"\n[[recording]]\nfile = "tuesday.csv"\ntest = "loop"'
+    folder = write(tmp_path, loops(repeats=1), extra=extra)
+    rows = loops(repeats=1, seed=1)
+    write(tmp_path / "other", rows)
+    (tmp_path / "other" / "loops.csv").rename(folder / "tuesday.csv")
+    task = task_of(Asked(data=(str(folder),), starts=1))
+    c = compare(fitted(task), task.experiments)
+    labels = [panel.label for panel in panels(task.experiments, c.fit.samples, c.fit.residual)]
+    assert labels[0] == "loops.csv, run 0, 100 kPa"
+    assert labels[3] == "tuesday.csv, run 0, 100 kPa"
+    assert len(set(labels)) == 6
+
+
+def test_thinning_keeps_the_corners_of_every_loop():
+    count = 200_000
+    eps = 0.1 * (1 - np.cos(np.linspace(0, 4 * np.pi, count)))
+    half = np.searchsorted([count // 4, count // 2, 3 * count // 4], np.arange(count), side="right")
+    force = np.where(half % 2, 100.0, 50.0) - 200 * eps
+    force[31_415] = 400.0  # a single spike
+    panel = panel_of(eps, force, half)
+    kept = panel.shown(force)
+    assert sum(map(len, kept)) <= 400
+    for part, branch in zip(kept, range(4), strict=True):
+        mine = np.flatnonzero(half == branch)
+        assert (part[0], part[-1]) == (mine[0], mine[-1])
+    assert 31_415 in np.concatenate(kept)
+    assert panel.is_thinned
+
+
+def panel_of(eps, force, half):
+    zero = np.zeros(len(eps))
+    run = Run("1", np.arange(len(eps)) * 1e-3, zero + 1e5, eps, zero, zero, force, zero + 1, np.where(half % 2, -1, 1),
+              half // 2, half, np.arange(len(eps)))  # fmt: skip
+    place = np.arange(len(eps))
+    return Panel("1", "100 kPa", run, place, place, "loop", "N", eps, "contraction", 1.0)
+
+
+@pytest.mark.slow
+def test_a_million_samples_make_a_page_below_ten_megabytes(tmp_path):
+    folder = write(tmp_path, loops(points=10_000, pressures=tuple(np.linspace(1e5, 5e5, 10)), repeats=5))
+    task = task_of(Asked(data=(str(folder),), starts=1))
+    text = page(task, compare(fitted(task), task.experiments))
+    assert sum(len(run) for run in task.experiments[0].recordings[0].runs) > 990_000
+    assert len(text.encode()) < 10e6
+    assert "Thinned for drawing" in text
+
+
+def test_a_long_recording_still_makes_a_small_page(tmp_path):
+    folder = write(tmp_path, loops(points=1500, pressures=(1e5, 2e5, 3e5, 4e5)))
+    task = task_of(Asked(data=(str(folder),), starts=1))
+    assert len(page(task, compare(fitted(task), task.experiments))) < 2e6
+
+
+def test_text_in_pictures_is_text_in_the_colour_of_the_page(study):
+    svg = figures.as_svg(maps.branch_maps(study[1])[0], "map")
+    assert re.search(r"<text[^>]*fill: currentColor[^>]*>pressure \[kPa\]</text>", svg)
+    assert figures.INK not in svg
+    assert "<image" not in svg
+    assert 'id="map-' in svg
+
+
+def test_pictures_of_one_page_share_no_names(study):
+    pictures = [figures.as_svg(figures.waterfall([Stage("a", 1.0, None)], 0.5), name) for name in ("one", "two")]
+    first, second = (set(re.findall(r'id="([^"]+)"', svg)) for svg in pictures)
+    assert first
+    assert not first & second
