@@ -205,7 +205,7 @@ def scenes_of(experiment: Experiment, dataset: int) -> list[Scene]:
 
 
 def _scene(runs: Sequence[Run], noise: float, dataset: int) -> Scene:
-    runs = [reached(run) for run in runs]
+    runs = [part for run in runs for part in reached(run)]
     size = max(len(run) for run in runs)
     pad = lambda values: np.pad(values, (0, size - len(values)), mode="edge")  # noqa: E731
     column = lambda name: jnp.asarray(np.stack([pad(getattr(run, name)) for run in runs]))  # noqa: E731

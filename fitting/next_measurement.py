@@ -309,7 +309,7 @@ def _power(given: Prospect, pair: tuple[int, int], number: int, repeats: int) ->
 
 
 def _why(pair: PairPower) -> str:
-    return f"{' with '.join(pair.one)} and {' with '.join(pair.other)} foretell different forces there"
+    return f"{' + '.join(pair.one)} and {' + '.join(pair.other)} foretell different forces there"
 
 
 def _on_others(

@@ -167,7 +167,7 @@ def problem(experiments: Sequence[Experiment], layout: Unknowns) -> tuple[Proble
 
 
 def _block(recording: Recording, dataset: int, length: float) -> Block:
-    runs = tuple(map(reached, recording.runs))
+    runs = [part for run in recording.runs for part in reached(run)]
     size = _padded(max(len(run) for run in runs))
     stacked = {name: jnp.asarray(np.stack([_pad(getattr(run, name), size) for run in runs])) for name in _SIGNALS}
     weight = np.stack([_pad(run.weight, size, 0.0) for run in runs]).reshape(-1)

@@ -67,6 +67,17 @@ def test_the_order_of_points_changes_nothing(points, effect):
     np.testing.assert_allclose(after, before[order], atol=0.02)
 
 
+@pytest.mark.parametrize("effect", REMEMBERING, ids=lambda e: type(e).__name__)
+def test_points_whose_branch_nobody_knows_have_no_friction(points, effect):
+    (recording,) = points.recordings
+    (run,) = recording.runs
+    unknown = replace(run, branch=0 * run.branch, rate=0 * run.rate)
+    blind = replace(points, recordings=(replace(recording, runs=(unknown,)),))
+    without, _ = residual(blind, IdealCylinder())
+    with_memory, _ = residual(blind, IdealCylinder(), CoulombFriction(0.012), effect)
+    np.testing.assert_allclose(with_memory, without, atol=1e-9)
+
+
 def test_signs_of_many_units_are_many():
     """Numpy's integers overflow at 2^63: then there was one flip, and nothing could ever be found."""
     signs = flipped_signs(np.int64(90), seed=0)

@@ -1,5 +1,6 @@
 """A static map as a muscle goes through it: to every point from behind, along its branch, and then at rest."""
 
+from collections.abc import Callable
 from dataclasses import fields, replace
 
 import numpy as np
@@ -10,16 +11,24 @@ APART = 1e6  # s between points: whatever fades has faded
 WAY, OVERSHOOT = 0.1, 0.05  # contraction from which a point is reached, and how far beyond all others at most
 
 
-def reached(run: Run) -> Run:
-    """The run itself, or with a point before every point where each was set by itself; those carry no weight.
+def reached(run: Run) -> tuple[Run, ...]:
+    """The run itself; of a map one with a point before every point, which carries no weight.
 
-    What remembers has slid, crept and settled at a point, in whatever order the points were written down.
+    What remembers has slid, crept and settled at a point, in whatever order the points were written down. Points whose
+    branch nobody knows stand for themselves: a muscle at rest there, without friction.
     """
     if len(run) < 2 or len(np.unique(run.half)) < len(run):
-        return run
-    both = {f.name: twice(getattr(run, f.name)) for f in fields(run) if isinstance(getattr(run, f.name), np.ndarray)}
-    both["weight"][::2] = 0.0
-    return replace(run, **{**both, "contraction": from_behind(run.contraction, run.branch), "time": clock(len(run))})
+        return (run,)
+    if not np.any(run.branch):
+        return tuple(_changed(run, lambda values, at=at: values[at : at + 1]) for at in range(len(run)))
+    both = _changed(run, twice)
+    both.weight[::2] = 0.0
+    return (replace(both, contraction=from_behind(run.contraction, run.branch), time=clock(len(run))),)
+
+
+def _changed(run: Run, change: Callable[[np.ndarray], np.ndarray]) -> Run:
+    signals = {f.name: getattr(run, f.name) for f in fields(run)}
+    return replace(run, **{name: change(value) for name, value in signals.items() if isinstance(value, np.ndarray)})
 
 
 def from_behind(points: np.ndarray, branch: np.ndarray) -> np.ndarray:
