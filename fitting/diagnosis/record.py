@@ -6,7 +6,6 @@ import numpy as np
 
 from fitting.least_squares import Fit
 
-VERDICTS = ("nothing detectable", "missing", "one of", "not in the library", "inconclusive")
 
 
 @dataclass(frozen=True)
