@@ -7,7 +7,6 @@ import numpy as np
 from fitting.least_squares import Fit
 
 
-
 @dataclass(frozen=True)
 class Evidence:
     """What speaks for one effect of the library, added to the baseline alone (or put in place of its rival)."""
