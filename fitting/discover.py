@@ -7,6 +7,7 @@ from fitting.diagnose import Progress, diagnose
 from fitting.diagnosis.record import Diagnosis
 from fitting.records import Experiment
 from mckibben_jax.effect import Effect, name_of
+from mckibben_jax.model import with_effects
 
 MOST_ROUNDS = 6
 WORTH_IT = 0.99  # of the left-out error: an effect that the data cannot see changes it by a rounding error
@@ -74,7 +75,4 @@ def next_to_add(found: Diagnosis) -> tuple[str, ...]:
 
 def with_added(present: Sequence[Effect], new: Sequence[Effect]) -> list[Effect]:
     """A set of effects with others added, each in place of its rivals."""
-    families = {effect.family for effect in new if effect.family is not None}
-    names = {name_of(effect) for effect in new}
-    kept = [old for old in present if old.family not in families and name_of(old) not in names]
-    return [*kept, *new]
+    return list(with_effects(present, new))

@@ -202,8 +202,7 @@ class Model(eqx.Module):
 
     def add(self, *effects: Effect) -> "Model":
         """A model with these effects too; a rival of the same family is replaced."""
-        kept = [old for old in self.effects if not any(_replaces(new, old) for new in effects)]
-        return model(self.muscle, *kept, *effects)
+        return model(self.muscle, *with_effects(self.effects, effects))
 
     def drop(self, *names: str) -> "Model":
         """A model without the effects of these names."""
@@ -235,6 +234,14 @@ def _place(effect: Effect) -> tuple[int, int, str]:
     stages: Sequence[str] = ("felt", "stored", "lost", "read")
     listed = ORDER.index(type(effect)) if type(effect) in ORDER else len(ORDER)  # a user's own come last
     return stages.index(effect.stage), listed, name_of(effect)
+
+
+def with_effects(present: Sequence[Effect], added: Sequence[Effect]) -> tuple[Effect, ...]:
+    """Effects with others added, each in turn in place of its rivals: of two rivals that are added the last stays."""
+    result = tuple(present)
+    for new in added:
+        result = (*(old for old in result if not _replaces(new, old)), new)
+    return result
 
 
 def _replaces(new: Effect, old: Effect) -> bool:

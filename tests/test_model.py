@@ -30,7 +30,7 @@ from mckibben_jax.effects import (
     Tip,
     TipPressure,
 )
-from mckibben_jax.model import contributions, model
+from mckibben_jax.model import contributions, model, with_effects
 from mckibben_jax.muscle import Muscle
 from mckibben_jax.parameter import parameter, parameters
 from mckibben_jax.state import State
@@ -185,6 +185,13 @@ def test_a_rival_of_the_same_family_is_replaced():
     assert changed.names == tuple(name_of(kind) for kind in expected)
     assert "constant_friction" in start.add(ConstantFriction()).names
     assert "coulomb_friction" in start.add(ConstantFriction()).names
+
+
+def test_of_two_rivals_that_are_added_at_once_the_last_stays():
+    """Wherever effects are added: an explanation holds one of a family."""
+    names = [name_of(e) for e in with_effects((IdealCylinder(), Tip()), (TipPressure(), Tip(1.1)))]
+    assert names == ["ideal_cylinder", "tip"]
+    assert model(MUSCLE, IdealCylinder()).add(Tip(), TipPressure()).names == ("tip_pressure", "ideal_cylinder")
 
 
 def test_dropping_undoes_adding_and_an_effect_is_found_by_its_name():

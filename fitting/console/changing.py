@@ -8,7 +8,7 @@ from typing import Any
 from fitting.compare import Comparison, compare
 from fitting.console.saving import save
 from fitting.console.study import Study
-from fitting.console.task import Task, check_needs, fitted, merged
+from fitting.console.task import Task, check_needs, fitted
 from fitting.errors import InputError, unknown_name
 from fitting.figures import Stage
 from fitting.least_squares import Fit
@@ -19,6 +19,7 @@ from fitting.showing.page import write_page
 from fitting.showing.sentences import amount, percent
 from fitting.solving.evaluate import left_out_rmse, rmse
 from mckibben_jax.effect import Effect, name_of
+from mckibben_jax.model import with_effects
 
 
 @dataclass(frozen=True)
@@ -43,7 +44,7 @@ def with_added(task: Task, names: Sequence[str]) -> tuple[Task, str]:
         if name in present:
             raise InputError(f"{name} is in the model already", cure="'mckibben fit' fits it again")
     new = tuple(kind() for kind in named(names, task.library))
-    changed = _changed(task, merged(task.effects, new))
+    changed = _changed(task, with_effects(task.effects, new))
     gone = [name for name in present if name not in changed.names]
     return changed, f"+ {' + '.join(names)}" + (f" in place of {', '.join(gone)}" if gone else "")
 

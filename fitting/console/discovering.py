@@ -8,7 +8,7 @@ import numpy as np
 
 from fitting.compare import Comparison, compare
 from fitting.console.study import Progress
-from fitting.console.task import Task, fitted, merged
+from fitting.console.task import Task, fitted
 from fitting.diagnosis.record import Diagnosis
 from fitting.discover import WORTH_IT, Step, discover
 from fitting.figures import Stage
@@ -19,6 +19,7 @@ from fitting.results import fit_result
 from fitting.showing.sentences import amount
 from fitting.solving.evaluate import evaluate, rmse
 from mckibben_jax.effect import Effect
+from mckibben_jax.model import with_effects
 
 
 @dataclass(frozen=True)
@@ -37,7 +38,7 @@ def discovered(task: Task, candidates: Sequence[Effect], told: Progress) -> Disc
     effects, stages = task.effects, []
     for number, step in enumerate(steps):
         if number:
-            effects = merged(effects, [kind() for kind in named(step.effect.split("+"), task.library)])
+            effects = with_effects(effects, [kind() for kind in named(step.effect.split("+"), task.library)])
         words = f"+ {step.effect}" if number else step.effect
         residual = _residual(task.with_effects(effects), step)
         stages.append(Stage(words, step.rmse, step.held_out_rmse, step.verdict, residual))

@@ -21,7 +21,7 @@ from fitting.sampling.priors import Prior
 from fitting.solving.evaluate import evaluate
 from fitting.solving.unknowns import Unknowns, unknowns
 from mckibben_jax.effect import Effect, name_of
-from mckibben_jax.model import model
+from mckibben_jax.model import model, with_effects
 from mckibben_jax.muscle import quantities
 
 MODEL_FILE = "model.toml"
@@ -171,7 +171,7 @@ def _model(
         raise InputError("--model beside --effects or --baseline", cure="name the model in one way only")
     chosen = [kind() for kind in named(asked.effects, known)]
     if asked.baseline:
-        return None, merged([kind() for kind in BASELINE], chosen), "the baseline, as asked"
+        return None, with_effects([kind() for kind in BASELINE], chosen), "the baseline, as asked"
     if chosen:
         return None, tuple(chosen), "as asked"
     beside = experiments[0].folder / MODEL_FILE
@@ -181,18 +181,6 @@ def _model(
         beside_it = f"; the model files of {', '.join(unused)} are not used" if unused else ""
         return stored, stored.effects, f"from {stored.path}{beside_it}"
     return None, tuple(kind() for kind in BASELINE), "the baseline: there is no model.toml beside the data"
-
-
-def merged(effects: Sequence[Effect], added: Sequence[Effect]) -> tuple[Effect, ...]:
-    """Effects with others added, each in place of its rival."""
-    result = list(effects)
-    for new in added:
-        result = [old for old in result if not _replaces(new, old)] + [new]
-    return tuple(result)
-
-
-def _replaces(new: Effect, old: Effect) -> bool:
-    return name_of(new) == name_of(old) or (new.family is not None and new.family == old.family)
 
 
 def _known(stored: ModelFile | None, experiments: Sequence[Experiment]) -> dict[str, float]:

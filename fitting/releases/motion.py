@@ -7,11 +7,12 @@ from typing import Any
 import jax.numpy as jnp
 import numpy as np
 
-from fitting.console.task import Task, merged
+from fitting.console.task import Task
 from fitting.least_squares import Fit, fit
 from fitting.releases.hill import Curves, releases
 from fitting.solving.evaluate import rmse
 from mckibben_jax.effects import Hill
+from mckibben_jax.model import with_effects
 
 VISCOUS_BASELINE = Hill
 STARTS = 4  # of the fit to the motion, which begins from what is known
@@ -69,7 +70,7 @@ def motions(task: Task, read: Sequence[Curves]) -> Motions:
     begins += [(curve.curvature, curve.b)] if _off(dry) > FAR else []
     viscous = []
     for curvature, b in begins:
-        effects = merged(dry_effects, [VISCOUS_BASELINE(jnp.asarray(curvature), jnp.asarray(b))])
+        effects = with_effects(dry_effects, [VISCOUS_BASELINE(jnp.asarray(curvature), jnp.asarray(b))])
         viscous.append(fit(experiments, effects, start={**task.known, **dry.values}, starts=1, **options))
     return Motions(dry, min(viscous, key=lambda each: each.rmse))
 
