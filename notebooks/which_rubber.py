@@ -207,9 +207,7 @@ class Judge:
 
     def without(self, level):
         """The problem in which one contraction of every map weighs nothing."""
-        weights = [jnp.where(jnp.arange(len(block.measured)) == level, LIGHT, 1.0) for block in self.given.blocks]
-        sigma = [block.sigma * weight[:, None] for block, weight in zip(self.given.blocks, weights, strict=True)]
-        return eqx.tree_at(lambda p: [block.sigma for block in p.blocks], self.given, sigma)
+        return self.given.without(self.level == level)
 
 
 @app.function

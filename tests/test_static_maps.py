@@ -24,7 +24,7 @@ from mckibben_jax.effects import (
     TimeDelay,
 )
 
-REMEMBERING = (Presliding(x_s=1e-3), MaxwellSlip(x_s=1e-3, spread=2.0), Creep(), SupplyLag(), TimeDelay())
+REMEMBERING = (Presliding(x_s=5e-4), MaxwellSlip(x_s=1e-3, spread=2.0), Creep(), SupplyLag(), TimeDelay())
 
 
 @pytest.fixture(scope="module")

@@ -7,8 +7,9 @@ import numpy as np
 
 from fitting.records import Run
 
-APART = 1e6  # s between points: whatever fades has faded
-WAY, OVERSHOOT = 0.1, 0.05  # contraction from which a point is reached, and how far beyond all others at most
+APART = 1e9  # s between points: whatever fades has faded, and no delay reaches the point before
+WAY = 0.1  # contraction along which a point is reached: what slips elastically has slid by then
+LONGER = 0.03  # by which no more it is stretched for that, or the strands of a steep braid would be straight
 
 
 def reached(run: Run) -> tuple[Run, ...]:
@@ -34,7 +35,7 @@ def _changed(run: Run, change: Callable[[np.ndarray], np.ndarray]) -> Run:
 def from_behind(points: np.ndarray, branch: np.ndarray) -> np.ndarray:
     """Contractions (2 n,): before each of the points the place from which a muscle comes along its branch."""
     both = twice(points)
-    both[::2] = np.clip(points - WAY * np.sign(branch), points.min() - OVERSHOOT, points.max() + OVERSHOOT)
+    both[::2] = np.maximum(points - WAY * np.sign(branch), points.min() - LONGER)
     return both
 
 
