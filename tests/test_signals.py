@@ -312,3 +312,18 @@ def test_what_grows_or_dies_away_smoothly_is_no_late_jump():
         force = 1000 - 2000 * contraction + rng.normal(size=len(time))
         found += doubtful.late_jumps(force, edges, signals.noise_level(time, force)).sum()
     assert found == 0
+
+
+def test_a_loop_whose_friction_turns_late_loses_those_samples_and_says_so():
+    time, contraction = motion()
+    way = np.sign(np.gradient(contraction))
+    force = 1000 - 2000 * contraction - 40 * np.concatenate([np.full(6, way[0]), way[:-6]])
+    late, prompt = readings(time, contraction, measured=force), readings(time, contraction)
+    run, usual = run_of(late, "loop"), run_of(prompt, "loop")
+    jumps = np.flatnonzero(np.abs(np.diff(force)) > 30)
+    assert np.all(run.weight[jumps] == 0)
+    assert np.all(run.weight[jumps + 1] == 0)
+    reason = "where the reading jumps late after a turning point"
+    assert late.counts[reason] > 0
+    assert prompt.counts[reason] == 0
+    assert 0 < usual.weight.sum() - run.weight.sum() <= 4 * len(TURNS)
