@@ -152,6 +152,26 @@ def test_rejections_keep_their_level_and_have_power():
     assert np.mean(drawn(8 / np.sqrt(160)).rejections(0)) > 0.9
 
 
+def differing(by, draws=200, runs=8, per=20):
+    """Rows in which runs of two units differ, by so many standard deviations of what they may."""
+    random = np.random.default_rng(4)
+    count = runs * per
+    run = np.repeat(np.arange(runs), per)
+    steep = 10 * random.standard_normal(count)
+    own = np.where(run[:, None] == np.arange(runs), steep[:, None], 0.0)
+    rows = random.standard_normal((count, draws)) + by * own @ random.standard_normal((runs, draws))
+    slope, column, other = random.standard_normal((3, count, 1))
+    unit = Units(np.repeat(np.arange(2 * runs), per // 2), count, 0.01, run)
+    group = np.zeros(runs, int)
+    return Drawn(rows, slope, np.zeros((1, 1)), own, group, column, Basis(other, np.zeros((count, 0))), unit)
+
+
+def test_runs_that_would_have_to_differ_too_much_are_rejected_too():
+    """As in the test itself: one standard deviation of what is allowed is no misfit, four of them are."""
+    assert np.mean(differing(1.0).rejections(0)) < 0.05
+    assert np.mean(differing(4.0).rejections(0)) > 0.95
+
+
 # ----------------------------------------------------------------------------------------------------------- protocols
 
 

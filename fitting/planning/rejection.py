@@ -48,7 +48,8 @@ class Drawn:
         p_max = self._largest(left[:, visible], rows, signs)
         p_all = np.minimum(self._overall(smooth, rows, signs), self._overall(fine, rows, signs))
         found = np.minimum(2 * p_max, 4 * p_all) < self.units.level
-        return found | self._misfit(np.hstack([smooth, fine]), rows, slopes.shape[1])
+        denied = self._denied(curvature @ (slopes.T @ self.rows))
+        return found | denied | self._misfit(np.hstack([smooth, fine]), rows, slopes.shape[1])
 
     def _yielding(self) -> tuple[np.ndarray, np.ndarray]:
         """Slopes along which the model may give way, and what is known of them."""
@@ -80,6 +81,13 @@ class Drawn:
         seen = np.sum(scores.sum(axis=0) ** 2, axis=0)
         flipped = np.sum(np.tensordot(signs, scores, axes=1) ** 2, axis=1)
         return np.mean(flipped >= seen * (1 - 1e-9), axis=0)
+
+    def _denied(self, steps: np.ndarray) -> np.ndarray:
+        """Where runs would have to differ by more than they may: `steps` (parameters, draws), those of runs last."""
+        free = len(self.group) - len(np.unique(self.group))  # what all runs share is no difference
+        if not free:
+            return np.zeros(steps.shape[1], bool)
+        return stats.chi2.sf(np.sum(steps[-len(self.group) :] ** 2, axis=0), free) < projected.DENIED_P
 
     def _misfit(self, smooth: np.ndarray, rows: np.ndarray, parameters: int) -> np.ndarray:
         """A misfit many times the noise that the bases take up."""
