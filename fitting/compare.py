@@ -15,7 +15,7 @@ from fitting.records import MOVING_TESTS, Experiment, Recording
 from fitting.residuals import Samples
 
 PRESSURE_LED = ("isometric", "isotonic", "step")  # tests in which the pressure moves
-NEGLIGIBLE = 0.005  # of full scale
+NEGLIGIBLE = 0.005  # of full scale: an error so small is real, but nobody need mind
 FEWEST = 10  # samples in a place that may be called the worst
 
 

@@ -4,12 +4,13 @@ The baseline is tested for anything missing. Every single effect, then pairs, th
 tested the same way; those that stand are a confidence set for the explanation. The verdict is that set in words.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 from threadpoolctl import threadpool_limits
 
+from fitting.compare import NEGLIGIBLE
 from fitting.diagnosis.examine import Examiner
 from fitting.diagnosis.held_out import difference
 from fitting.diagnosis.likes import foretelling, leading_of, plausible, simplest, unrivalled
@@ -27,7 +28,6 @@ from mckibben_jax.effect import Effect
 from mckibben_jax.effects import LIBRARY
 
 ENOUGH_SAMPLES = 3500
-NEGLIGIBLE = 0.005  # of full scale
 SPARE = 5  # readings more than fitted numbers, or nothing is judged
 
 
@@ -114,14 +114,13 @@ def of_force(experiments: Sequence[Experiment]) -> tuple[list[Experiment], tuple
 
 def _verdict(search: Search) -> Diagnosis:
     world, examiner = search.world, search.examiner
-    foretell = unrivalled(foretelling(search.adequate, search.trials, examiner), search.trials, examiner)
-    kept, classes = simplest(world, foretell, search.trials, search.gate.noise_rms)
-    evidence = {name: _evidence(search, name) for name in world.candidates}
+    kept, classes, passed = _chosen(search)
+    evidence = {name: _evidence(search, name, passed) for name in world.candidates}
     evidence |= {name: Evidence(name, reason=why) for name, why in world.untestable.items()}
     verdict, notes = _said(search, kept, evidence)
     if verdict == "inconclusive":
         kept, classes = [], ()
-    tried = sorted((_explanation(search, added) for added in search.trials), key=lambda e: e.held_out_rmse)
+    tried = sorted((_explanation(search, added, passed) for added in search.trials), key=lambda e: e.held_out_rmse)
     near = sorted(tried, key=lambda e: not e.plausible)  # stable: plausible ones first
     nearest = tuple(near[:3]) if verdict == "not in the library" else ()
     rmse, full_scale = world.rmse(search.base.rows), float(np.max(np.abs(world.samples.measured[world.in_newtons])))
@@ -148,6 +147,21 @@ def _verdict(search: Search) -> Diagnosis:
     )
 
 
+def _chosen(
+    search: Search,
+) -> tuple[list[frozenset[str]], tuple[tuple[str, ...], ...], dict[frozenset[str], str]]:
+    """The adequate sets that are named, the classes of exact likes, and why the others are not named."""
+    trials, examiner = search.trials, search.examiner
+    foretell = foretelling(search.adequate, trials, examiner)
+    standing = unrivalled(foretell, trials, examiner)
+    kept, classes, wider = simplest(search.world, standing, trials, search.gate.noise_rms)
+    passed = dict.fromkeys(search.adequate, "explains the data, but foretells runs left out worse than others")
+    passed |= dict.fromkeys(foretell, "explains the data, but others are seen in what it leaves")
+    for added, host in wider.items():
+        passed[added] = f"explains the data, and so does its special case {' + '.join(sorted(host))}"
+    return kept, classes, {added: why for added, why in passed.items() if added not in kept}
+
+
 def _said(search: Search, kept: Sequence[frozenset[str]], evidence: dict[str, Evidence]) -> tuple[str, tuple[str, ...]]:
     readings, numbers = len(search.world.samples), len(search.base.free)
     if readings < numbers + SPARE:
@@ -170,12 +184,13 @@ def _said(search: Search, kept: Sequence[frozenset[str]], evidence: dict[str, Ev
     return "nothing detectable", ()
 
 
-def _evidence(search: Search, name: str) -> Evidence:
+def _evidence(search: Search, name: str, passed: Mapping[frozenset[str], str]) -> Evidence:
     world, examiner, added = search.world, search.examiner, frozenset([name])
     trial, seen = search.trials.get(added), search.gate.of(name)
     if trial is None:
-        needs = world.lacking(world.with_added([name]))
-        return Evidence(name, reason=f"cannot be tested: needs {' and '.join(needs)}" if needs else "cannot be tested")
+        needs = " and ".join(world.lacking(world.with_added([name])))
+        why = f": needs {needs}" if needs else ": gives no number on these data" if added in search.numberless else ""
+        return Evidence(name, reason=f"cannot be tested{why}")
     standing = search.standings.get(added)
     return Evidence(
         name,
@@ -187,32 +202,24 @@ def _evidence(search: Search, name: str) -> Evidence:
         alike=seen.alike,
         estimate=_estimate(world, trial, name),
         adequate=added in search.adequate,
-        reason=standing.reason if standing else ("these data cannot see it" if seen.limit is None else ""),
+        reason=passed.get(added, standing.reason if standing else "" if seen.limit else "these data cannot see it"),
     )
 
 
 def _estimate(world: Universe, trial: Trial, name: str) -> dict[str, tuple[float, float]]:
+    """An effect's parameters as fitted, SI, each with its robust standard error."""
     if not len(trial.free):
         return {}
     _, robust = covariances(trial.slopes, trial.rows, trial.prior_slopes, clusters(world.samples))
     names = [entry for entry in world.layout.of_effect(name) if entry in trial.free]
-    at = world.layout.at(names)
-    span = [world.layout.entries[i].upper - world.layout.entries[i].lower for i in at]
-    log = [world.layout.entries[i].logarithmic for i in at]
-    ratio = [
-        np.log(world.layout.entries[i].upper / world.layout.entries[i].lower) if lg else 0
-        for i, lg in zip(at, log, strict=True)
-    ]
-    values = trial.vector[at]
-    errors = [np.sqrt(robust[k, k]) for k in (trial.free.index(entry) for entry in names)]
-    scale = [v * r if lg else s for v, r, lg, s in zip(values, ratio, log, span, strict=True)]
-    return {
-        entry.split(".")[-1]: (float(v), float(e * s))
-        for entry, v, e, s in zip(names, values, errors, scale, strict=True)
-    }
+    found = {}
+    for entry, i in zip(names, world.layout.at(names), strict=True):
+        value, k = float(trial.vector[i]), trial.free.index(entry)
+        found[entry.split(".")[-1]] = value, float(np.sqrt(robust[k, k])) * world.layout.entries[i].slope(value)
+    return found
 
 
-def _explanation(search: Search, added: frozenset[str]) -> Explanation:
+def _explanation(search: Search, added: frozenset[str], passed: Mapping[frozenset[str], str]) -> Explanation:
     world, trial, standing = search.world, search.trials[added], search.standings.get(added)
     groups = search.examiner.groups
     glance = len(added) > 1 and standing is None
@@ -225,6 +232,6 @@ def _explanation(search: Search, added: frozenset[str]) -> Explanation:
         fall / max(error, 1e-300),
         standing.test.p if standing and standing.test else float("nan"),
         added in search.adequate,
-        standing.reason if standing else "not tested: others leave far less",
+        passed.get(added, standing.reason if standing else "not tested: others leave far less"),
         plausible(world, added, trial),
     )

@@ -10,6 +10,7 @@ from scipy.stats import qmc
 
 from fitting.precision import require_x64
 from fitting.residuals import Problem, Samples, problem
+from fitting.solving.no_number import refuse_no_number, state_at
 from fitting.solving.search import Ended, Solved, Subset, rows_and_slopes, solve
 from fitting.solving.uncertainty import at_bound, clusters, covariances, ties
 from fitting.solving.unknowns import Unknowns, unknowns
@@ -43,8 +44,8 @@ class Fit:
 
     @property
     def rmse(self) -> float:
-        """Root mean square of the residual over the samples that carry weight."""
-        return float(np.sqrt(np.mean(self.residual**2)))
+        """Root mean square error of the samples that measure force, N (of positions, m, where there are only those)."""
+        return float(np.sqrt(np.mean(self.residual[self.problem.of_force(self.samples)] ** 2)))
 
     @property
     def values(self) -> dict[str, float]:
@@ -95,7 +96,7 @@ def seen(given: Problem, subset: Subset, names: Sequence[str]) -> tuple[str, ...
     """Those of the free names that move the measured rows at all."""
     count = sum(int(block.keep.size) for block in given.blocks)
     _, slopes = rows_and_slopes(given, subset, jnp.clip(subset.place(subset.full), 0.01, 0.99))
-    moves = np.linalg.norm(np.asarray(slopes)[:count], axis=0)
+    moves = np.linalg.norm(np.nan_to_num(np.asarray(slopes)[:count], posinf=0.0, neginf=0.0), axis=0)
     return tuple(name for name, move in zip(names, moves, strict=True) if move > BLIND * max(moves.max(), 1e-300))
 
 
@@ -134,6 +135,7 @@ def fit(
     `experiments` from `read_experiment`, `effects` as instances whose values are where the search starts. `fix` and
     `free` name parameters; `own` those that each data set has for itself; `start` gives other starting values (SI).
     `shooting` cuts every recorded motion into so many stretches to find where the search had better begin.
+    InputError where the model gives no finite number wherever the search begins.
     """
     require_x64()
     layout = unknowns(experiments, effects, own)
@@ -143,7 +145,9 @@ def fit(
         if name in layout.names:
             vector[layout.names.index(name)] = value
     names = free_names(layout, fix, free)
-    return fit_problem(layout, given, samples, vector, names, starts=starts, seed=seed, shooting=shooting)
+    found = fit_problem(layout, given, samples, vector, names, starts=starts, seed=seed, shooting=shooting)
+    refuse_no_number(found.residual, samples, experiments)
+    return found
 
 
 def fit_problem(
@@ -182,6 +186,10 @@ def fit_problem(
         looked = np.arange(len(begin)) > 0
         found = jax.tree.map(np.asarray, solve(given, subset, again, look=looked))
         found = replace(found, ends=replace(found.ends, converged=found.ends.converged & ~looked))
+    if not np.isfinite(found.cost):
+        lost = _evaluated(layout, given, samples, np.asarray(subset.vector(jnp.asarray(begin[0]))))
+        told, failures = told + _told(ends), _failures(given, subset, samples, ends, begin)
+        return replace(lost, held=held, converged=False, starts=told, failures=failures)
     fit = _conclude(layout, given, samples, subset, names, held, found)
     doubts = _doubts(fit, ends) if moves and not told else ()
     return replace(fit, starts=told + _told(ends), failures=(*_failures(given, subset, samples, ends, begin), *doubts))
@@ -282,11 +290,8 @@ def _failures(given: Problem, subset: Subset, samples: Samples, found: Ended, be
         rows, _ = rows_and_slopes(given, subset, jnp.asarray(begin[i]))
         bad = np.flatnonzero(~np.isfinite(np.asarray(rows)[: len(samples)]))
         if len(bad):
-            s = samples
-            told.append(
-                f"start {i + 1}: the model gives no finite number at row {s.row[bad[0]]} "
-                f"(contraction {s.contraction[bad[0]]:.4f}, {s.pressure[bad[0]] / 1e3:.1f} kPa, {s.rate[bad[0]]:.4g}/s)"
-            )
+            row, state = samples.row[bad[0]], state_at(samples, bad[0])
+            told.append(f"start {i + 1}: the model gives no finite number at row {row} ({state})")
         else:
             told.append(f"start {i + 1}: the search met a state without finite numbers and stopped")
     return tuple(told)

@@ -77,7 +77,7 @@ def sample(
     deadline = time.monotonic() + limit_s
     what = begun(fit, experiments, rows, priors, noise)
     count = walkers or max(32, 2 * (2 * len(what.names) // 2 + 1))
-    plan = _Plan(seed, count, max(ensembles, 2), max_steps, deadline, limit_s, progress)
+    plan = _Plan(seed, count, max(ensembles, 2), max_steps, deadline, progress)
     store = None if chains is None else store_for(chains, what, experiments, plan.rules)
     if store and again:
         store.forget()
@@ -133,7 +133,6 @@ class _Plan:
     ensembles: int
     max_steps: int
     deadline: float
-    limit_s: float
     progress: Progress | None
 
     @property

@@ -6,7 +6,6 @@ from rich.console import Console, RenderableType
 from rich.table import Table
 from rich.text import Text
 
-from fitting import units
 from fitting.compare import Comparison
 from fitting.compare import Table as ErrorTable
 from fitting.console.task import Task
@@ -14,6 +13,7 @@ from fitting.diagnosis.record import Diagnosis, Evidence, Explanation
 from fitting.figures import Stage
 from fitting.least_squares import Fit
 from fitting.results import shown_names
+from fitting.showing.cells import error_cells, range_cells, value_cells
 from fitting.showing.sentences import (
     amount,
     data_in_words,
@@ -23,11 +23,10 @@ from fitting.showing.sentences import (
     judged,
     kind_in_words,
     leading_in_words,
+    most_alike,
     p_in_words,
-    places,
-    rounded,
+    remark,
     verdict_in_words,
-    with_error,
 )
 
 WIDTH = 110  # where the output is no terminal
@@ -93,14 +92,11 @@ def _errors_by(table: ErrorTable, unit: str) -> RenderableType:
         worst = sorted(rows, key=lambda row: -row.rmse)[:MOST_RUNS]
         rows = tuple(row for row in rows if row in worst)
     top = max(row.rmse for row in rows)
-    name, size = units.shown_in(unit, top)
-    after = places(row.rmse / size for row in rows)
+    name, cells = error_cells(rows, unit)
     shown = _plain_table(f"by {table.title}", "samples", *(f"{head} [{name}]" for head in ("rms", "mean", "largest")))
     shown.add_column("", justify="left")
-    for row in rows:
-        bar = Text("█" * max(1, round(BAR * row.rmse / top)) if top > 0 else "", style="cyan")
-        values = (f"{value / size:.{after}f}" for value in (row.rmse, row.bias, row.largest))
-        shown.add_row(row.label, str(row.count), *values, bar)
+    for row, words in zip(rows, cells, strict=True):
+        shown.add_row(*words, Text("█" * max(1, round(BAR * row.rmse / top)) if top > 0 else "", style="cyan"))
     if left_out:
         shown.add_row(f"... and {left_out} with less error", "", "", "", "", "")
     return _spaced(shown)
@@ -136,13 +132,9 @@ def fit_report(fit: Fit) -> list[RenderableType]:
 
 
 def _parameter(fit: Fit, name: str) -> tuple[str, ...]:
-    entry = fit.layout.entries[fit.layout.names.index(name)]
-    show = lambda value, digits=3: rounded(value, entry.unit, digits)  # noqa: E731
-    value, robust = with_error(fit.values[name], fit.error(name), entry.unit)
-    iid = show(fit.error(name, robust=False), 2) if name in fit.free else ""
     note = "at its bound" if name in fit.at_bound else "tied" if name in fit.tied else ""
     note = "held: not visible" if name in fit.held else note if name in fit.free else "fixed"
-    return value, robust, iid, f"{show(entry.lower)} .. {show(entry.upper)}", note
+    return *value_cells(fit, name), " .. ".join(range_cells(fit, name)), note
 
 
 # ---------------------------------------------------------------------------------------------------------- diagnosis
@@ -197,10 +189,9 @@ def sorted_evidence(d: Diagnosis) -> tuple[list[Evidence], list[Evidence], dict[
 
 
 def _evidence_cells(e: Evidence, unit: str) -> tuple[str, ...]:
-    alike = max(e.alike, key=lambda name: e.alike[name], default="")
-    note = "explains the data" if e.adequate else e.reason
+    alike = most_alike(e)
     values = (amount(value, unit) for value in (e.rmse, e.held_out_rmse))
-    return *values, amount(e.detection_limit, unit), f"{alike} {e.alike[alike]:.2f}" if alike else "", note
+    return *values, amount(e.detection_limit, unit), f"{alike} {e.alike[alike]:.2f}" if alike else "", remark(e)
 
 
 def steps_report(stages: Sequence[Stage], unit: str = "N") -> list[RenderableType]:

@@ -96,6 +96,11 @@ class Problem(eqx.Module):
         """Tangents along which rows are differentiated, and all slopes from those along them."""
         return jnp.eye(size), lambda slopes: slopes
 
+    def of_force(self, samples: "Samples") -> np.ndarray:
+        """Which samples measure force, a mask; all, where only positions were measured."""
+        force = np.array([block.of_force for block in self.blocks])[samples.recording]
+        return force if force.any() else ~force
+
     def split(self, rows: np.ndarray) -> list[np.ndarray]:
         """Rows of the measurements, block by block."""
         return np.split(rows, np.cumsum([block.keep.size for block in self.blocks])[:-1])

@@ -15,7 +15,6 @@ from fitting.diagnosis.record import Diagnosis, Evidence, Explanation
 from fitting.figures import Stage
 from fitting.least_squares import Fit
 from fitting.reading.model_file import state_of
-from fitting.solving.evaluate import rmse
 from fitting.writing import write_text
 
 if TYPE_CHECKING:
@@ -71,8 +70,8 @@ def fit_result(fit: Fit) -> dict[str, Any]:
     force = any(block.of_force for block in fit.problem.blocks)
     return {
         "parameters": {name: _parameter(fit, name) for name in shown_names(fit)},
-        "rmse_N": rmse(fit) if force else None,
-        **({} if force else {"rmse_m": rmse(fit)}),
+        "rmse_N": fit.rmse if force else None,
+        **({} if force else {"rmse_m": fit.rmse}),
         "converged": fit.converged,
         "starts": fit.starts,
         "failures": list(fit.failures),

@@ -1,5 +1,5 @@
 """Strict settings for every test: 64 bit, a warning raised by our own code is an error, and no compiled program is
-kept longer than its file of tests."""
+kept longer than its file of tests. Beside them what several files of tests look at."""
 
 import gc
 
@@ -22,6 +22,22 @@ def compiled_programs_are_dropped():
     yield
     jax.clear_caches()
     gc.collect()
+
+
+@pytest.fixture(scope="session")
+def study(tmp_path_factory):
+    """A data set with a nasty name: its task, its comparison. Immutable, and fitted once for all files of tests."""
+    from studied import compared
+
+    return compared(tmp_path_factory.mktemp("study"))
+
+
+@pytest.fixture(scope="session")
+def diagnosis(study):
+    """A diagnosis of it as `diagnose` would give it."""
+    from studied import spring_missing
+
+    return spring_missing(study[1])
 
 
 @pytest.fixture(scope="module")

@@ -3,6 +3,7 @@
 import numpy as np
 import pyarrow.parquet as pq
 import zarr
+from design_texts import BRAID, FORCE, IDEAL, KNOWN, WALL, stroke
 
 from fitting.designs.sweep_file import read_sweep
 
@@ -10,24 +11,7 @@ TOP = """
 outputs = ["force", "stroke", "work"]
 keep = {keep}
 """
-FILE = """
-[muscle]
-length = "300 mm"
-wall_thickness = "1 mm"
-shear_modulus = "0.54 MPa"
-[model]
-effects = ["ideal_cylinder"]
-[variables]
-braid_angle = ["12 deg", "40 deg"]
-radius      = ["4 mm", "12 mm"]
-[objective]
-maximise = "force"
-at = { contraction = 0.1, pressure = "5 bar" }
-[[constraint]]
-quantity = "stroke"
-at = { pressure = "5 bar" }
-min = "25 %"
-"""
+FILE = KNOWN + WALL + IDEAL + BRAID + FORCE + stroke("25 %")
 SAMPLE = "[sample]\nn = 5000\n"
 GRID = """
 [grid]

@@ -9,7 +9,9 @@ from click.testing import CliRunner
 from small_muscle import loops, write
 
 from fitting.cli import COMMANDS, main
-from fitting.console.options import _spread
+from fitting.commands.compare import command
+from fitting.console import changing
+from fitting.console.task import fitted
 from fitting.diagnosis.record import Diagnosis, Evidence, Explanation
 
 pytestmark = pytest.mark.usefixtures("own_cache")
@@ -79,10 +81,11 @@ def test_a_misspelt_command_gets_the_nearest():
 
 def test_list_options_take_names_up_to_the_next_option_or_path(tmp_path):
     here = str(tmp_path)
-    assert _spread(["--effects", "a", "b", here, "--fix", "c.d", "e.f"]) == [
-        "--effects", "a", "--effects", "b", here, "--fix", "c.d", "--fix", "e.f",
-    ]  # fmt: skip
-    assert _spread([here, "x", "--seed", "3"]) == [here, "x", "--seed", "3"]
+    understood = command.make_context("compare", ["--effects", "a", "b", here, "--fix", "c.d", "e.f"]).params
+    assert (understood["effects"], understood["data"]) == (("a", "b"), (here,))
+    assert understood["fix"] == ("c.d", "e.f")
+    understood = command.make_context("compare", [here, "x", "--seed", "3"]).params
+    assert (understood["data"], understood["seed"]) == ((here, "x"), 3)
 
 
 # ----------------------------------------------------------------------------------------------------------- compare
@@ -167,6 +170,15 @@ def test_add_lets_the_error_fall_and_drop_lets_it_rise(data, tmp_path):
     assert "is in the model already" in refused("add", data, "linear_spring")
     run("drop", data, "linear_spring", "--json", out, "--starts", 2)
     assert json.loads(out.read_text())["rmse_N"] > 1.0
+
+
+@pytest.mark.parametrize("change", [("add", "linear_spring"), ("drop", "coulomb_friction")])
+def test_the_models_before_and_after_a_change_are_sought_by_shooting(data, monkeypatch, change):
+    sought = []
+    monkeypatch.setattr(changing, "fitted", lambda task: sought.append(task.shooting) or fitted(task))
+    verb, effect = change
+    run(verb, data, effect, "--shooting", 3, "--starts", 1, "--no-save")
+    assert sought == [3, 3]
 
 
 def test_a_rival_is_replaced_and_it_is_said(data):

@@ -13,7 +13,7 @@ from fitting.console.baseline import baseline
 from fitting.least_squares import fit
 from fitting.recordings import read_experiment
 from fitting.residuals import Samples
-from fitting.solving.evaluate import evaluate, left_out_rmse, rmse
+from fitting.solving.evaluate import evaluate, left_out_rmse
 
 
 def compared(folder, missing, **options):
@@ -121,7 +121,7 @@ def test_evaluating_a_fit_gives_the_fit(tmp_path):
     again = evaluate([experiment], baseline(), found.values, found.free)
     np.testing.assert_allclose(again.residual, found.residual, atol=1e-9)
     np.testing.assert_allclose(again.covariance, found.covariance, rtol=1e-6)
-    assert rmse(again) == pytest.approx(rmse(found))
+    assert again.rmse == pytest.approx(found.rmse)
 
 
 def test_runs_left_out_are_foretold_worse_than_runs_that_were_fitted(spring):

@@ -41,7 +41,7 @@ REFUSED = {
     "mN for N": (with_force(FORCE * 1000), ("row 2", "461 times", "2e+05 N", "units of force and pressure", "valid =")),
     "bar for kPa": (headed("pressure [bar]", "pressure [kPa]"), ("46.1 times", "4.34 N", "units of force")),
     "kPa for Pa": (headed("pressure [bar]", "pressure [Pa]", 200.0), ("never reaches 1 kPa",)),
-    "Pa for kPa": (headed("pressure [bar]", "pressure [kPa]", 2e5), ("above 50 bar",)),
+    "Pa for kPa": (headed("pressure [bar]", "pressure [kPa]", 2e5), ("above 5 MPa", "200 MPa")),
     "m for mm": (
         headed("contraction [%]", "displacement [mm]", 0.003 * loop_columns()["contraction [%]"]),
         ("row 1", "'displacement [mm]'", "falls by 80 %", "unit of this column"),

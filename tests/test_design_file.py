@@ -4,6 +4,7 @@ import dataclasses
 
 import numpy as np
 import pytest
+from design_texts import BRAID, BREAKING, BURST, FORCE, KNOWN, MINIMUM, RUBBER, stroke
 from designing import ALONE
 
 from fitting.designs.answer import model_text
@@ -18,31 +19,8 @@ from mckibben_jax.effects import BladderNeoHookean, IdealCylinder
 from mckibben_jax.merit import built
 from mckibben_jax.pareto import Second
 
-FILE = """
-[muscle]
-length = "300 mm"
-shear_modulus = "0.54 MPa"
-breaking_stress = "28 MPa"
-[model]
-effects = ["ideal_cylinder", "bladder_neo_hookean"]
-[variables]
-braid_angle    = ["12 deg", "40 deg"]
-radius         = ["4 mm", "12 mm"]
-wall_thickness = ["0.3 mm", "3 mm"]
-[objective]
-maximise = "force"
-at = { contraction = 0.1, pressure = "5 bar" }
-[[constraint]]
-quantity = "stroke"
-at = { pressure = "5 bar" }
-min = "20 %"
-[[constraint]]
-quantity = "minimum_pressure"
-max = "1 bar"
-[[constraint]]
-quantity = "burst_pressure"
-min = "5 bar"
-"""
+VARIED = BRAID + 'wall_thickness = ["0.3 mm", "3 mm"]\n'
+FILE = KNOWN + BREAKING + RUBBER + VARIED + FORCE + stroke("20 %") + MINIMUM + BURST
 
 
 def written(path, text=FILE):
@@ -124,7 +102,7 @@ def test_wrong_wishes_are_refused(tmp_path, more, message):
 
 REFUSED = {
     "unknown quantity": ('"stroke"', '"strike"', "did you mean 'stroke'"),
-    "unknown variable": ("radius         =", "radios =", "did you mean 'radius'"),
+    "unknown variable": ("radius =", "radios =", "did you mean 'radius'"),
     "unit": ('"4 mm"', '"4 bar"', "cannot be the unit of a length"),
     "no unit": ('"4 mm"', "4", "no unit"),
     "range": ('["4 mm", "12 mm"]', '["12 mm", "4 mm"]', "does not rise"),

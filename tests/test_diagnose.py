@@ -69,6 +69,16 @@ def test_the_evidence_says_why(diagnoses):
     assert found.effects["dead_band"].alike["pressure_offset"] > 0.99
 
 
+def test_what_explains_the_data_and_is_not_named_says_why(diagnoses):
+    """Mooney and Rivlin's rubber does all that the hidden neo-Hookean one does; so may others, each with its reason."""
+    wider = diagnoses["muscle_a"].effects["bladder_mooney_rivlin"]
+    assert wider.adequate
+    assert wider.reason == "explains the data, and so does its special case bladder_neo_hookean"
+    for found in diagnoses.values():
+        unnamed = [e for e in found.effects.values() if e.adequate and (e.name,) not in found.explanations]
+        assert all(e.reason.startswith("explains the data, ") for e in unnamed)
+
+
 def test_estimates_hold_the_truth(diagnoses):
     """The modulus within four robust errors of what was put in."""
     sealed = json.loads((DATA / "sealed" / "muscle_a.json").read_text())["sealed"]

@@ -33,19 +33,24 @@ def found_on(task):
 
 
 @pytest.fixture
-def asked(monkeypatch):
+def after():
+    """The error of the model that was found, m."""
+    return 4e-3
+
+
+@pytest.fixture
+def asked(monkeypatch, after):
     """The tasks that are fitted, in their order; nothing is computed, and an error is that of its place."""
     tasks = []
-    fit = lambda task: tasks.append(task) or SimpleNamespace(values={}, at=len(tasks))  # noqa: E731
+    fit = lambda task: tasks.append(task) or SimpleNamespace(values={}, rmse=(4e-3, after)[len(tasks) - 1])  # noqa: E731
     monkeypatch.setattr(discovering, "fitted", fit)
     return tasks
 
 
 @pytest.mark.parametrize(("after", "confirmed"), [(5e-5, True), (3.99e-3, False), (5e-3, False)])
-def test_the_motions_themselves_have_the_last_word(tmp_path, asked, monkeypatch, after, confirmed):
+def test_the_motions_themselves_have_the_last_word(tmp_path, asked, after, confirmed):
     released(tmp_path)
     task = task_of(Asked(data=(str(tmp_path),)))
-    monkeypatch.setattr(discovering, "rmse", lambda fit: (4e-3, after)[fit.at - 1])
     motions = on_motions(task, found_on(task), told)
     before, last = asked
     assert before.names == task.names

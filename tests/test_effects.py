@@ -30,10 +30,13 @@ STATE_UNITS = {
     "time": "s",
 }  # fmt: skip
 
+RATES = {"contraction": "rate", "pressure": "pressure_rate", "stretch": "stretch_rate"}
+
 every_effect = pytest.mark.parametrize("kind", LIBRARY, ids=name_of)
 every_memory = pytest.mark.parametrize("kind", [k for k in LIBRARY if issubclass(k, Memory)], ids=name_of)
 every_parametrised = pytest.mark.parametrize("kind", [k for k in LIBRARY if parameters(k)], ids=name_of)
 every_constant = pytest.mark.parametrize("kind", [k for k in LIBRARY if k.fixed], ids=name_of)
+every_felt = pytest.mark.parametrize("kind", [k for k in LIBRARY if k.stage == "felt"], ids=name_of)
 every_loss = pytest.mark.parametrize("kind", [k for k in LIBRARY if k.stage == "lost"], ids=name_of)
 
 
@@ -150,6 +153,21 @@ def test_slopes_are_those_of_finite_differences(kind):
         scale = np.abs(slopes[..., i]).max()
         assert scale > 0
         np.testing.assert_allclose(slopes[..., i], difference, rtol=1e-5, atol=1e-5 * scale)
+
+
+@every_felt
+def test_what_is_felt_moves_at_the_rate_that_it_says(kind):
+    """Against differences along a smooth run, where nothing jumps; what is remembered has settled by then.
+
+    At a constant speed: a state has no acceleration, which what depends on the speed would need.
+    """
+    time = jnp.linspace(0.0, 2.0, 4001)
+    felt = bench(kind).model.felt(benches.run(time, 0.05 + 0.05 * time, 3e5 + 1e5 * jnp.cos(2 * jnp.pi * time)))
+    settled = slice(2000, -1)
+    for name, rate in RATES.items():
+        expected = np.gradient(getattr(felt, name), time)[settled]
+        close = 1e-4 * np.abs(expected).max() + 1e-9
+        np.testing.assert_allclose(getattr(felt, rate)[settled], expected, rtol=0, atol=close)
 
 
 @every_effect

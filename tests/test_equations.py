@@ -302,6 +302,17 @@ def test_hertz_contact_of_two_crossing_spheres_of_textbooks():
     assert float(textile.sphere_contact_radius(2e5, width, 2e9, 0.4)) == pytest.approx(float(textbook), rel=1e-12)
 
 
+def test_contact_of_parallel_cylinders_of_textbooks():
+    """Johnson 1985, eq 4.43: b^2 = 4 q R/(pi E*), 1/E* = 2 (1 - nu^2)/E, 1/R = 1/R1 + 1/R2; strands of radius D/2."""
+    width, angle, stiffness = 1e-3, 0.4, 2e9 / (2 * (1 - 0.4**2))
+    line = width / np.sin(angle)
+    for_each_length = 2e5 * width**2 / np.sin(2 * angle) / line
+    half = np.sqrt(4 * for_each_length * (width / 4) / (np.pi * stiffness))
+    found = textile.cylinder_contact_area(2e5, width, angle, 2e9, 0.4)
+    assert float(found) == pytest.approx(2 * half * line, rel=1e-12)
+    assert float(textile.cylinder_contact_area(2e5, width, np.pi / 2 - angle, 2e9, 0.4)) == pytest.approx(float(found))
+
+
 @given(speed=st.floats(-1.0, 1.0), ratio=st.floats(0.2, 8.0))
 def test_kinetic_friction_is_the_same_both_ways(speed, ratio):
     assert float(textile.kinetic_factor(speed, ratio, 0.1)) == float(textile.kinetic_factor(-speed, ratio, 0.1))

@@ -16,7 +16,7 @@ from click.testing import CliRunner
 from small_muscle import loops, write
 
 from fitting.cli import main
-from fitting.commands.report import CHAINS, _copied
+from fitting.console.options import CHAINS
 from fitting.errors import InputError
 from fitting.least_squares import fit
 from fitting.posterior import sample
@@ -24,6 +24,7 @@ from fitting.reading.init import write_muscle_file
 from fitting.reading.model_file import is_edited, write_model
 from fitting.recordings import read_experiment
 from fitting.results import write_json
+from fitting.sampling.store import copied
 from fitting.workbench.data import keep
 from fitting.writing import replaced, write_text
 from mckibben_jax.effects import CoulombFriction, IdealCylinder
@@ -239,7 +240,7 @@ def test_chains_of_a_killed_run_are_read_as_they_were_before_its_last_block(tmp_
     place.mkdir()
     hot_journal(kept)
     assert (tmp_path / f"{CHAINS}-journal").stat().st_size > 0
-    with closing(sqlite3.connect(_copied(kept, place))) as copy:
+    with closing(sqlite3.connect(copied(kept, place))) as copy:
         found = copy.execute("SELECT number, arrays FROM block ORDER BY number").fetchall()
     assert found == [(1, b"\x01" * 300_000), (2, b"\x02" * 300_000)]
 
@@ -278,4 +279,3 @@ def test_nothing_hangs_on_the_clock_of_the_day():
         ticking = {"time.time", "time.time_ns", "datetime.now", "datetime.datetime.now", "date.today", "time.localtime"}
         assert not asked & ticking, path
         assert path.name == "prepare.py" or not [name for name in asked if name.endswith(("st_mtime", "st_ctime"))]
-

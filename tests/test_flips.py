@@ -56,7 +56,7 @@ def examined(rows: np.ndarray, s: Samples, seed: int) -> flips.Verdict:
     noise = working_noise.noise_from(rows, np.hstack([basis.whole, slopes]), s)
     unit = flips.units(s, noise.memory)
     same = Yielding(slopes, np.zeros(0), np.zeros((0, 3)), np.full(3, -1))
-    return flips.test(rows, same, same, columns, basis, s, unit, noise, seed, False)
+    return flips.judged(rows, same, same, columns, flips.Ground(s, unit, basis, noise, seed))
 
 
 @pytest.mark.parametrize("memory", [0.0, 0.9, 0.97])
@@ -129,7 +129,7 @@ def stated(rows, amount, error, s, seed):
     same = Yielding(slope[:, None], prior - fit, np.ones((1, 1)), np.array([-1]))
     basis = omnibus.basis(s)
     noise = working_noise.Noise(1.0, np.zeros(len(working_noise.MEMORIES)))
-    return flips.test(left, same, same, column[:, None], basis, s, flips.units(s, 0.0), noise, seed, False)
+    return flips.judged(left, same, same, column[:, None], flips.Ground(s, flips.units(s, 0.0), basis, noise, seed))
 
 
 def test_errors_in_what_is_stated_raise_no_alarm_and_hide_nothing():

@@ -135,7 +135,7 @@ def test_the_command_warns_and_writes(tmp_path):
         ((1e-3, 5e-5), 100.0, ("hill.b",), "only (F0 + a)/b is found"),
     ],
 )
-def test_the_motion_says_what_hills_numbers_are_worth(misses, b, ends, words, monkeypatch):
+def test_the_motion_says_what_hills_numbers_are_worth(misses, b, ends, words):
     """Misfits of the motion in m without and with Hill's force, noise 0.05 mm, speeds up to 1 m/s."""
 
     def fitted(miss, **values):
@@ -145,7 +145,6 @@ def test_the_motion_says_what_hills_numbers_are_worth(misses, b, ends, words, mo
         return SimpleNamespace(layout=layout, values=values, error=lambda name: 0.01, at_bound=ends,
                                residual=np.full(9, miss), rmse=miss, samples=samples)  # fmt: skip
 
-    monkeypatch.setattr("fitting.releases.motion.rmse", lambda fit: fit.rmse)
     motions = Motions(fitted(misses[0]), fitted(misses[1], **{"hill.a_over_F0": 0.3, "hill.b": b}))
     told = _judged(motions, "hill.b = 500 mm/s +/- 10 mm/s", 1.0)
     assert words in told

@@ -1,8 +1,10 @@
 """Fits against closed forms, scipy and the independent simulator."""
 
+import re
 from argparse import Namespace
 from dataclasses import replace
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 import optimistix as optx
@@ -11,11 +13,16 @@ from hidden.simulator import Muscle as TrueMuscle
 from hidden.simulator import Noise, Truth, dataset, loops, with_baseline, write
 from scipy.optimize import least_squares
 
+from fitting.errors import InputError
 from fitting.least_squares import fit
 from fitting.recordings import read_experiment
 from fitting.solving.box import BoxLevenbergMarquardt
+from fitting.solving.evaluate import evaluate
 from fitting.solving.uncertainty import clusters, covariances, ties
+from fitting.units import spoken
+from mckibben_jax.effect import Pulling
 from mckibben_jax.effects import CoulombFriction, EndStop, ForceOffset, IdealCylinder, Presliding, Tip
+from mckibben_jax.parameter import parameter
 
 
 @pytest.fixture(scope="module")
@@ -133,6 +140,54 @@ def test_the_order_of_effects_changes_nothing(offset_set):
     one = fit([offset_set], [IdealCylinder(), CoulombFriction(), Presliding(), Tip()], starts=1)
     two = fit([offset_set], [Tip(), Presliding(), CoulombFriction(), IdealCylinder()], starts=1)
     assert one.values == two.values
+
+
+class Rooted(Pulling):
+    """A force that is a number only beyond a contraction."""
+
+    x: jax.Array = parameter(-0.4, "1", "where it begins", range=(-0.5, 0.5), starts=(-0.4, 0.4))
+
+    def force(self, muscle, state):
+        return jnp.sqrt(state.contraction - self.x)
+
+
+@pytest.mark.parametrize(("own", "pressure"), [({}, "100 kPa"), ({"Pa": "bar"}, "1 bar")])
+def test_where_a_model_is_no_number_is_said_in_the_users_units(offset_set, own, pressure):
+    with spoken(own):
+        found = fit([offset_set], [IdealCylinder(), Rooted()], starts=4)
+    said = rf"start \d: the model gives no finite number at row \d+ \(contraction 0.\d+, {pressure}, "
+    assert found.failures
+    assert all(re.match(said, failure) for failure in found.failures), found.failures
+
+
+def test_a_start_that_is_no_number_hides_no_parameter(offset_set):
+    """Beyond 0.1 the force is none at the start: the search begins elsewhere, and what varies is not called unseen."""
+    found = fit([offset_set], [IdealCylinder(), Rooted()], start={"rooted.x": 0.1}, starts=2)
+    assert found.held == ()
+    assert found.values["rooted.x"] < 0.1
+    assert np.isfinite(found.residual).all()
+
+
+FAR = {"rooted.x": 0.5}
+
+
+@pytest.mark.parametrize(
+    "tried",
+    [
+        lambda *model: fit(*model, start=FAR, fix=["rooted.x"]),
+        lambda *model: fit(*model, start=FAR, starts=1),
+        lambda *model: evaluate(*model, FAR, ()),
+    ],
+    ids=["nothing varies", "every start fails", "evaluated"],
+)
+def test_a_model_that_is_no_number_is_refused_with_the_row(offset_set, tried):
+    with pytest.raises(InputError, match="no finite number") as caught:
+        tried([offset_set], [IdealCylinder(), Rooted()])
+    first = offset_set.recordings[0].runs[0]
+    assert caught.value.file == offset_set.folder / offset_set.recordings[0].file
+    assert caught.value.row == first.row[first.weight > 0][0]
+    assert re.match(r"contraction 0\.\d+, 100 kPa, ", caught.value.value)
+    assert "--set" in caught.value.cure
 
 
 def test_fit_without_anything_to_vary(offset_set):

@@ -2,17 +2,10 @@
 
 import numpy as np
 import pytest
-from studied import compared
 
 from fitting.errors import InputError
 from fitting.reading.model_file import is_edited, read_model, write_model
 from fitting.reading.own_effects import library
-
-
-@pytest.fixture(scope="module")
-def study(tmp_path_factory):
-    """A data set with a nasty name, its task, its comparison."""
-    return compared(tmp_path_factory.mktemp("study"))
 
 
 def test_a_model_file_gives_back_what_was_written(study, tmp_path):
@@ -53,7 +46,7 @@ def test_a_place_that_cannot_be_written_to_is_said(study, tmp_path):
         (('"coulomb_friction"', '"coulomb_fricton"'), "did you mean 'coulomb_friction'"),
         (("f_s = ", "f_t = "), "did you mean 'f_s'"),
         (('state = "fitted"}', 'state = "fited"}'), "did you mean 'fitted'"),
-        (("radius = {value = \"", "radius = {value = \"? "), "not a number"),
+        (('radius = {value = "', 'radius = {value = "? '), "not a number"),
     ],
 )
 def test_a_model_file_with_a_slip_is_refused_with_the_cure(study, tmp_path, change, words):

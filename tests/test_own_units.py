@@ -23,6 +23,8 @@ from fitting.recordings import read_experiment
 from fitting.releases.figures import speed_over_load
 from fitting.releases.hill import curves
 from fitting.releases.words import hill_report
+from fitting.sampling.figures import predicted
+from fitting.sampling.predict import Band
 from fitting.workbench.session import Step
 from fitting.workbench.words import evidence
 from mckibben_jax.muscle import Muscle
@@ -80,6 +82,16 @@ def test_the_picture_of_speeds_is_drawn_in_the_units_of_the_data(tmp_path):
     assert hill.get_xdata()[-1] == pytest.approx(found[0].hill.isometric / POUND, rel=1e-6)
     assert axes.get_ylim()[1] > max(readings.get_ydata())
     assert "72.52 psi" in hill.get_label()
+
+
+@pytest.mark.parametrize(("unit", "own", "label"), [("m", {}, "mm"), ("m", IMPERIAL, "inch"), ("N", IMPERIAL, "lbf")])
+def test_the_band_of_a_prediction_is_drawn_in_the_units_of_the_data(unit, own, label):
+    course, size = np.arange(9.0), units.factor(label, unit)
+    run = Band(0, 0, "a.csv", "1", unit, course, course + size, course - 2 * size, course, course + 2 * size)
+    with units.spoken(own):
+        (axes,) = predicted(SimpleNamespace(bands=[run])).axes
+    assert axes.get_ylabel() == f"misfit [{label}]"
+    np.testing.assert_allclose(axes.get_lines()[0].get_ydata(), 1.0)
 
 
 @pytest.mark.parametrize(

@@ -10,7 +10,7 @@ import pytest
 from browser import Watched, browser, violations
 from click.testing import CliRunner
 from small_muscle import loops, write
-from studied import EVIL, compared, spring_missing
+from studied import EVIL
 
 from fitting import units
 from fitting.cli import main
@@ -21,18 +21,6 @@ from fitting.showing.alike_groups import groups
 from fitting.showing.page import page
 from fitting.showing.parts import Section
 from mckibben_jax.effects import LinearSpring
-
-
-@pytest.fixture(scope="module")
-def study(tmp_path_factory):
-    """A data set with a nasty name, its task, its comparison."""
-    return compared(tmp_path_factory.mktemp("study"))
-
-
-@pytest.fixture(scope="module")
-def diagnosis(study):
-    """A diagnosis as `diagnose` would give it."""
-    return spring_missing(study[1])
 
 
 def test_the_page_needs_no_network_and_no_script(study, diagnosis):

@@ -5,7 +5,6 @@ import re
 import numpy as np
 import pytest
 from small_muscle import loops, write
-from studied import compared
 
 from fitting import figures
 from fitting.compare import compare
@@ -17,12 +16,6 @@ from fitting.showing import maps
 from fitting.showing.loops_picture import frame
 from fitting.showing.page import page
 from fitting.showing.panels import Panel, panels
-
-
-@pytest.fixture(scope="module")
-def study(tmp_path_factory):
-    """A data set with a nasty name, its task, its comparison."""
-    return compared(tmp_path_factory.mktemp("study"))
 
 
 def test_measured_points_lie_where_their_axes_say(study):

@@ -148,6 +148,7 @@ def test_sweeps_and_loops_are_fitted_together_to_their_noise_each_in_its_own_uni
     assert (scores["isotonic"].unit, scores["loop"].unit) == ("m", "N")
     assert scores["isotonic"].rmse == pytest.approx(1e-4, rel=0.15)
     assert scores["loop"].rmse == pytest.approx(0.5, rel=0.15)
+    assert found.rmse == pytest.approx(scores["loop"].rmse)  # of the forces alone, N
     assert found.values["tip.k"] == pytest.approx(1.15, abs=5 * found.error("tip.k"))
     assert found.values["coulomb_friction.f_s"] == pytest.approx(0.012, abs=5 * found.error("coulomb_friction.f_s"))
 
@@ -240,7 +241,7 @@ def test_simulating_beyond_the_stroke_is_said(tmp_path):
 
 def test_a_load_that_flies_is_refused(tmp_path):
     file = tmp_path / "model.toml"
-    file.write_text(MODEL.split("[[effect]]\nname = \"creep\"")[0])
+    file.write_text(MODEL.split('[[effect]]\nname = "creep"')[0])
     light = ["--test", "quick release", "--pressure", "6 bar", "--load", "1 kg"]
     result = CliRunner().invoke(main, ["simulate", str(file), *light, "--out", str(tmp_path / "o")])
     assert result.exit_code == 2

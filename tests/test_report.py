@@ -3,22 +3,9 @@
 import dataclasses
 
 import pytest
-from studied import compared, spring_missing
 
 from fitting.report import comparison_report, console, diagnosis_report, fit_report
 from fitting.showing.sentences import amount, kind_in_words, next_command, verdict_in_words, with_error
-
-
-@pytest.fixture(scope="module")
-def study(tmp_path_factory):
-    """A data set with a nasty name, its task, its comparison."""
-    return compared(tmp_path_factory.mktemp("study"))
-
-
-@pytest.fixture(scope="module")
-def diagnosis(study):
-    """A diagnosis as `diagnose` would give it."""
-    return spring_missing(study[1])
 
 
 def text_of(shown):
@@ -73,7 +60,10 @@ def test_noise_has_no_kind(study):
 @pytest.mark.parametrize(
     ("value", "unit", "shown"),
     [
-        (1063.4, "N", "1063 N"), (0.6, "N", "0.6 N"), (0.00012, "m", "0.12 mm"), (0.0, "N", "0 N"),
+        (1063.4, "N", "1063 N"),
+        (0.6, "N", "0.6 N"),
+        (0.00012, "m", "0.12 mm"),
+        (0.0, "N", "0 N"),
         (12345.6, "N", "12346 N"),
     ],
 )

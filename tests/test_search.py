@@ -1,5 +1,7 @@
 """Sets whose members hide each other, and runs that cannot differ as much as a fit needs them to."""
 
+import jax
+import jax.numpy as jnp
 import pytest
 from hidden.simulator import NOISES, write
 from hidden.study.protocols import PROTOCOLS
@@ -10,8 +12,9 @@ from fitting.diagnosis.search import BEST_TRIPLED
 from fitting.recordings import read_experiment
 from fitting.report import sets_named
 from fitting.showing.effect_bars import effect_bars
-from mckibben_jax.effect import name_of
+from mckibben_jax.effect import Pulling, name_of
 from mckibben_jax.effects import LIBRARY, CoulombFriction, IdealCylinder
+from mckibben_jax.parameter import parameter
 
 NAMES = """bladder_neo_hookean tip tip_pressure conical_ends strand_stretch radial_gap end_stop linear_spring weight
     textile_friction hertz_friction constant_friction viscous_damping force_gain force_offset pressure_offset"""
@@ -19,6 +22,18 @@ BASE = [IdealCylinder(), CoulombFriction()]
 CANDIDATES = [kind() for kind in LIBRARY if name_of(kind) in NAMES.split()]  # few: each must be compiled
 THREE = {"hertz_friction": {"f_s": 0.242}, "tip": {"k": 1.0216}, "weight": {"m": 0.612}}
 RIVAL = {"hertz_friction": {"f_s": 0.19}}  # of the friction that is in the model
+
+
+class Late(Pulling):
+    """A user's law that has no value below a contraction that these data do not reach."""
+
+    source = "a user's own file"
+    A: jax.Array = parameter(10.0, "N", "amplitude", range=(0.0, 100.0))
+    begin: jax.Array = parameter(0.5, "1", "contraction where it begins", range=(0.4, 0.6))
+
+    def force(self, muscle, state):
+        """Not a number before it begins, N."""
+        return self.A * jnp.sqrt(state.contraction - self.begin)
 
 
 def measured(folder, protocol, noise, hidden, seed=3):
@@ -56,3 +71,11 @@ def test_friction_of_another_law_is_named_though_two_runs_could_differ_in_theirs
     search = searched([measured(tmp_path, "poor", "pressure", RIVAL)], BASE, candidates=CANDIDATES)
     assert search.gate.rejected
     assert concluded(search).explanations == (("hertz_friction",),)
+
+
+def test_a_candidate_that_gives_no_number_is_set_aside_with_the_reason(tmp_path):
+    known = [kind() for kind in LIBRARY if name_of(kind) in ("hertz_friction", "weight", "tip")]
+    experiment = measured(tmp_path, "no repeats", "white", RIVAL)
+    found = concluded(searched([experiment], BASE, candidates=[*known, Late()]))
+    assert found.explanations == (("hertz_friction",),)
+    assert found.effects["late"].reason == "cannot be tested: gives no number on these data"

@@ -41,7 +41,7 @@ def command(propose: bool, **given: Any) -> None:
     study.print(diagnosis_report(found, compared.unit))
     study.print(lines("NOTE", of_force(study.task.experiments)[1]))
     study.print([headed("ERROR", error_in_words(compared))])
-    study.print([headed("MEASURE", measurement_in_words(planned))] if planned else [])
+    study.print([headed("MEASURE", " ".join(measurement_in_words(planned)))] if planned else [])
     after = next_command(found, study.asked.data)
     study.print([headed("NEXT", after)] if after else [])
     if form:

@@ -4,7 +4,14 @@ from typing import Any
 
 import click
 
-from fitting.console.options import Command, fit_options, output_options, save_options, study_options
+from fitting.console.options import (
+    Command,
+    fit_options,
+    output_options,
+    save_options,
+    shooting_option,
+    study_options,
+)
 from fitting.console.study import begin
 
 
@@ -12,6 +19,7 @@ from fitting.console.study import begin
 @click.argument("arguments", nargs=-1, required=True, metavar="DATASET... EFFECT...")
 @study_options
 @fit_options
+@shooting_option
 @save_options
 @output_options
 def command(arguments: tuple[str, ...], **given: Any) -> None:

@@ -2,7 +2,6 @@
 
 import sqlite3
 import tempfile
-from contextlib import closing
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -77,11 +76,12 @@ def _posterior(study: Study, fit: "Fit") -> "list[Section]":
     from fitting.posterior import sample
     from fitting.report import headed
     from fitting.sampling.page import posterior_sections
+    from fitting.sampling.store import copied
 
     steps = [0]
     try:
         with tempfile.TemporaryDirectory() as folder, study.working("reading the posterior"):
-            copy = _copied(kept, Path(folder))
+            copy = copied(kept, Path(folder))
             found = sample(fit, task.experiments, seed=task.seed, priors=task.priors, limit_s=0.0, chains=str(copy),
                            progress=lambda done, _: steps.append(done))  # fmt: skip
     except (InputError, OSError, sqlite3.Error) as error:  # the page is there without it
@@ -91,11 +91,3 @@ def _posterior(study: Study, fit: "Fit") -> "list[Section]":
         study.print([headed("NOTE", f"{kept} holds no posterior of this model and these data: left out")])
         return []
     return posterior_sections(found)
-
-
-def _copied(kept: Path, folder: Path) -> Path:
-    """The chains as they were after their last whole block: somebody may be writing them, or was killed at it."""
-    copy = folder / kept.name
-    with closing(sqlite3.connect(kept)) as source, closing(sqlite3.connect(copy)) as target:
-        source.backup(target)
-    return copy

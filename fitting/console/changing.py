@@ -17,7 +17,7 @@ from fitting.report import fit_report, headed, steps_report
 from fitting.results import comparison_result, fit_result
 from fitting.showing.page import write_page
 from fitting.showing.sentences import amount, percent
-from fitting.solving.evaluate import left_out_rmse, rmse
+from fitting.solving.evaluate import left_out_rmse
 from mckibben_jax.effect import Effect, name_of
 from mckibben_jax.model import with_effects
 
@@ -77,8 +77,8 @@ def change(task: Task, changed: Task, words: str, told: Callable[[str, float], N
     after = fitted(dataclasses.replace(changed, known=known))
     told("comparing", 0.9)
     stages = (
-        Stage("model before", rmse(before), left_out_rmse(before), residual=before.residual),
-        Stage(words, rmse(after), left_out_rmse(after), residual=after.residual),
+        Stage("model before", before.rmse, left_out_rmse(before), residual=before.residual),
+        Stage(words, after.rmse, left_out_rmse(after), residual=after.residual),
     )
     return Change(before, after, compare(after, changed.experiments), stages)
 
@@ -112,9 +112,7 @@ def told_in_words(found: Change, unit: str) -> str:
 def change_result(found: Change) -> dict[str, Any]:
     """The change for machines."""
     force = found.comparison.unit
-    steps = [
-        {"effect": s.added, f"rmse_{force}": s.rmse, f"held_out_rmse_{force}": s.left_out} for s in found.stages
-    ]
+    steps = [{"effect": s.added, f"rmse_{force}": s.rmse, f"held_out_rmse_{force}": s.left_out} for s in found.stages]
     return {
         **fit_result(found.after),
         f"held_out_rmse_{force}": found.left_out,

@@ -17,7 +17,7 @@ from fitting.reading.own_effects import named
 from fitting.records import force_was_measured
 from fitting.results import fit_result
 from fitting.showing.sentences import amount
-from fitting.solving.evaluate import evaluate, rmse
+from fitting.solving.evaluate import evaluate
 from mckibben_jax.effect import Effect
 from mckibben_jax.model import with_effects
 
@@ -56,7 +56,7 @@ class OnMotions:
     @property
     def confirmed(self) -> bool:
         """Whether the motions too are described better; with nothing added there is nothing to confirm."""
-        return self.after is self.before or rmse(self.after) < WORTH_IT * rmse(self.before)
+        return self.after is self.before or self.after.rmse < WORTH_IT * self.before.rmse
 
 
 def on_motions(task: Task, found: Discovery, told: Progress) -> OnMotions | None:
@@ -76,7 +76,7 @@ def on_motions(task: Task, found: Discovery, told: Progress) -> OnMotions | None
 
 def on_motions_in_words(motions: OnMotions) -> str:
     """What the equation of motion says of the model that was found."""
-    before, after = (amount(rmse(fit), "m") for fit in (motions.before, motions.after))
+    before, after = (amount(fit.rmse, "m") for fit in (motions.before, motions.after))
     if motions.after is motions.before:
         return f"On the positions themselves (equation of motion) the model errs by {after}."
     told = f"On the positions themselves (equation of motion): {before} -> {after}"
@@ -89,7 +89,7 @@ def on_motions_result(motions: OnMotions | None) -> dict[str, Any]:
     """The same for machines; nothing where force was measured."""
     if motions is None:
         return {}
-    told = {"rmse_before_m": rmse(motions.before), "confirmed": motions.confirmed}
+    told = {"rmse_before_m": motions.before.rmse, "confirmed": motions.confirmed}
     return {"motion": fit_result(motions.after) | told}
 
 

@@ -8,9 +8,10 @@ import numpy as np
 
 from fitting.diagnosis import apart, flips, held_out, omnibus
 from fitting.diagnosis.apart import Yielding
-from fitting.diagnosis.flips import Units
+from fitting.diagnosis.flips import Ground, Units
 from fitting.diagnosis.universe import Trial, Universe
 from fitting.diagnosis.working_noise import Kinds, Noise
+from fitting.solving.unknowns import owner_of
 
 INVISIBLE = 0.02  # of a signature's square that must survive the model's own parameters to be seen at all
 ALIKE = 0.9
@@ -137,7 +138,7 @@ class Examiner:
 
         Few directions are looked along, so less is needed in each than where the whole library is.
         """
-        columns = [t.slopes[:, [n.split("@")[0].split(".")[0] in added for n in t.free]] for added, t in rivals]
+        columns = [t.slopes[:, [owner_of(n) in added for n in t.free]] for added, t in rivals]
         wanted = np.hstack(columns)
         size = np.linalg.norm(wanted, axis=0)
         left = np.linalg.norm(apart.together(trial).beside(wanted), axis=0)
@@ -148,14 +149,17 @@ class Examiner:
 
     def _tested(self, trial: Trial, columns: np.ndarray, limits: bool = False) -> flips.Verdict:
         """The test of a fitted set along these columns (rows, q)."""
-        same, own, noise = apart.together(trial), self.yielding(trial), self.noise(trial)
-        given = trial.rows, same, own, columns, self.basis, self.world.samples, self.units, noise, self.seed, limits
-        return flips.test(*given)
+        same, own = apart.together(trial), self.yielding(trial)
+        return flips.judged(trial.rows, same, own, columns, self.ground(trial), limits)
+
+    def ground(self, trial: Trial) -> Ground:
+        """What the test of a fitted set rests on."""
+        return Ground(self.world.samples, self.units, self.basis, self.noise(trial), self.seed)
 
     def _why_not(self, added: frozenset[str], trial: Trial, verdict: flips.Verdict) -> str:
         if verdict.rejected:
             return f"something is still missing (p = {verdict.p:.2g})"
-        ends = [name for name in trial.at_bound if name.split("@")[0].split(".")[0] in added]
+        ends = [name for name in trial.at_bound if owner_of(name) in added]
         if ends:
             return f"{', '.join(ends)} ends at its bound"
         denied = self.world.contradicted(trial)

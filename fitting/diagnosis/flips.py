@@ -6,6 +6,7 @@ hidden shapes, so the largest score of many is compared with the largest of many
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -103,73 +104,122 @@ class Verdict:
         return self.p < self.level <= self.p_runs and self.spread > SPREAD
 
 
-def test(
-    rows: np.ndarray,
-    same: Yielding,
-    apart: Yielding,
-    signatures: np.ndarray,
-    basis: Basis,
-    samples: Samples,
-    unit: Units,
-    noise: Noise,
-    seed: int,
-    limits: bool,
+@dataclass(frozen=True)
+class Ground:
+    """What a test rests on: the samples, what of them is flipped as a whole, the bases, the noise, a seed for signs."""
+
+    samples: Samples
+    units: Units
+    basis: Basis
+    noise: Noise
+    seed: int
+
+    @cached_property
+    def run(self) -> np.ndarray:
+        """The run of each row, from 0."""
+        return numbered(self.samples.run)
+
+    @property
+    def runs_flip(self) -> bool:
+        """Whether there are enough runs to flip them whole."""
+        return not too_few(self.samples, self.units.level / 2)
+
+    def white(self, rows: np.ndarray, same: Yielding, apart: Yielding, signatures: np.ndarray) -> "White":
+        """All that is tested, free of the correlation that the noise model knows of."""
+        parts = [rows[:, None], same.slopes, apart.slopes, signatures, self.basis.smooth, self.basis.fine]
+        together = self.units.number if self.units.whole else self.samples.run
+        flat = whitened(np.hstack(parts), self.samples, together, self.noise)
+        e, j, j_apart, z, smooth, fine = np.split(flat, np.cumsum([part.shape[1] for part in parts])[:-1], axis=1)
+        return White(e, j, j_apart, apart.group, z, Basis(smooth, fine))
+
+
+@dataclass(frozen=True)
+class White:
+    """Rows (rows, 1), slopes of one model for all runs and for each its own, candidates and bases: not correlated."""
+
+    e: np.ndarray
+    j: np.ndarray
+    j_apart: np.ndarray
+    group: np.ndarray  # of each column of `j_apart`, as in `Yielding`
+    z: np.ndarray
+    basis: Basis
+
+    @cached_property
+    def beside(self) -> np.ndarray:
+        """An orthonormal basis of what is common to all runs or smooth."""
+        return orthonormal(np.hstack([self.j, self.basis.whole]))
+
+    def beside_differences(self, by: Yielding, as_seen: bool = True) -> Projected:
+        """What is left when runs may differ: by as much as these do, or by as much as any may."""
+        own = as_far_as_seen(self.j_apart, self.group, self.e[:, 0], self.beside) if as_seen else self.j_apart
+        return projected(self.e[:, 0], own, self.z, self.basis, by)
+
+    def taken_for_difference(self, amount: np.ndarray) -> np.ndarray:
+        """Which of the candidates, so much of each added, would make runs seem to differ by more than they do."""
+        added = self.z * np.where(np.isfinite(amount), amount, 0.0)
+        now, then = (shares_seen(self.j_apart, self.group, rows, self.beside) for rows in (self.e, self.e + added))
+        raised = [then[each] > RAISED * now[each] for each in now]
+        return np.any(raised, axis=0) if raised else np.zeros(added.shape[1], bool)
+
+
+def judged(
+    rows: np.ndarray, same: Yielding, apart: Yielding, signatures: np.ndarray, ground: Ground, limits: bool = False
 ) -> Verdict:
-    """Test a fitted model against candidate `signatures` (rows, candidates) and the omnibus `basis`.
+    """Test a fitted model against candidate `signatures` (rows, candidates) and the bases that know no effect.
 
     Three tests, of which any may reject. Units smaller than a run are flipped after the model has given way `apart`,
     with parameters a little different in every run; where there are enough runs, whole runs are flipped after it has
     given way as the `same` in all, at half the level; and runs must not have to differ by more than they may. With
     `limits` it is also said how much of each candidate would be found.
     """
-    known = orthonormal(np.hstack([basis.whole, same.slopes]))
-    whole_floor = np.linalg.norm(rows - known @ (known.T @ rows)) / np.sqrt(max(len(rows) - known.shape[1], 1))
-    together = unit.number if unit.whole else samples.run
-    parts = [rows[:, None], same.slopes, apart.slopes, signatures, basis.smooth, basis.fine]
-    white = whitened(np.hstack(parts), samples, together, noise)
-    e, j, j_apart, z, smooth, fine = np.split(white, np.cumsum([part.shape[1] for part in parts])[:-1], axis=1)
-    common = projected(e[:, 0], j, z, Basis(smooth, fine), same)
-    beside = orthonormal(np.hstack([j, smooth, fine]))
-    own = projected(e[:, 0], as_far_as_seen(j_apart, apart.group, e[:, 0], beside), z, Basis(smooth, fine), apart)
+    unit, seed, white = ground.units, ground.seed, ground.white(rows, same, apart, signatures)
+    common, own = projected(white.e[:, 0], white.j, white.z, white.basis, same), white.beside_differences(apart)
     by_unit = _scores(own, unit.number).under(flipped_signs(unit.count, seed))
-    p_runs, run = 1.0, numbered(samples.run)
-    runs_flip = not too_few(samples, unit.level / 2)
-    if runs_flip:
-        p_runs = _scores(common, run).under(flipped_signs(run.max() + 1, seed)).p
-    found = explained = np.full(z.shape[1], np.nan)
+    p_runs = 1.0
+    if ground.runs_flip:
+        p_runs = _scores(common, ground.run).under(flipped_signs(ground.run.max() + 1, seed)).p
+    found = explained = np.full(signatures.shape[1], np.nan)
     if limits:
-        free = projected(e[:, 0], j_apart, z, Basis(smooth, fine), apart)
-        found, explained = _found(own, unit.number, unit.level / 2, seed), free.explained
-        added = z * np.where(np.isfinite(found), found, 0.0)
-        taken = _taken_for_difference(added, e, j_apart, apart.group, beside)
-        found = np.where(taken, _found(free, unit.number, unit.level / 2, seed) if taken.any() else found, found)
-        found = np.minimum(found, free.denied)
-        if runs_flip:
-            found = np.minimum(found, _found(common, run, unit.level / 4, seed))
+        free = white.beside_differences(apart, as_seen=False)
+        found, explained = _limits(ground, white, common, own, free), free.explained
     return Verdict(
         p=min(by_unit.p, 2 * p_runs, max(own.differ_p * unit.level / DENIED_P, 1 / (1 + FLIPS)), 1.0),
         p_runs=p_runs,
-        spread=alike_within(_by_unit(common.o * common.clean[:, None], unit.number), unit.runs(samples)),
+        spread=alike_within(_by_unit(common.o * common.clean[:, None], unit.number), unit.runs(ground.samples)),
         p_effects=by_unit.p_effects,
         p_omnibus=by_unit.p_omnibus,
         ratio_p=own.ratio_p,
-        floor=float(whole_floor),
+        floor=_floor(rows, np.hstack([ground.basis.whole, same.slopes])),
         detectable=found,
         explained=explained,
-        left=common.kept / np.maximum(np.linalg.norm(z, axis=0), 1e-300),
+        left=common.kept / np.maximum(np.linalg.norm(white.z, axis=0), 1e-300),
         cosines=(common.z / common.kept).T @ (common.z / common.kept),
         rms=float(np.sqrt(np.mean(rows**2))),
         level=unit.level,
     )
 
 
-def _taken_for_difference(
-    added: np.ndarray, e: np.ndarray, j_apart: np.ndarray, group: np.ndarray, beside: np.ndarray
-) -> np.ndarray:
-    """Which of the columns `added` (rows, columns) to the rows would make runs seem to differ by more than they do."""
-    now, then = (shares_seen(j_apart, group, rows, beside) for rows in (e, e + added))
-    raised = [then[each] > RAISED * now[each] for each in now]
-    return np.any(raised, axis=0) if raised else np.zeros(added.shape[1], bool)
+def _floor(rows: np.ndarray, columns: np.ndarray) -> float:
+    """Rms of the rows without what the columns explain, for each that is still free."""
+    known = orthonormal(columns)
+    left = rows - known @ (known.T @ rows)
+    return float(np.linalg.norm(left) / np.sqrt(max(len(rows) - known.shape[1], 1)))
+
+
+def _limits(ground: Ground, white: White, common: Projected, own: Projected, free: Projected) -> np.ndarray:
+    """The amount of each candidate that one of the three tests would find.
+
+    What is taken for a difference between runs is found only beside all the difference that is allowed (`free`).
+    """
+    unit, seed = ground.units, ground.seed
+    found = _found(own, unit.number, unit.level / 2, seed)
+    taken = white.taken_for_difference(found)
+    if taken.any():
+        found = np.where(taken, _found(free, unit.number, unit.level / 2, seed), found)
+    found = np.minimum(found, free.denied)
+    if ground.runs_flip:
+        found = np.minimum(found, _found(common, ground.run, unit.level / 4, seed))
+    return found
 
 
 def _scores(what: Projected, number: np.ndarray) -> "_Scores":

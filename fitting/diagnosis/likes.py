@@ -8,6 +8,7 @@ from fitting.diagnosis import held_out
 from fitting.diagnosis.examine import Examiner
 from fitting.diagnosis.record import Leading
 from fitting.diagnosis.universe import Trial, Universe
+from fitting.solving.unknowns import owner_of
 
 SAME = 0.1  # of the noise: a set that follows another's prediction this closely contains it
 CLEARLY = 2.0  # standard errors
@@ -23,11 +24,12 @@ def contains(world: Universe, larger: Trial, smaller: Trial, noise: float) -> bo
 
 def simplest(
     world: Universe, adequate: Sequence[frozenset[str]], trials: Mapping[frozenset[str], Trial], noise: float
-) -> tuple[list[frozenset[str]], tuple[tuple[str, ...], ...]]:
-    """Adequate sets without those that contain a simpler adequate one, and the classes of exact likes."""
+) -> tuple[list[frozenset[str]], tuple[tuple[str, ...], ...], dict[frozenset[str], frozenset[str]]]:
+    """Adequate sets without those that contain a simpler one, the classes of exact likes, and what contains what."""
     order = sorted(adequate, key=lambda added: (len(trials[added].free), trials[added].cost))
     kept: list[frozenset[str]] = []
     classes: dict[frozenset[str], list[frozenset[str]]] = {}
+    wider: dict[frozenset[str], frozenset[str]] = {}
     for added in order:
         host = next((k for k in kept if contains(world, trials[added], trials[k], noise)), None)
         if host is None:
@@ -35,14 +37,16 @@ def simplest(
             classes[added] = [added]
         elif len(trials[added].free) == len(trials[host].free):
             classes[host].append(added)
+        else:
+            wider[added] = host
     alike = [members for members in classes.values() if len(members) > 1]
     named = sorted((member for members in classes.values() for member in members), key=order.index)
-    return named, tuple(tuple("+".join(sorted(member)) for member in members) for members in alike)
+    return named, tuple(tuple("+".join(sorted(member)) for member in members) for members in alike), wider
 
 
 def plausible(world: Universe, added: frozenset[str], trial: Trial) -> bool:
     """Whether a fitted set denies no stated measurement and none of what was added ends at its bound."""
-    ends = {name.split("@")[0].split(".")[0] for name in trial.at_bound}
+    ends = {owner_of(name) for name in trial.at_bound}
     return not (ends & added or world.contradicted(trial))
 
 

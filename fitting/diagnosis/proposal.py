@@ -24,7 +24,6 @@ from fitting.errors import InputError
 from fitting.least_squares import Fit
 from fitting.reading.define import VARIABLES, defined_name
 from fitting.showing.sentences import amount
-from fitting.solving.evaluate import of_force
 from mckibben_jax.state import State
 
 MOST_TERMS = 3
@@ -98,7 +97,7 @@ def name_for(fit: Fit) -> str:
 
 def misfit_of(fit: Fit) -> Misfit:
     """What a fit leaves of its forces, thinned."""
-    rows = np.flatnonzero(of_force(fit))
+    rows = np.flatnonzero(fit.problem.of_force(fit.samples))
     rows = rows[:: int(np.ceil(len(rows) / MOST_ROWS))]
     samples, count = fit.samples.where(rows), len(fit.samples)
     lengths = np.array([float(fit.model(d).muscle.length) for d in range(len(fit.layout.templates))])

@@ -20,7 +20,7 @@ class Evidence:
     alike: dict[str, float] = field(default_factory=dict)  # other effects with nearly the same signature: cosine
     estimate: dict[str, tuple[float, float]] = field(default_factory=dict)  # parameter: value and standard error, SI
     adequate: bool = False
-    reason: str = ""  # why it cannot be tested, or why it is not adequate
+    reason: str = ""  # why it cannot be tested, why it is not adequate, or why it is not named though it is
 
 
 @dataclass(frozen=True)

@@ -34,6 +34,7 @@ class Search:
         self.moving_only = False  # whether all that is tested are motions read as force
         self.trials: dict[frozenset[str], Trial] = {}  # by what was added
         self.standings: dict[frozenset[str], Standing] = {}
+        self.numberless: set[frozenset[str]] = set()  # sets that give no number, from any starting value
         self.seeds: set[frozenset[str]] = set()  # sets beside which every other effect was looked at
         self.adequate: list[frozenset[str]] = []
         self.base_stands = False
@@ -62,14 +63,19 @@ class Search:
                 return
 
     def fit_level(self, sets: Sequence[frozenset[str]]) -> None:
-        """Refit the base with each of these sets added."""
+        """Refit the base with each of these sets added; one that gives no number anywhere explains nothing."""
         jobs, keys = [], []
         for added in sets:
             effects = self.world.with_added(sorted(added))
             if added <= effects and self.world.possible(effects, sorted(added)):
                 jobs.append((effects, *self.beginning(added)))
                 keys.append(added)
-        self.trials.update(zip(keys, self.world.fit_all(jobs), strict=True))
+        fitted = zip(keys, self.world.fit_all(jobs), strict=True)
+        for added, trial in fitted:
+            if np.isfinite(trial.cost):
+                self.trials[added] = trial
+            else:
+                self.numberless.add(added)
 
     def beginning(self, added: frozenset[str]) -> tuple[np.ndarray, Sequence[str]]:
         """Where a set's fit starts: at the best smaller one inside it, with the rest as fitted alone."""

@@ -36,7 +36,7 @@ class Drawn:
     units: Units
 
     def rejections(self, seed: int) -> np.ndarray:
-        """Which draws the test rejects: as `flips.test` decides without flips of whole runs, for all draws together."""
+        """Which draws the test rejects: as `flips.judged`, but without flips of whole runs; all draws together."""
         slopes, prior = self._yielding()
         curvature = np.linalg.pinv(slopes.T @ slopes + prior, rcond=1e-13, hermitian=True)
         beside = lambda columns: columns - slopes @ (curvature @ (slopes.T @ columns))  # noqa: E731

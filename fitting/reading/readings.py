@@ -175,9 +175,10 @@ def _check_ranges(r: Readings, table: Table, test: str, options: dict[str, Any],
             table,
             r.usable & (pressure > LARGEST_PRESSURE),
             name,
-            "pressure above 50 bar",
+            f"pressure above {units.show(LARGEST_PRESSURE, 'Pa')}",
             pressure,
             "check the column's unit",
+            units.shown_in("Pa", LARGEST_PRESSURE)[0],
         )
         _refuse(
             table,
@@ -189,14 +190,21 @@ def _check_ranges(r: Readings, table: Table, test: str, options: dict[str, Any],
         )
     top = float(np.max(r.pressure[r.usable], initial=-np.inf))
     if test == "loop" and 0 < top < SMALLEST_LOOP_PRESSURE and "pressure" not in options.get("valid", {}):
-        cure = (
-            """check the column's unit; if the muscle was vented, say so: valid = { pressure = ["-1 kPa", "1 kPa"] }"""
+        least = units.show(SMALLEST_LOOP_PRESSURE, "Pa")
+        said = f'valid = {{ pressure = ["-{least}", "{least}"] }}'
+        raise InputError(
+            f"the pressure never reaches {least}",
+            table.file,
+            column=table.heads["pressure"],
+            value=f"at most {units.show(top, 'Pa', digits=3)}",
+            cure=f"check the column's unit; if the muscle was vented, say so: {said}",
         )
-        head = table.heads["pressure"]
-        raise InputError("the pressure never reaches 1 kPa", table.file, None, head, f"at most {top:.3g} Pa", cure)
 
 
-def _refuse(table: Table, bad: np.ndarray, column: str, problem: str, values: np.ndarray, cure: str) -> None:
+def _refuse(
+    table: Table, bad: np.ndarray, column: str, problem: str, values: np.ndarray, cure: str, unit: str | None = None
+) -> None:
+    """Refuse a table with `bad` readings, naming the first of them (a pressure in `unit`, if it is given)."""
     if bad.any():
         at = int(np.argmax(bad))
         more = f" ({np.count_nonzero(bad)} rows)" if np.count_nonzero(bad) > 1 else ""
@@ -204,7 +212,7 @@ def _refuse(table: Table, bad: np.ndarray, column: str, problem: str, values: np
             problem + more,
             at,
             column,
-            units.show(values[at], str(COLUMNS[column]) if column in PRESSURES else "1"),
+            units.show(values[at], str(COLUMNS[column]) if column in PRESSURES else "1", unit=unit),
             cure,
         )
 

@@ -10,7 +10,6 @@ import numpy as np
 from fitting.console.task import Task
 from fitting.least_squares import Fit, fit
 from fitting.releases.hill import Curves, releases
-from fitting.solving.evaluate import rmse
 from mckibben_jax.effects import Hill
 from mckibben_jax.model import with_effects
 
@@ -31,7 +30,7 @@ class Motions:
     @property
     def errors(self) -> tuple[float, float]:
         """Root mean square errors of both, m."""
-        return rmse(self.dry), rmse(self.viscous)
+        return self.dry.rmse, self.viscous.rmse
 
     @property
     def direct(self) -> dict[str, tuple[float, float]]:

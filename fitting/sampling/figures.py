@@ -52,7 +52,7 @@ def predicted(posterior: Posterior) -> "Figure":
             axes = figure.add_subplot(rows, columns, number + 1)
             _band(axes, band, len({band.file for band in shown}) > 1)
             if number % columns == 0:
-                axes.set_ylabel(f"misfit [{'N' if band.unit == 'N' else 'mm'}]")
+                axes.set_ylabel(f"misfit [{units.shown_in(band.unit)[0]}]")
             if number >= len(shown) - columns:
                 axes.set_xlabel("reading")
         figure.tight_layout(pad=0.4, h_pad=0.6, w_pad=0.6)
@@ -60,7 +60,7 @@ def predicted(posterior: Posterior) -> "Figure":
 
 
 def _band(axes: "Axes", band: Band, of_several: bool) -> None:
-    size = 1.0 if band.unit == "N" else 1e-3
+    _, size = units.shown_in(band.unit)
     thin = slice(None, None, max(1, len(band.position) // MOST_POINTS))
     at, middle = band.position[thin], band.middle[thin]
     low, high, measured = ((part[thin] - middle) / size for part in (band.low, band.high, band.measured))
@@ -136,5 +136,3 @@ def _canvas(width: float, height: float) -> "Figure":
         figure = Figure(figsize=(width, height))
     FigureCanvasAgg(figure)
     return figure
-
-

@@ -100,11 +100,10 @@ def innovations(
 
 @dataclass(frozen=True)
 class Chosen:
-    """The noise of one recording: its components, their most likely values, and how much better than white."""
+    """The noise of one recording: its components, and their most likely values."""
 
     parts: tuple[str, ...]
     values: tuple[float, ...]
-    better: float  # log-likelihood above that of white noise
 
     def told(self, label: str) -> str:
         """In words."""
@@ -136,9 +135,8 @@ def _chosen(rows: np.ndarray, samples: Samples, offered: Sequence[tuple[str, ...
     for parts in offered:
         if known or _sensible(parts, samples):
             values, log_likelihood = _most_likely(rows, samples, parts)
-            found.append((log_likelihood - 0.5 * len(parts) * np.log(len(rows)), parts, values, log_likelihood))
-    best = max(found, key=lambda one: one[0])
-    return Chosen(best[1], best[2], best[3] - found[0][3])
+            found.append((log_likelihood - 0.5 * len(parts) * np.log(len(rows)), Chosen(parts, values)))
+    return max(found, key=lambda one: one[0])[1]
 
 
 def _sensible(parts: tuple[str, ...], samples: Samples) -> bool:

@@ -28,8 +28,6 @@ class Band:
     low: np.ndarray
     middle: np.ndarray
     high: np.ndarray
-    model_low: np.ndarray  # without the noise of a reading
-    model_high: np.ndarray
 
     @property
     def inside(self) -> float:
@@ -44,7 +42,6 @@ def bands(what: Posed, z: np.ndarray, random: np.random.Generator, experiments: 
     model = parts_at(what.target, some).rows * samples.sigma + samples.measured
     shown = model + random.standard_normal(model.shape) * _sizes(what, some) * samples.sigma
     low, middle, high = np.quantile(shown, LEVELS, axis=0)
-    inner = np.quantile(model, LEVELS, axis=0)
     found = []
     names = [(rec.file, run.name) for e in experiments for rec in e.recordings for run in rec.runs]
     for run in np.unique(samples.run):
@@ -52,7 +49,7 @@ def bands(what: Posed, z: np.ndarray, random: np.random.Generator, experiments: 
         recording = int(samples.recording[mine][0])
         file, name = names[run] if run < len(names) else (f"recording {recording + 1}", str(run))
         unit = "N" if what.target.problem.blocks[recording].of_force else "m"
-        parts = (samples.position, samples.measured, low, middle, high, inner[0], inner[2])
+        parts = (samples.position, samples.measured, low, middle, high)
         found.append(Band(recording, int(run), file, name, unit, *(part[mine] for part in parts)))
     return found
 

@@ -102,7 +102,7 @@ def anything_missing(fit: Fit, seed: int) -> Missing | None:
     none = np.zeros((len(rows), 0))  # no candidate is asked for: the basis that knows no effect decides
     unit = flips.units(samples, noise.memory)
     own = Yielding(slopes, priors, fit.slopes[len(fit.samples) :], np.full(slopes.shape[1], -1))
-    verdict = flips.test(rows, own, own, none, basis, samples, unit, noise, seed, False)
+    verdict = flips.judged(rows, own, own, none, flips.Ground(samples, unit, basis, noise, seed))
     return Missing(verdict.p, verdict.level, verdict.rejected, unit.words)
 
 

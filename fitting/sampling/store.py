@@ -11,7 +11,7 @@ import sqlite3
 import zipfile
 import zlib
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -116,6 +116,17 @@ class Store:
             return InputError("this is no file of chains", self.path, cure="name another file by --chains")
         cure = "name a file in a folder that may be written to by --chains, or add --no-chains"
         return InputError(f"the chains cannot be kept here ({said})", self.path, cure=cure)
+
+
+def copied(kept: Path, folder: Path) -> Path:
+    """Chains as they were after their last whole block: somebody may be writing them, or was killed at it.
+
+    The copy lies in `folder`. sqlite3.Error where `kept` is no file of chains.
+    """
+    copy = folder / kept.name
+    with closing(sqlite3.connect(kept)) as source, closing(sqlite3.connect(copy)) as target:
+        source.backup(target)
+    return copy
 
 
 def _bytes(arrays: Arrays) -> bytes:

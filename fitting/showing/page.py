@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fitting import figures, units
+from fitting import figures
 from fitting.compare import Comparison
 from fitting.compare import Table as ErrorTable
 from fitting.console.task import Task
@@ -16,6 +16,7 @@ from fitting.least_squares import Fit
 from fitting.reading.model_file import state_of
 from fitting.results import provenance, shown_names
 from fitting.showing import maps
+from fitting.showing.cells import error_cells, range_cells, value_cells
 from fitting.showing.diagnosis_parts import alike, effects, meanings, tried
 from fitting.showing.fall import fall_html
 from fitting.showing.loops_picture import frame, key, loops_html, thinned_in_words
@@ -31,12 +32,10 @@ from fitting.showing.sentences import (
     judged,
     kind_in_words,
     leading_in_words,
+    measurement_in_words,
     next_command,
     percent,
-    places,
-    rounded,
     verdict_in_words,
-    with_error,
 )
 from fitting.writing import write_text
 
@@ -209,17 +208,13 @@ def _sentence(text: str) -> str:
 
 
 def _errors_by(table: ErrorTable, unit: str) -> Grid:
-    name, size = units.shown_in(unit, max(row.rmse for row in table.rows))
-    after = places(row.rmse / size for row in table.rows)
-    rows = tuple(
-        Line((row.label, str(row.count), *(f"{v / size:.{after}f}" for v in (row.rmse, row.bias, row.largest))))
-        for row in table.rows
-    )
-    return Grid((table.title, "samples", f"rms [{name}]", f"mean [{name}]", f"largest [{name}]"), rows)
+    name, cells = error_cells(table.rows, unit)
+    heads = (table.title, "samples", f"rms [{name}]", f"mean [{name}]", f"largest [{name}]")
+    return Grid(heads, tuple(Line(words) for words in cells))
 
 
 def _planned(planned: "NextMeasurement") -> Section:
-    told = [f"{planned.what}: {planned.why}", f"It tells them apart in {percent(planned.power)} of the cases."]
+    told = measurement_in_words(planned)
     return Section("What to measure next", sentences=tuple(_sentence(text.rstrip(".")) for text in told))
 
 
@@ -234,12 +229,8 @@ def _parameters(fit: Fit) -> Section:
 
 
 def _parameter(fit: Fit, name: str) -> tuple[str, ...]:
-    entry = fit.layout.entries[fit.layout.names.index(name)]
-    value, robust = with_error(fit.values[name], fit.error(name), entry.unit)
-    iid = rounded(fit.error(name, robust=False), entry.unit, 2) if name in fit.free else ""
-    ends = f"{rounded(entry.lower, entry.unit)} to {rounded(entry.upper, entry.unit)}"
     state = "at its bound" if name in fit.at_bound else state_of(fit, name)
-    return name, value, robust, iid, ends, state, ", ".join(fit.tied.get(name, ()))
+    return name, *value_cells(fit, name), " to ".join(range_cells(fit, name)), state, ", ".join(fit.tied.get(name, ()))
 
 
 def _provenance(task: Task, c: Comparison, d: Diagnosis | None) -> Section:

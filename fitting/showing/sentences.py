@@ -170,7 +170,7 @@ def most_alike(e: Evidence) -> str:
 
 def remark(e: Evidence) -> str:
     """What is to be said of an effect beside its numbers."""
-    return "explains the data" if e.adequate else e.reason
+    return e.reason or ("explains the data" if e.adequate else "")
 
 
 def verdict_in_words(d: Diagnosis) -> str:
@@ -217,6 +217,6 @@ def next_command(d: Diagnosis, data: Sequence[str]) -> str | None:
     return None
 
 
-def measurement_in_words(planned: "NextMeasurement") -> str:
-    """What to record next, why, and how surely it decides."""
-    return f"{planned.what}: {planned.why}. It tells them apart in {percent(planned.power)} of the cases."
+def measurement_in_words(planned: "NextMeasurement") -> list[str]:
+    """What to record next and why, and how surely it decides."""
+    return [f"{planned.what}: {planned.why}.", f"It tells them apart in {percent(planned.power)} of the cases."]

@@ -10,6 +10,7 @@ from fitting.least_squares import Fit, rows_and_slopes, seen, solve, subset_of
 from fitting.precision import require_x64
 from fitting.records import Experiment
 from fitting.residuals import LIGHT, problem
+from fitting.solving.no_number import refuse_no_number
 from fitting.solving.uncertainty import at_bound, clusters, covariances, ties
 from fitting.solving.unknowns import unknowns
 from mckibben_jax.effect import Effect
@@ -22,7 +23,10 @@ def evaluate(
     free: Sequence[str],
     own: Sequence[str] = (),
 ) -> Fit:
-    """The model at `values` (SI; the rest as declared and measured), with its slopes along the `free` names."""
+    """The model at `values` (SI; the rest as declared and measured), with its slopes along the `free` names.
+
+    InputError where it gives no finite number.
+    """
     require_x64()
     layout = unknowns(experiments, effects, own)
     given, samples = problem(experiments, layout)
@@ -34,6 +38,7 @@ def evaluate(
     else:
         rows = np.asarray(given.rows(subset.full, subset.switches, None))
         slopes = np.zeros((len(rows), 0))
+    refuse_no_number(rows[: len(samples)], samples, experiments)
     place = subset.place(subset.full)
     per_unit = slopes / np.asarray(subset.slope(place))
     count = len(samples)
@@ -79,17 +84,6 @@ def _refitted(fit: Fit, group: np.ndarray) -> np.ndarray:
     return rows
 
 
-def of_force(fit: Fit) -> np.ndarray:
-    """Which samples measure force; all, where only positions were measured."""
-    force = np.array([block.of_force for block in fit.problem.blocks])[fit.samples.recording]
-    return force if force.any() else ~force
-
-
-def rmse(fit: Fit) -> float:
-    """Root mean square error of the samples that measure force, N (of positions, m, where there are only those)."""
-    return float(np.sqrt(np.mean(fit.residual[of_force(fit)] ** 2)))
-
-
 def left_out_rmse(fit: Fit) -> float:
-    """The same on runs left out of the fit."""
-    return float(np.sqrt(np.mean(left_out(fit)[of_force(fit)] ** 2)))
+    """The fit's root mean square error on runs left out of it, in the unit of its own."""
+    return float(np.sqrt(np.mean(left_out(fit)[fit.problem.of_force(fit.samples)] ** 2)))

@@ -87,7 +87,7 @@ class Unknowns:
     def _by_effect(self) -> dict[str, tuple[str, ...]]:
         found: dict[str, tuple[str, ...]] = {}
         for name in self.names:
-            owner = name.split("@")[0].rsplit(".", 1)[0]
+            owner = owner_of(name)
             found[owner] = (*found.get(owner, ()), name)
         return found
 
@@ -131,6 +131,11 @@ def _is_own(name: str, own: Sequence[str]) -> bool:
 
 def _label(entry: Unknown, dataset: str, own: bool) -> Unknown:
     return dataclasses.replace(entry, name=f"{entry.name}@{dataset}") if own else entry
+
+
+def owner_of(name: str) -> str:
+    """What a full name belongs to, an effect or the muscle: 'tip' of 'tip.k' and of 'tip.k@second set'."""
+    return name.split("@")[0].rsplit(".", 1)[0]
 
 
 def _of_muscle(experiment: Experiment) -> list[Unknown]:

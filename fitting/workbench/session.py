@@ -168,9 +168,7 @@ def examined(session: Session, told: Progress, candidates: Sequence[str] = ()) -
     left_out = found.held_out_rmse if alike else step.left_out
     return _with_last(
         session,
-        dataclasses.replace(
-            step, comparison=comparison, left_out=left_out, diagnosis=found, sought=tuple(candidates)
-        ),
+        dataclasses.replace(step, comparison=comparison, left_out=left_out, diagnosis=found, sought=tuple(candidates)),
     )
 
 
@@ -264,8 +262,7 @@ def loops_of(step: Step, frames: Sequence[Frame], moved: dict[str, float]) -> tu
     runs = sum(len(r.runs) for e in step.task.experiments for r in e.recordings)
     words = thinned_in_words(frames, runs)
     picture = f"{key(frames)}{loops_html(frames, [residual])}<p class='thinned'>{words}</p>"
-    force = np.array([block.of_force for block in step.laid_out.given.blocks])[step.laid_out.samples.recording]
-    mine = residual[force] if force.any() else residual
+    mine = residual[step.laid_out.given.of_force(step.laid_out.samples)]
     return picture, float(np.sqrt(np.mean(mine**2)))
 
 

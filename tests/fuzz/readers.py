@@ -17,6 +17,7 @@ from fitting.reading.model_file import read_model
 from fitting.reading.own_effects import library
 from fitting.recordings import read_experiment, read_muscle, read_recording
 from fitting.sampling.store import Store
+from tests.design_texts import BRAID, BREAKING, FORCE, KNOWN, MINIMUM, RUBBER, WALL, stroke
 
 jax.config.update("jax_enable_x64", True)
 
@@ -66,28 +67,7 @@ A = "2 N"
 [fitted_to]
 data = { "rayon20" = "sha256:00ff" }
 """
-DESIGN = """seed = 3
-[muscle]
-length = "300 mm"
-wall_thickness = "1 mm"
-shear_modulus = "0.54 MPa"
-breaking_stress = "28 MPa"
-[model]
-effects = ["ideal_cylinder", "bladder_neo_hookean"]
-[variables]
-braid_angle = ["12 deg", "40 deg"]
-radius = ["4 mm", "12 mm"]
-[objective]
-maximise = "force"
-at = { contraction = 0.1, pressure = "5 bar" }
-[[constraint]]
-quantity = "minimum_pressure"
-max = "1 bar"
-[[constraint]]
-quantity = "stroke"
-at = { pressure = "5 bar" }
-min = "20 %"
-"""
+DESIGN = "seed = 3\n" + KNOWN + WALL + BREAKING + RUBBER + BRAID + FORCE + MINIMUM + stroke("20 %")
 SWEEP = (
     DESIGN
     + """[sample]

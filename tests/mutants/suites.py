@@ -29,8 +29,9 @@ class Suite:
 
     def judges(self, path: Path, row: int) -> tuple[Tests, ...]:
         """The tests for a mutant in this line; those of one effect where it lies in the class of one."""
-        stages = next(stages for name, stages in self.stages.items() if str(path).startswith(name))
-        effect = _effect_at(path, row) if str(path).startswith(LIBRARY) else ""
+        name = next(name for name in self.stages if str(path).startswith(name))
+        effect = _effect_at(path, row) if name == LIBRARY else ""  # supplies are not in the library
+        stages = self.stages[name]
         return (("tests/test_effects.py", "-k", effect), *stages) if effect else stages
 
 
@@ -48,7 +49,7 @@ PHYSICS = Suite(
         "mckibben_jax/model.py": (("tests/test_model.py",), ("tests/test_effects.py",)),
         "mckibben_jax/memory.py": (("tests/test_memory.py",), ("tests/test_effects.py",)),
         "mckibben_jax/friction_step.py": (("tests/test_motion.py",),),
-        "mckibben_jax": (("tests/test_golden.py",), ("tests/test_equations.py",)),
+        "mckibben_jax": (("tests/test_golden.py",), ("tests/test_equations.py",), ("tests/test_derivatives.py",)),
     },
 )  # fmt: skip
 DIAGNOSIS = Suite(
@@ -60,6 +61,12 @@ DIAGNOSIS = Suite(
         "fitting/diagnosis/apart": (("tests/test_apart.py",), ("tests/test_diagnose.py",)),
         "fitting/diagnosis/fingerprint": (("tests/test_compare.py",), ("tests/test_diagnose.py",)),
         "fitting/diagnosis/parity": (("tests/test_compare.py",), ("tests/test_diagnose.py",)),
+        "fitting/diagnosis/search": (("tests/test_search.py",), ("tests/test_diagnose.py",)),
+        "fitting/diagnosis/working_noise": (
+            ("tests/test_flips.py",),
+            ("tests/test_static_maps.py",),
+            ("tests/test_diagnose.py",),
+        ),
         "fitting/diagnosis": (("tests/test_flips.py",), ("tests/test_diagnose.py",)),
     },
 )
