@@ -280,7 +280,7 @@ def _doubts(fit: Fit, found: Ended) -> tuple[str, ...]:
     reached = f"{int(np.sum(_best(found)))} of {len(found.cost)} starts ended there"
     return (
         f"the motions are missed by {off:.0f} times their noise, and {reached}: the model lacks something, or the "
-        "search was caught in a poor neighbourhood. --shooting 8 tells which",
+        "search was caught in a poor neighbourhood; a fit with --shooting 8 tells which",
     )
 
 

@@ -8,17 +8,22 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hidden.simulator import NOISES, STRANGERS, TYPICAL, Noise, Truth
+from click.testing import CliRunner
+from hidden.simulator import NOISES, STRANGERS, TYPICAL, Noise, Truth, write
 from hidden.study import scores as tables
+from hidden.study.__main__ import main
 from hidden.study.cases import KINDS, PLACES, Case, chosen, plan
 from hidden.study.changes import changed
 from hidden.study.judge import hidden_of, judged, noise_sd
+from hidden.study.kinds import ALL, kind_scores
 from hidden.study.mimicry import mimic
 from hidden.study.page import write_page
-from hidden.study.protocols import PROTOCOLS, WHOLE
+from hidden.study.protocols import LOOPS, OTHERS, PROTOCOLS, WHOLE
 from hidden.study.run import append, records, worked
 from hidden.study.sizes import RANGES, base_of, hiding, misfit, scaled, sized
 from scipy.optimize import least_squares
+
+from fitting.recordings import read_experiment
 
 HERE = Path(__file__).parent / "hidden"
 SIGMA = 0.6
@@ -45,9 +50,35 @@ def test_the_plan_is_as_wide_as_promised():
     for group in ("none", "single", "outside", "pair", "triple"):
         mine = [case for case in cases if case.group == group]
         assert {case.noise for case in mine} == set(NOISES), group
-        assert {case.protocol for case in mine} == set(PROTOCOLS), group
+        assert {case.protocol for case in mine} == set(LOOPS), group
     assert {case.hidden[0] for case in cases if case.group == "outside"} == set(STRANGERS)
     assert all(len(set(case.hidden)) == {"pair": 2, "triple": 3}.get(case.group, len(case.hidden)) for case in cases)
+
+
+def test_the_plan_goes_beyond_loops():
+    """Every other kind of recording, clean in every noise and with everything at two sizes; behind all that was."""
+    cases = plan(1)
+    kinds = [case for case in cases if case.group == "kinds"]
+    assert cases[-len(kinds) :] == tuple(kinds)
+    assert set(LOOPS).isdisjoint(OTHERS)
+    for protocol in OTHERS:
+        mine = [case for case in kinds if case.protocol == protocol]
+        clean = [case for case in mine if not case.hidden]
+        assert len(clean) >= 6
+        assert {case.noise for case in clean} == set(NOISES)
+        for name in (*TYPICAL, *STRANGERS):
+            assert {5.0, 10.0} <= {case.size for case in mine if case.hidden == (name,)}, (protocol, name)
+
+
+def test_some_groups_can_be_asked_for():
+    """Their share is what it is in the whole; clean cases come along where detection limits are needed."""
+    cases = plan(1)
+    part = chosen(cases, 0.1, ("kinds", "outside"))
+    assert part == tuple(case for case in chosen(cases, 0.1) if case.group in ("kinds", "outside"))
+    assert {case.group for case in chosen(cases, 0.1, ("single",))} == {"single", "none"}
+    answer = CliRunner().invoke(main, ["--groups", "kinds,kins"])
+    assert answer.exit_code == 2
+    assert "no group kins; the plan has none, single" in answer.output
 
 
 @pytest.mark.parametrize("share", [0.02, 0.1, 0.5])
@@ -74,7 +105,10 @@ def test_noise_is_independent_of_how_it_is_said():
 def test_the_truth_shares_no_code_with_the_program():
     """Neither the simulator nor what decides how much is hidden."""
     truth = [path for path in HERE.glob("*.py") if not path.name.startswith(("test_", "make_"))]
-    truth += [HERE / "study" / f"{name}.py" for name in ("protocols", "sizes", "cases", "mimicry", "changes", "scores")]
+    truth += [
+        HERE / "study" / f"{name}.py"
+        for name in ("protocols", "sizes", "cases", "mimicry", "changes", "scores", "kinds")
+    ]
     for path in truth:
         for node in ast.walk(ast.parse(path.read_text())):
             names = [alias.name for alias in node.names] if isinstance(node, ast.Import) else []
@@ -89,17 +123,79 @@ def test_the_truth_shares_no_code_with_the_program():
 def test_a_size_is_what_a_refit_leaves(name):
     """Checked on the whole recording, the baseline refitted by scipy."""
     given = {name: sized("rich", name, 3.0, {}, SIGMA)}
-    recording = PROTOCOLS["rich"].record(hiding(base_of(given), given), Noise(sd=0.0))
+    (recording,) = PROTOCOLS["rich"].recordings(hiding(base_of(given), given), Noise(sd=0.0))
     columns = recording.columns
     speed = np.abs(np.gradient(columns["displacement"], columns["time"]))
     kept = speed > 0.95 * np.where(columns["run"] < 5, 0.005, 0.02)
 
     def left(place):
         effects = {"ideal_cylinder": {}, "coulomb_friction": {"f_s": place[0]}}
-        return (PROTOCOLS["rich"].record(Truth(WHOLE, effects), Noise(sd=0.0)).clean - recording.clean)[kept]
+        (other,) = PROTOCOLS["rich"].recordings(Truth(WHOLE, effects), Noise(sd=0.0))
+        return (other.clean - recording.clean)[kept]
 
     found = least_squares(left, [0.01], x_scale=0.01, diff_step=1e-3)
     assert np.sqrt(np.mean(found.fun**2)) == pytest.approx(3.0, rel=0.1)
+
+
+@pytest.mark.parametrize(
+    ("protocol", "name"),
+    [
+        ("isometric", "supply_lag"),
+        ("static map", "textile_friction"),
+        ("static map without branches", "tip"),
+        ("loops and static map", "creep"),  # only the loops show it
+        ("loops and isometric", "supply_lag"),  # only the held lengths show it
+    ],
+)
+def test_a_size_counts_every_recording(protocol, name):
+    """Over all samples of the data, whichever recording shows the effect; friction refitted by scipy."""
+    given = sized(protocol, name, 3.0, {}, SIGMA)
+    assert given is not None
+    hidden = PROTOCOLS[protocol].recordings(hiding(base_of([name]), {name: given}), Noise(sd=0.0))
+
+    def left(place):
+        effects = {"ideal_cylinder": {}, "coulomb_friction": {"f_s": place[0]}}
+        plain = PROTOCOLS[protocol].recordings(Truth(WHOLE, effects), Noise(sd=0.0))
+        return np.concatenate([(a.clean - b.clean)[steady(b)] for a, b in zip(plain, hidden, strict=True)])
+
+    found = least_squares(left, [0.01], x_scale=0.01, diff_step=1e-3)
+    assert np.sqrt(np.mean(found.fun**2)) == pytest.approx(3.0, rel=0.1)
+
+
+def steady(recording):
+    """Samples of loops at 0.01 m/s away from turning points; all of other recordings."""
+    if recording.test != "loop":
+        return np.ones(len(recording.clean), bool)
+    return np.abs(np.gradient(recording.columns["displacement"], recording.columns["time"])) > 0.95 * 0.01
+
+
+@pytest.mark.parametrize(
+    ("protocol", "name"),
+    [
+        ("isometric", "creep"),
+        ("isometric", "textile_friction"),
+        ("static map", "viscous_damping"),
+        ("static map without branches", "textile_friction"),
+        ("sine loops", "supply_lag"),
+    ],
+)
+def test_what_a_kind_of_recording_cannot_show_is_not_diagnosed(protocol, name):
+    """Friction at rest, speed where nothing moves, a lag where the pressure is held."""
+    assert judged(Case("kinds", (name,), 10.0, "sigma", "white", protocol, 0, 1), {})["visible"] is False
+
+
+@pytest.mark.parametrize("protocol", OTHERS)
+def test_every_kind_of_recording_is_written_and_read(protocol, tmp_path):
+    """As the tests that it is said to be, with as many readings; the same seed gives the same folder."""
+    truth = hiding(base_of(["tip"]), {"tip": {"k": 1.1}})
+    first, again = (write(PROTOCOLS[protocol].data(truth, NOISES["ar"], 3), tmp_path / name) for name in "ab")
+    read, made = read_experiment(first), PROTOCOLS[protocol].recordings(truth, NOISES["ar"], 3)
+    assert [recording.test for recording in read.recordings] == [part.test for part in PROTOCOLS[protocol].parts]
+    for recording, true in zip(read.recordings, made, strict=True):
+        measured = np.concatenate([run.measured for run in recording.runs])
+        assert len(measured) == len(true.clean), recording.test
+        assert np.std(measured - true.clean) == pytest.approx(NOISES["ar"].sd, rel=0.3), recording.test
+    assert all((again / path.name).read_bytes() == path.read_bytes() for path in first.iterdir())
 
 
 def test_sizes_stay_where_a_search_may_go():
@@ -145,10 +241,6 @@ def test_exact_likes_are_told_by_the_simulator():
 @pytest.mark.parametrize("change", ["other units", "shuffled"])
 def test_said_in_another_way_it_reads_the_same(change, tmp_path):
     """Run by run, to the digits written."""
-    from hidden.simulator import write
-
-    from fitting.recordings import read_experiment
-
     data = PROTOCOLS["geometry to 1 %"].data(Truth(WHOLE, base_of(())), NOISES["white"], 3)
     before = read_experiment(write(data, tmp_path / "before"))
     after = read_experiment(changed(write(data, tmp_path / "after"), change, np.random.default_rng(1)))
@@ -222,6 +314,34 @@ def test_the_table_counts_rightly():
     assert found['"nothing" above the detection limit'].value == 0.25
     assert found["left-out error after the loop / noise put in: median"].value == pytest.approx(1.05)
     assert found["cases that crashed or took too long"].value == pytest.approx(1 / 15)
+
+
+def test_other_kinds_are_counted_apart(tmp_path):
+    """Each kind for itself and all together; never among the loops."""
+    held = {"protocol": "isometric"}
+    told = [record("kinds", [], verdict, **held) for verdict in ("nothing detectable", "inconclusive", "one of")]
+    told += [record("kinds", ["tip"], "missing", [["tip"]], **held)]
+    told += [record("kinds", ["tip"], "missing", [["hill"]], protocol="static map", mimic=0.01)]
+    told += [record("kinds", ["tip"], "one of", [["hill", "tip"], ["creep", "tip"]], **held)]
+    told += [record("kinds", ["screw_ripple"], "not in the library", **held)]
+    told += [{"id": "x", "group": "kinds", "hidden": ["creep"], "visible": False, **held}]
+    found = {kind: {s.measure: (s.value, s.count) for s in scores} for kind, scores in kind_scores(told).items()}
+    assert list(found) == [ALL, "isometric", "static map"]
+    assert found["isometric"]["false alarm on clean data"] == (pytest.approx(1 / 3), 3)
+    assert found["isometric"]["clean data called inconclusive"] == (pytest.approx(1 / 3), 3)
+    assert found["isometric"]["one effect: named uniquely"] == (0.5, 2)
+    assert found["isometric"]["one effect: named, but only with others that are not there"] == (0.5, 2)
+    assert found["static map"]["one effect: another named uniquely"] == (1.0, 1)
+    assert found["static map"]["the same, less what follows the truth within 0.1 noise"] == (0.0, 1)
+    assert found[ALL]["one effect: in the set"] == (pytest.approx(1 / 3), 3)
+    assert found[ALL]["outside the library: said so"] == (1.0, 1)
+    assert found["isometric"]["no sensible size would show (not diagnosed)"] == (0.25, 4)
+    assert by_measure(told)["clean data called inconclusive"].count == 0
+    write_page(told, tmp_path / "page.html", "make hidden")
+    assert "<h2>Other kinds of recording</h2>" in (tmp_path / "page.html").read_text()
+    rows = (tmp_path / "page.md").read_text().splitlines()
+    assert "| other kinds of recording | goal | all of them | isometric | static map |" in rows
+    assert "isometric: false alarm on clean data" in (tmp_path / "page.csv").read_text()
 
 
 def test_traces_and_invariance():
@@ -322,6 +442,13 @@ def test_rivals_answer_the_same_cases(diagnosed):
     for name in ("bic", "ar1"):
         assert "bladder_neo_hookean" in diagnosed["known"]["rivals"][name]
     assert set(TYPICAL) >= {n for r in diagnosed.values() for names in r["rivals"].values() for n in names}
+
+
+def test_a_tip_is_named_though_the_length_is_held():
+    """One case of the other kinds of recording; static maps have a file of their own."""
+    found = judged(Case("kinds", ("tip",), 10.0, "sigma", "ar", "isometric", 0, 1), {})
+    assert tables.right(found)
+    assert 0.9 < found["left_out_after"] / found["floor"] < 1.1
 
 
 @pytest.mark.slow

@@ -1,7 +1,9 @@
 """The hidden-effect benchmark: a plan fixed beforehand, its cases diagnosed, and the scores.
 
     python -m tests.hidden.study --share 0.1 --workers 2 --out hidden.jsonl --seed 1      # from the repository's root
+    python -m tests.hidden.study --groups kinds,none --share 0.1    # a tenth of these groups of the plan only
 
 `protocols` and `sizes` say what is hidden where and how large, `cases` lays out the plan, `judge` diagnoses one case,
-`rivals` answers the same case as other tools would, `run` works through the plan, `scores` and `page` sum it up.
+`rivals` answers the same case as other tools would, `run` works through the plan, `scores`, `kinds` (recordings other
+than loops at constant speeds) and `page` sum it up.
 """

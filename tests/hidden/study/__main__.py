@@ -5,6 +5,17 @@ from pathlib import Path
 import click
 
 
+def listed(_context: click.Context, _option: click.Parameter, words: str) -> tuple[str, ...]:
+    """The groups named in a list with commas."""
+    from .cases import groups_of, plan
+
+    known, named = groups_of(plan()), tuple(word.strip() for word in words.split(",") if word.strip())
+    strange = [name for name in named if name not in known]
+    if strange:
+        raise click.BadParameter(f"no group {', '.join(strange)}; the plan has {', '.join(known)}")
+    return named
+
+
 @click.command()
 @click.option("--share", default=0.1, show_default=True, help="Share of the plan, 0 to 1.")
 @click.option("--workers", default=2, show_default=True, help="Processes.")
@@ -14,16 +25,19 @@ import click
 @click.option("--rivals", default=0.25, show_default=True, help="Share of the cases that rivals answer too.")
 @click.option("--page", default=None, help="HTML page; beside it a table in Markdown and CSV. OUT.html unless given.")
 @click.option("--only-page", is_flag=True, help="Only write the page of what is there.")
+@click.option("--groups", default="", callback=listed, help="Groups of the plan, as in kinds,none; all unless given.")
 def main(
-    share: float, workers: int, out: str, seed: int, limit: float, rivals: float, page: str | None, only_page: bool
-) -> None:
+    share: float, workers: int, out: str, seed: int, limit: float, rivals: float, page: str | None, only_page: bool,
+    groups: tuple[str, ...],
+) -> None:  # fmt: skip
     """Hide effects, diagnose, and count how often the verdict was right."""
     from .page import write_page
     from .run import records, study
 
     place = Path(out)
-    found = records(place) if only_page else study(place, share, workers, seed, limit, rivals)
+    found = records(place) if only_page else study(place, share, workers, seed, limit, rivals, groups=groups)
     command = f"python -m tests.hidden.study --share {share:g} --workers {workers} --seed {seed} --rivals {rivals:g}"
+    command += f" --groups {','.join(groups)}" if groups else ""
     written = write_page(found, Path(page) if page else place.with_suffix(".html"), command)
     click.echo(f"{len(found)} cases; {written}")
 

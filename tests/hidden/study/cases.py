@@ -3,30 +3,37 @@
 Groups: `none` (nothing hidden), `single` (one effect of the library), `power` (one at the size that the program
 prints as its detection limit), `outside` (an effect of nobody's library), `pair` and `triple` (several at once, each
 of the stated size alone), `invariance` (the same recording said in another way), `next` (one effect measured poorly,
-with the recording that the program then proposes, and with one drawn at random). A size is the rms misfit that is left
-once the baseline has been refitted: in noise sigmas, or in detection limits.
+with the recording that the program then proposes, and with one drawn at random), `kinds` (nothing, one effect of the
+library, or one of nobody's, in isometric tests, static maps, loops with either, and loops driven by a sine; the other
+groups have loops at constant speeds only). A size is the rms misfit that is left once the baseline has been refitted:
+in noise sigmas, or in detection limits. What a kind of recording cannot show has no such size, and is not diagnosed.
 """
 
 from __future__ import annotations
 
 import zlib
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass
 from itertools import product
 
 import numpy as np
 
 from ..simulator import FRICTIONS, NOISES, TYPICAL, TYPICAL_STRANGERS
-from .protocols import PROTOCOLS
+from .protocols import LOOPS, OTHERS
 from .sizes import NEEDS_RUBBER, shape_keys
 
 SIGMAS = (2.0, 5.0, 10.0)
 LIMITS = 3.0
 KINDS = tuple(NOISES)
-PLACES = tuple(PROTOCOLS)
+PLACES = tuple(LOOPS)
 HARD = ("poor", "one pressure", "no repeats")
 CHANGES = ("as it is", "10x resampled", "other units", "shuffled")
-REPEATS = {"none": 24, "single": 2, "power": 2, "outside": 3}
+REPEATS = {"none": 24, "single": 2, "power": 2, "outside": 3, "kinds": 1}
+CLEAN_KINDS = 2  # clean recordings of each other kind in each kind of noise
+# With the length held, whatever moves the braid brings all of its friction, 40 to 62 sigmas, however little it moves:
+# these have no small size there, but a large one.
+MOVES_A_HELD_BRAID = ("series_compliance", "tip_pressure", "strand_stretch")
+HELD, LARGE = ("isometric", "loops and isometric"), 65.0
 PAIRS, TRIPLES, INVARIANCES = 200, 100, 24
 WOBBLE = 0.25  # of the logarithm of an effect's shape parameters, from case to case
 STEADY = {"eps_s": 0.04}  # a stop must stay within the stroke
@@ -85,7 +92,7 @@ class Case:
 def plan(seed: int = 1) -> tuple[Case, ...]:
     """Every case of the full study."""
     made = (nothing(seed), singles(seed), powers(seed), outsiders(seed), several(seed), invariances(seed), ties(seed))
-    return tuple(case for group in made for case in group)
+    return tuple(case for group in (*made, kinds(seed)) for case in group)
 
 
 def nothing(seed: int) -> Iterable[Case]:
@@ -110,11 +117,13 @@ def outsiders(seed: int) -> Iterable[Case]:
     yield from turning("outside", TYPICAL_STRANGERS, [(size, "sigma") for size in SIGMAS], seed)
 
 
-def turning(group: str, names: Iterable[str], sizes: Sequence[tuple[float, str]], seed: int) -> Iterable[Case]:
+def turning(
+    group: str, names: Iterable[str], sizes: Sequence[tuple[float, str]], seed: int, places: Sequence[str] = PLACES
+) -> Iterable[Case]:
     """All names, sizes and protocols; every next one in the next kind of noise."""
     for i, name in enumerate(names):
         for (j, (size, unit)), (k, protocol), number in product(
-            enumerate(sizes), enumerate(PLACES), range(REPEATS[group])
+            enumerate(sizes), enumerate(places), range(REPEATS[group])
         ):
             noise = KINDS[(i + 2 * j + 3 * k + 4 * number) % len(KINDS)]
             yield Case(group, (name,), size, unit, noise, protocol, number, seed)
@@ -156,13 +165,27 @@ def ties(seed: int) -> Iterable[Case]:
         yield Case("next", (name,), LIMITS, "limit", KINDS[i % len(KINDS)], protocol, 0, seed)
 
 
-def chosen(cases: Sequence[Case], share: float) -> tuple[Case, ...]:
-    """A stratified share of a plan, and the clean cases from which its detection limits come.
+def kinds(seed: int) -> Iterable[Case]:
+    """Recordings of other kinds: clean ones, and each effect of the library and of nobody's at two sizes."""
+    for noise, protocol, number in product(KINDS, OTHERS, range(CLEAN_KINDS)):
+        yield Case("kinds", (), 0.0, "sigma", noise, protocol, number, seed)
+    sizes = [(size, "sigma") for size in SIGMAS[1:]]
+    yield from turning("kinds", (*TYPICAL, *TYPICAL_STRANGERS), sizes, seed, tuple(OTHERS))
+    yield from turning("kinds", MOVES_A_HELD_BRAID, [(LARGE, "sigma")], seed, HELD)
+
+
+def groups_of(cases: Iterable[Case]) -> tuple[str, ...]:
+    """The groups of a plan, in its order."""
+    return tuple(dict.fromkeys(case.group for case in cases))
+
+
+def chosen(cases: Sequence[Case], share: float, groups: Collection[str] = ()) -> tuple[Case, ...]:
+    """A stratified share of a plan (of some `groups` of it), and the clean cases from which detection limits come.
 
     A larger share holds every smaller one, so that a study can be widened later.
     """
     taken: set[Case] = set()
-    for group in dict.fromkeys(case.group for case in cases):
+    for group in groups or groups_of(cases):
         mine = [case for case in cases if case.group == group]
         if group == "invariance":  # a recording and what it is compared with stay together
             taken |= {case for case in mine if turn(case.number) < share}

@@ -58,8 +58,9 @@ def after(case: Case, p: Any, repeats: int, truth: Truth, folder: Path, base: Se
         return None
     plan, noise, seed = PROTOCOLS[case.protocol], NOISES[case.noise], case.recording_seed()
     other = replace(truth, muscle=other_muscle(truth.muscle, p.specimen))
-    more = recording(other, p, repeats, interval(plan.record(truth, noise, seed)), noise, seed + 1)
-    first = [] if p.specimen else [plan.record(truth, noise, seed)]
+    before = plan.recordings(truth, noise, seed)
+    more = recording(other, p, repeats, interval(before[0]), noise, seed + len(before))
+    first = () if p.specimen else before
     where = folder / f"with {p.test} {p.pressures} {p.contractions} {p.rate:.3g} {p.specimen}".replace("/", " ")
     added = write(dataset(other, [*first, more], "Next", noise, seed + bool(p.specimen), **plan.errors), where)
     sets = [read_experiment(folder / "data")] if p.specimen else []

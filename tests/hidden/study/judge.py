@@ -71,8 +71,9 @@ def noise_sd(noise: Noise) -> float:
 def true_floor(case: Case, data: Dataset) -> float:
     """Rms of what no model could foretell: the readings' noise, and the muscle's spread from run to run, N."""
     steady = replace(NOISES[case.noise], spread=0.0)
-    mean = PROTOCOLS[case.protocol].record(data.truth, steady, 0).clean
-    return float(np.sqrt(np.mean((data.recordings[0].columns["force"] - mean) ** 2)))
+    foretold = PROTOCOLS[case.protocol].recordings(data.truth, steady)
+    left = [read.columns["force"] - mean.clean for read, mean in zip(data.recordings, foretold, strict=True)]
+    return float(np.sqrt(np.mean(np.concatenate(left) ** 2)))
 
 
 def said(case: Case, folder: Path, base: list[str], rivals: bool, truth: Truth) -> dict[str, Any]:

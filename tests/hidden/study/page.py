@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 from jinja2 import Environment
 
+from .kinds import kind_scores, named_kinds
 from .rivals import NAMES
 from .scores import ELSE, KIND, Record, Score, answered, confusion, holds, right, rival_scores, scores, sets, wrong
 
@@ -37,17 +38,25 @@ td.n {text-align: right; font-variant-numeric: tabular-nums} code {background: #
 <h1>Hidden effects: how often is the verdict right?</h1>
 <p>{{ count }} simulated recordings with something hidden in them, or nothing, by a simulator that shares no code with
 the program. Intervals are 95 % (Wilson). <code>{{ command }}</code></p>
-<p><b>{{ goals | selectattr("met") | list | length }} of {{ goals | length }} goals met.</b></p>
+<p><b>{{ asked | selectattr("met") | list | length }} of {{ asked | length }} goals met</b>
+{%- if asked | length < goals | length %}; the other {{ goals | length - asked | length }} have no case{% endif %}.</p>
 {% for part in (goals, others) %}
 <table><tr><th>measure<th>{{ "goal" if loop.first else "" }}<th>reached<th>cases<th></tr>
 {% for s in part %}<tr><td>{{ s.measure }}<td>{{ s.goal }}<td>{{ s.words }}<td class="n">{{ s.count }}
 <td>{% if s.goal and s.met is not none %}
 <span class="{{ 'yes' if s.met else 'no' }}">{{ 'met' if s.met else 'not met' }}</span>{% endif %}</tr>
 {% endfor %}</table>{% endfor %}
-<h2>What was hidden, and what was named</h2>
+{% if kinds %}<h2>Other kinds of recording</h2>
+<p>Isometric tests, static maps, loops with either, and loops driven by a sine; the tables above count them only
+among those that crashed or were not diagnosed. Shares of cases, and how many cases there were.</p>
+<table><tr><th>measure{% for kind in kinds %}<th>{{ kind }}{% endfor %}</tr>
+{% for row in kind_rows %}<tr><td>{{ row[0].measure }} {{ row[0].goal }}{% for s in row %}
+<td>{{ counted(s) }}{% endfor %}</tr>
+{% endfor %}</table>{% endif %}
+{% if picture %}<h2>What was hidden, and what was named</h2>
 <p>Counts; red is what must not happen. An exact like of the truth counts as the truth. The lowest rows are in nobody's
 library.</p>
-<img alt="confusion matrix" src="data:image/png;base64,{{ picture }}">
+<img alt="confusion matrix" src="data:image/png;base64,{{ picture }}">{% endif %}
 {% if rivals %}<h2>The same cases by other methods</h2>
 <table><tr><th>measure{% for name in rivals %}<th>{{ names.get(name, name) }}{% endfor %}<th>cases</tr>
 {% for row in rows %}<tr><td>{{ row[0].measure }}{% for s in row %}<td>{{ s.words }}{% endfor %}
@@ -65,14 +74,18 @@ library.</p>
 def write_page(records: Sequence[Record], path: Path, command: str) -> str:
     """Write PATH, and beside it .md and .csv; returns their names in words."""
     path.parent.mkdir(parents=True, exist_ok=True)
-    table, rivals = scores(records), rival_scores(records)
+    table, rivals, kinds = scores(records), rival_scores(records), kind_scores(records)
     page = Environment(autoescape=True).from_string(PAGE)
     path.write_text(
         page.render(
             count=len(records),
             command=command,
             goals=[score for score in table if score.goal],
+            asked=[score for score in table if score.goal and score.count],
             others=[score for score in table if not score.goal],
+            kinds=list(kinds),
+            counted=counted,
+            kind_rows=list(zip(*kinds.values(), strict=True)),
             picture=base64.b64encode(picture(records)).decode(),
             rivals=list(rivals) if len(rivals) > 1 else [],
             rows=list(zip(*rivals.values(), strict=True)),
@@ -82,8 +95,8 @@ def write_page(records: Sequence[Record], path: Path, command: str) -> str:
             failures=failures(records),
         )
     )
-    path.with_suffix(".md").write_text(markdown(table, command))
-    write_csv(table, path.with_suffix(".csv"))
+    path.with_suffix(".md").write_text(markdown(table, command) + kind_markdown(kinds))
+    write_csv([*table, *named_kinds(kinds)], path.with_suffix(".csv"))
     return f"{path}, {path.with_suffix('.md').name}, {path.with_suffix('.csv').name}"
 
 
@@ -92,6 +105,20 @@ def markdown(table: Sequence[Score], command: str) -> str:
     rows = [f"| {s.measure} | {s.goal} | {s.words} | {s.count} |" for s in table]
     head = ["| measure | goal | reached (95 % interval) | cases |", "|---|---|---|---|"]
     return "\n".join([f"`{command}`", "", *head, *rows]) + "\n"
+
+
+def kind_markdown(kinds: dict[str, list[Score]]) -> str:
+    """The scores of other kinds of recording: a row for each measure, a column for each kind."""
+    if not kinds:
+        return ""
+    head = [f"| other kinds of recording | goal | {' | '.join(kinds)} |", "|---" * (2 + len(kinds)) + "|"]
+    cells = [[row[0].measure, row[0].goal, *map(counted, row)] for row in zip(*kinds.values(), strict=True)]
+    return "\n".join(["", *head, *(f"| {' | '.join(row)} |" for row in cells)]) + "\n"
+
+
+def counted(score: Score) -> str:
+    """A share and the number of cases that it rests on."""
+    return f"{score.words} of {score.count}" if score.count else "-"
 
 
 def write_csv(table: Sequence[Score], path: Path) -> None:
@@ -145,20 +172,21 @@ def false_name(row: str, column: str) -> bool:
 
 
 def picture(records: Sequence[Record]) -> bytes:
-    """The confusion matrix as PNG: each row's shares, counts written in."""
+    """The confusion matrix as PNG: each row's shares, counts written in; empty without cases of its groups."""
     from matplotlib.figure import Figure
 
     rows, columns, counts = confusion(records)
+    if not rows:
+        return b""
     figure = Figure(figsize=(2.5 + 0.3 * max(len(columns), 8), 2 + 0.27 * max(len(rows), 6)), layout="constrained")
     axes = figure.subplots()
-    if rows:
-        axes.imshow(counts / counts.sum(axis=1, keepdims=True), cmap="Blues", vmin=0, vmax=1, aspect="auto")
-        for i, j in zip(*np.nonzero(counts), strict=True):
-            strong = counts[i, j] > 0.6 * counts[i].sum()
-            ink = FALSE if false_name(rows[i], columns[j]) else "white" if strong else "black"
-            axes.text(j, i, str(counts[i, j]), ha="center", va="center", fontsize=7, color=ink, weight="bold")
-        axes.axvline(len(columns) - len(ELSE) - 0.5, color="grey", linewidth=0.8)
-        axes.axhline(sum(row not in KIND for row in rows) - 0.5, color="grey", linewidth=0.8)
+    axes.imshow(counts / counts.sum(axis=1, keepdims=True), cmap="Blues", vmin=0, vmax=1, aspect="auto")
+    for i, j in zip(*np.nonzero(counts), strict=True):
+        strong = counts[i, j] > 0.6 * counts[i].sum()
+        ink = FALSE if false_name(rows[i], columns[j]) else "white" if strong else "black"
+        axes.text(j, i, str(counts[i, j]), ha="center", va="center", fontsize=7, color=ink, weight="bold")
+    axes.axvline(len(columns) - len(ELSE) - 0.5, color="grey", linewidth=0.8)
+    axes.axhline(sum(row not in KIND for row in rows) - 0.5, color="grey", linewidth=0.8)
     axes.set_xticks(range(len(columns)), [c.replace("_", " ") for c in columns], rotation=60, ha="right", fontsize=8)
     axes.set_yticks(range(len(rows)), [r.replace("_", " ") for r in rows], fontsize=8)
     axes.set_xlabel("named uniquely, or what was said instead")

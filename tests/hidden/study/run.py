@@ -9,7 +9,7 @@ from __future__ import annotations
 import json
 import os
 import traceback
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, TimeoutError, wait
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -37,9 +37,13 @@ def study(
     rivals: float = 0.25,
     quiet: bool = False,
     work: Work | None = None,
+    groups: Collection[str] = (),
 ) -> list[dict[str, Any]]:
-    """Every record of a share of the plan; `limit` is a case's time in s, `rivals` their share of the cases."""
-    return worked(chosen(plan(seed), share), out, workers, limit, rivals, quiet, work or attempted)
+    """Every record of a share of the plan, or of some groups of it.
+
+    `limit` is a case's time in s, `rivals` their share of the cases.
+    """
+    return worked(chosen(plan(seed), share, groups), out, workers, limit, rivals, quiet, work or attempted)
 
 
 def worked(
@@ -151,7 +155,7 @@ def failed(case: Case, why: str) -> dict[str, Any]:
 
 def has_rivals(case: Case, share: float) -> bool:
     """Whether the rivals answer this case too: an even share of every group."""
-    return case.group not in ("power", "invariance", "next") and turn(crc32(case.id.encode())) < share
+    return case.group not in ("power", "invariance", "next", "kinds") and turn(crc32(case.id.encode())) < share
 
 
 # ----------------------------------------------------------------------------------------------------------- the file

@@ -5,16 +5,18 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import cache
+from typing import NamedTuple
 
 import numpy as np
 from scipy.optimize import brentq
 
-from ..simulator import FRICTIONS, TYPICAL, TYPICAL_STRANGERS, Noise, Truth, with_baseline
+from ..simulator import FRICTIONS, TYPICAL, TYPICAL_STRANGERS, Noise, Recording, Truth, with_baseline
 from .protocols import PROTOCOLS, WHOLE, Protocol
 
 INFINITE = float("inf")
 QUIET = Noise(sd=0.0)
 FINE = 200  # samples of a run while a size is looked for
+RAMP, SINE = 0.95, 0.1  # of the median, of the highest speed: slower is next to a turning point
 LARGEST = 30.0  # times the typical size: beyond, an effect is called invisible
 SMALLEST = 1e-4
 RUBBER = {"bladder_neo_hookean": {"G": 3e5}}
@@ -122,19 +124,48 @@ def is_bladder(hidden) -> bool:
 
 
 def clean(protocol: Protocol, truth: Truth) -> tuple[np.ndarray, np.ndarray]:
-    """The force without noise, and which samples are away from turning points."""
-    recording = protocol.record(truth, QUIET, samples=FINE)
-    columns, moving = recording.columns, np.zeros(len(recording.clean), bool)
+    """The force of all recordings without noise, and which samples are away from turning points."""
+    made = protocol.recordings(truth, QUIET, samples=FINE)
+    sines = [part.given.get("sine", False) for part in protocol.parts]
+    moving = [away(recording, sine) for recording, sine in zip(made, sines, strict=True)]
+    return np.concatenate([recording.clean for recording in made]), np.concatenate(moving)
+
+
+def away(recording: Recording, sine: bool) -> np.ndarray:
+    """Which samples count: all where the length is held or a point stands alone, else those that move fast enough."""
+    columns, moving = recording.columns, np.ones(len(recording.clean), bool)
+    if recording.test != "loop":
+        return moving
     for run in np.unique(columns["run"]):
         mine = columns["run"] == run
         speed = np.abs(np.gradient(columns["displacement"][mine], columns["time"][mine]))
-        moving[mine] = speed > 0.95 * np.median(speed)
-    return recording.clean, moving
+        moving[mine] = speed > (SINE * np.max(speed) if sine else RAMP * np.median(speed))
+    return moving
+
+
+def shares(protocol: Protocol, truth: Truth) -> np.ndarray:
+    """How many samples of the data each of those of `clean` stands for, relative to the first recording's.
+
+    Runs are thinned while a size is looked for and the points of a map are not: without this they would count more.
+    """
+    whole, fine = (protocol.recordings(truth, QUIET, samples=samples) for samples in (None, FINE))
+    each = [len(a.clean) / len(b.clean) for a, b in zip(whole, fine, strict=True)]
+    return np.concatenate([np.full(len(b.clean), share / each[0]) for share, b in zip(each, fine, strict=True)])
+
+
+class Refit(NamedTuple):
+    """What a refit of the baseline starts from; arrays over the samples of `clean`."""
+
+    force: np.ndarray  # N
+    moving: np.ndarray
+    weight: np.ndarray  # of the moving samples: roots of their shares, of mean square 1
+    slopes: np.ndarray  # (samples, parameters) of what a refit moves
+    precision: np.ndarray  # of what is known of each parameter
 
 
 @cache
-def _refit(protocol: str, rubber: bool) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Baseline force, moving samples, slopes of what a refit moves, and the precision of what is known of it."""
+def _refit(protocol: str, rubber: bool) -> Refit:
+    """The baseline of a protocol."""
     plan = PROTOCOLS[protocol]
     base = Truth(WHOLE, base_of(NEEDS_RUBBER if rubber else ()))
     force, moving = clean(plan, base)
@@ -150,7 +181,8 @@ def _refit(protocol: str, rubber: bool) -> tuple[np.ndarray, np.ndarray, np.ndar
         ratio = other.length / WHOLE.length
         slopes.append((clean(plan.stretched(ratio), Truth(other, base.effects))[0] - force) / 0.1)
         precision.append(1.0)
-    return force, moving, np.stack(slopes, axis=1), np.array(precision)
+    share = shares(plan, base)[moving]
+    return Refit(force, moving, np.sqrt(share / share.mean()), np.stack(slopes, axis=1), np.array(precision))
 
 
 def misfit(protocol: str, hidden: dict[str, dict[str, float]], noise_sd: float, among: Sequence[str] = ()) -> float:
@@ -159,18 +191,22 @@ def misfit(protocol: str, hidden: dict[str, dict[str, float]], noise_sd: float, 
     `among` names what else will be hidden: the baseline knows rubber where one of them acts on rubber.
     """
     base = base_of({*hidden, *among})
-    known = _refit(protocol, "bladder_neo_hookean" in base)[0]
+    known = _refit(protocol, "bladder_neo_hookean" in base).force
     change = clean(PROTOCOLS[protocol], hiding(base, hidden))[0] - known
     return float(np.sqrt(np.mean(beside_refit(protocol, base, change, noise_sd) ** 2)))
 
 
 def beside_refit(protocol: str, base: dict, change: np.ndarray, noise_sd: float) -> np.ndarray:
-    """What a refit of the baseline, held by what is known of the geometry, leaves of a change of force."""
-    _, moving, slopes, precision = _refit(protocol, "bladder_neo_hookean" in base)
-    whole = np.vstack([slopes[moving] / noise_sd, np.diag(precision)])
-    right = np.concatenate([change[moving] / noise_sd, np.zeros(len(precision))])
+    """What a refit of the baseline, held by what is known of the geometry, leaves of a change of force.
+
+    Weighted so that the mean square is that over all samples of the data, however they were thinned here.
+    """
+    refit = _refit(protocol, "bladder_neo_hookean" in base)
+    slopes, change = refit.slopes[refit.moving], change[refit.moving]
+    whole = np.vstack([refit.weight[:, None] * slopes / noise_sd, np.diag(refit.precision)])
+    right = np.concatenate([refit.weight * change / noise_sd, np.zeros(len(refit.precision))])
     step = np.linalg.lstsq(whole, right, rcond=None)[0]
-    return change[moving] - slopes[moving] @ step
+    return refit.weight * (change - slopes @ step)
 
 
 def sized(
