@@ -295,6 +295,14 @@ def test_crossing_friction_is_the_work_of_turning_discs(angle, eps, pressure):
     assert float(force) == pytest.approx(moment * turning, rel=1e-9)
 
 
+def test_a_bore_that_would_close_stays_open_by_a_hair():
+    """What is open stays as it is; else the squared bore that is left is positive and a millionth of that at rest."""
+    at_rest = 4e-5
+    assert float(rubber.open_bore(-0.5 * at_rest, at_rest)) == -0.5 * at_rest
+    for much in (1.0, 1.5, 40.0):
+        assert 0 < float(rubber.open_bore(-much * at_rest, at_rest)) + at_rest < 2e-6 * at_rest
+
+
 def test_hertz_contact_of_two_crossing_spheres_of_textbooks():
     # 3 F R/(4 E') with R = D/4 and E' = E/(2 (1 - nu^2))
     force, width, modulus = 2e5 * 1e-6, 1e-3, textile.hertz_modulus(2e9, 0.4)

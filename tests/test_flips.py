@@ -1,6 +1,6 @@
 """The gate: its size under correlated noise, its power, and what its pieces must do by construction."""
 
-from dataclasses import replace
+from dataclasses import fields, replace
 
 import numpy as np
 import pytest
@@ -192,6 +192,21 @@ def test_few_loops_flip_smaller_units_and_say_so():
     blocks = flips.units(few.where(few.half < 4), 0.5)
     assert "noise model" in blocks.words
     assert blocks.level == flips.FEW_LEVEL
+
+
+def test_a_few_loops_beside_many_isometric_cycles_are_flipped_by_halves():
+    """Flipped whole, four of them could never show what only loops show; the cycles stay whole, and the noise too."""
+    s = samples()
+    loops = s.where(s.run < 1)
+    held = replace(s, rate=0 * s.rate, pressure_rate=1e4 * s.branch, run=s.run + 1, recording=s.recording + 1)
+    both = Samples(*(np.concatenate([getattr(part, f.name) for part in (loops, held)]) for f in fields(Samples)))
+    found = flips.units(both, 0.5)
+    halves = len(np.unique(flips.numbered(loops.run, loops.half)))
+    cycles = len(np.unique(flips.numbered(held.run, held.loop)))
+    assert halves < flips.ENOUGH <= cycles
+    assert found.count == halves + cycles
+    assert "loops and half loops" in found.words
+    assert len(np.unique(found.together)) == len(np.unique(loops.run)) + cycles
 
 
 def test_left_out_rows_are_those_of_a_refit():

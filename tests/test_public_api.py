@@ -6,6 +6,8 @@ renamed, reordered or removed only with an entry under "Changed" in CHANGELOG.md
 
 import importlib
 import inspect
+import json
+from pathlib import Path
 from typing import Any
 
 import click
@@ -17,6 +19,7 @@ from mckibben_jax.effects import LIBRARY, SUPPLIES
 from mckibben_jax.model import Model
 from mckibben_jax.parameter import parameters
 
+NUMBERS = Path(__file__).with_name("parameters.json")
 # Arguments in their order; "=" marks a default, after "*" they are given by name alone.
 PYTHON = {
     "mckibben_jax.muscle.Muscle": (
@@ -248,6 +251,22 @@ def test_every_effect_is_listed_here():
     assert {name_of(kind) for kind in (*LIBRARY, *SUPPLIES)} == set(EFFECTS)
 
 
+def numbers() -> dict[str, dict[str, dict]]:
+    """Unit, usual value, range and further starting values of every parameter, which fits and designs rest on."""
+    return {
+        name_of(kind): {
+            p.name: {"unit": p.unit, "default": p.default, "range": [p.lower, p.upper], "starts": list(p.starts)}
+            for p in parameters(kind)
+        }
+        for kind in (*LIBRARY, *SUPPLIES)
+    }
+
+
+def test_ranges_and_usual_values_of_parameters_are_those_announced():
+    """A range that moves moves posteriors and "at its bound": `python tests/test_public_api.py` writes them anew."""
+    assert numbers() == json.loads(NUMBERS.read_text())
+
+
 def test_every_command_is_listed_here():
     assert set(COMMANDS) == set(OPTIONS)
 
@@ -278,3 +297,7 @@ def test_options_are_kept(name):
 )
 def test_a_broken_promise_is_noticed(promised, now, trips):
     assert broken(promised, now) == trips
+
+
+if __name__ == "__main__":
+    NUMBERS.write_text(json.dumps(numbers(), indent=1) + "\n")

@@ -1,5 +1,6 @@
 """What lies between the pressure that was set and the muscle, against ISO 6358's formulas and scipy's solve_ivp."""
 
+import benches
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -209,6 +210,16 @@ def test_absent_with_its_switch_at_zero_and_its_slopes_are_those_of_differences(
     difference = (at(value * (1 + 1e-5))[0] - at(value * (1 - 1e-5))[0]) / (2e-5 * value)
     assert np.abs(at(value)[0] - without).max() > 1e-3
     np.testing.assert_allclose(at(value)[1], difference, atol=2e-3 * np.abs(difference).max())
+
+
+def test_what_a_valve_lets_through_changes_at_the_rate_that_it_says():
+    """Against differences along a smooth run at a constant speed, as closely as its steps follow the flow."""
+    time = np.linspace(0.0, 1.0, 16001)
+    run = benches.run(time, 0.05 + 0.05 * time, 3e5 + 1e5 * np.cos(2 * np.pi * time))
+    felt = model(MUSCLE, SupplyOrifice(), IdealCylinder()).felt(run)
+    expected = np.gradient(felt.pressure, time)[400:-1]
+    assert np.abs(expected).max() > 1e5
+    np.testing.assert_allclose(felt.pressure_rate[400:-1], expected, rtol=0, atol=1e-2 * np.abs(expected).max())
 
 
 def test_a_valve_acts_behind_the_gauge_and_before_the_braid():

@@ -3,7 +3,7 @@
 from functools import cache
 
 import numpy as np
-from scipy import optimize, stats
+from scipy import optimize, special, stats
 
 POWER = 0.8
 DRAWS = 24  # of noise; one draw alone would scatter the limit by a quarter
@@ -46,7 +46,7 @@ def _limit(drawn: np.ndarray, flipped: np.ndarray, added: np.ndarray, top: np.nd
         for side in (amount, -amount):
             reached = np.partition(np.maximum(top, np.abs(flipped + side * added)), rank, axis=1)[:, rank]
             beyond.append(np.abs(drawn + side) - reached)
-        return float(stats.norm.cdf(np.mean(beyond) / max(np.std(beyond), 1e-12)))
+        return float(special.ndtr(np.mean(beyond) / max(np.std(beyond), 1e-12)))
 
     if power(MOST) < POWER:
         return np.inf

@@ -10,6 +10,7 @@ from functools import cached_property
 
 import numpy as np
 
+from fitting.diagnosis import omnibus
 from fitting.diagnosis.apart import Yielding, as_far_as_seen, shares_seen, too_few
 from fitting.diagnosis.detection import detectable
 from fitting.diagnosis.omnibus import Basis
@@ -33,8 +34,8 @@ class Units:
     number: np.ndarray
     level: float
     words: str
+    together: np.ndarray  # rows with equal numbers may err together: whole loops and points, else whole runs
     trusted: bool = True  # false where the units are blocks of samples and the verdict rests on the noise model
-    whole: bool = True  # loops or points: neighbours hardly err together, as halves of a loop and blocks do
 
     @property
     def count(self) -> int:
@@ -54,14 +55,43 @@ def numbered(*keys: np.ndarray) -> np.ndarray:
 
 
 def units(samples: Samples, memory: float) -> Units:
-    """Whole loops; where they are few, half loops; where those are few, blocks of samples within a branch."""
-    loops, halves = numbered(samples.run, samples.loop), numbered(samples.run, samples.half)
-    if ENOUGH <= loops.max() + 1 == len(samples):
-        return Units(loops, LEVEL, f"signs of {len(samples)} single points flipped")
-    if loops.max() + 1 >= ENOUGH:
-        return Units(loops, LEVEL, f"signs of {loops.max() + 1} loops flipped")
-    if halves.max() + 1 >= ENOUGH:
-        return Units(halves, LEVEL, f"signs of {halves.max() + 1} half loops flipped: few loops", whole=False)
+    """Whole loops; half loops of a kind of test that has few; where all are few, blocks of samples within a branch."""
+    few = few_loops(samples)
+    number = loops_or_halves(samples, few)
+    count, halves = number.max() + 1, numbered(samples.run, samples.half)
+    if count < ENOUGH:
+        return _blocks(samples, halves, memory)
+    together = numbered(samples.run, np.where(few, 0, 1 + samples.loop))
+    return Units(number, LEVEL, f"signs of {count} {_in_words(few, count == len(samples))}", together)
+
+
+def _in_words(few: np.ndarray, points: bool) -> str:
+    if few.all():
+        return "half loops flipped: few loops"
+    if few.any():
+        return "loops and half loops flipped: one kind of test has few"
+    return "single points flipped" if points else "loops flipped"
+
+
+def few_loops(samples: Samples) -> np.ndarray:
+    """Rows of a kind of test of which there are few loops, a mask.
+
+    What only loops show cannot be seen in a few of them, however many isometric cycles stand beside them.
+    """
+    loops, kind = numbered(samples.run, samples.loop), omnibus.kinds(samples)
+    few = np.zeros(len(samples), bool)
+    for each in np.unique(kind):
+        few[kind == each] = len(np.unique(loops[kind == each])) < ENOUGH
+    return few
+
+
+def loops_or_halves(samples: Samples, few: np.ndarray) -> np.ndarray:
+    """The number of each row's loop, or of its half of one where there are `few`."""
+    return numbered(samples.run, few, np.where(few, samples.half, samples.loop))
+
+
+def _blocks(samples: Samples, halves: np.ndarray, memory: float) -> Units:
+    """As long as the noise remembers, but not across turning points."""
     size = int(max(20, np.ceil(8 * (1 + memory) / max(1 - memory, 1e-3))))
     place = np.concatenate([np.arange(n) for n in np.bincount(halves)])
     order = np.argsort(halves, kind="stable")
@@ -71,7 +101,7 @@ def units(samples: Samples, memory: float) -> Units:
     words = (
         f"signs of {blocks.max() + 1} blocks of {size} samples flipped: too few loops, this rests on the noise model"
     )
-    return Units(blocks, FEW_LEVEL, words, trusted=False, whole=False)
+    return Units(blocks, FEW_LEVEL, words, samples.run, trusted=False)
 
 
 @dataclass(frozen=True)
@@ -127,8 +157,7 @@ class Ground:
     def white(self, rows: np.ndarray, same: Yielding, apart: Yielding, signatures: np.ndarray) -> "White":
         """All that is tested, free of the correlation that the noise model knows of."""
         parts = [rows[:, None], same.slopes, apart.slopes, signatures, self.basis.smooth, self.basis.fine]
-        together = self.units.number if self.units.whole else self.samples.run
-        flat = whitened(np.hstack(parts), self.samples, together, self.noise)
+        flat = whitened(np.hstack(parts), self.samples, self.units.together, self.noise)
         e, j, j_apart, z, smooth, fine = np.split(flat, np.cumsum([part.shape[1] for part in parts])[:-1], axis=1)
         return White(e, j, j_apart, apart.group, z, Basis(smooth, fine))
 

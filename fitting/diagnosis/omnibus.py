@@ -34,6 +34,15 @@ def basis(samples: Samples) -> Basis:
     return Basis(_blocks(recordings, [_smooth(s) for s in parts]), _blocks(recordings, [_fine(s) for s in parts]))
 
 
+def kinds(samples: Samples) -> np.ndarray:
+    """Of each row, what its recording is: 0 loops, 1 a held length, 2 points without a history."""
+    found = np.zeros(len(samples), int)
+    for recording in np.unique(samples.recording):
+        mine = samples.where(samples.recording == recording)
+        found[samples.recording == recording] = int(_held(mine)) + int(_static(mine))
+    return found
+
+
 def _blocks(masks: list[np.ndarray], parts: list[np.ndarray]) -> np.ndarray:
     blocks = []
     for mask, columns in zip(masks, parts, strict=True):

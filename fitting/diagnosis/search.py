@@ -21,6 +21,7 @@ ADDED = 18  # of those that a linear look beside the best of them suggests, each
 GROWN = 6  # best smaller sets to which every other effect is added in a linear look
 ROUNDS = 2  # of it: the second grows what the best larger sets are made of
 TESTED = 16
+UNMOVED = 1e-6  # of the rows: an effect that changes less changes nothing
 LEVELS = {2: "pairs", 3: "triples"}
 Progress = Callable[[str, float], None]
 
@@ -93,12 +94,17 @@ class Search:
 
     def screened(self, size: int, pool: int) -> list[frozenset[str]]:
         """Larger sets that a linear look at the rows promises the most of."""
-        names = [min(added) for added in self.best(1)[:pool]]
+        names = [min(added) for added in self.best(1) if self.moves(added)][:pool]
         promise = []
         for group in combinations(sorted(names), size):
             if self.world.possible(self.world.with_added(group), group):
                 promise.append((self.promised(group), frozenset(group)))
         return [added for _, added in sorted(promise, key=lambda p: p[0])[:REFITTED]]
+
+    def moves(self, added: frozenset[str]) -> bool:
+        """Whether a fitted set foretells anything else than the base: a lag does nothing where nothing moves."""
+        change = np.linalg.norm(self.trials[added].rows - self.base.rows)
+        return bool(change > UNMOVED * np.linalg.norm(self.base.rows))
 
     def promised(self, group: Sequence[str]) -> float:
         """Sum of squares left if the changes that each effect makes alone could be mixed freely."""

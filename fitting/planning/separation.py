@@ -185,18 +185,18 @@ class Outlook:
         return tuple(bool(one.rejections(seed)[0]) for one in laid)
 
     def _units(self, number: int, repeats: int) -> Units:
-        """What will be flipped: loops, or half loops where they are few, over old and new rows."""
+        """What will be flipped over old and new rows: as `flips.units`, where the new ones have come to the old."""
         rows = self.planned.rows[number]
         cycle = self.planned.samples.where(rows[self.planned.again(number)])
-        points = len(np.unique(cycle.loop)) > 1
-        loops = self.old_loops.max() + 1 + (len(cycle) if points else 1) * repeats
-        key = "half" if loops < flips.ENOUGH else "loop"
-        old = flips.numbered(self.old_samples.run, getattr(self.old_samples, key))
-        own = np.unique(getattr(cycle, key), return_inverse=True)[1]
+        alike = omnibus.kinds(self.old_samples) == omnibus.kinds(cycle)[0]
+        loops = len(np.unique(self.old_loops[alike])) + len(np.unique(cycle.loop)) * repeats
+        few = np.where(alike, loops < flips.ENOUGH, flips.few_loops(self.old_samples))
+        old = flips.loops_or_halves(self.old_samples, few)
+        own = np.unique(cycle.half if loops < flips.ENOUGH else cycle.loop, return_inverse=True)[1]
         new = np.concatenate([own + turn * (own.max() + 1) for turn in range(repeats)]) + old.max() + 1
         both = np.concatenate([old, new])
         trusted = both.max() + 1 >= flips.ENOUGH
-        together = old if key == "loop" and trusted else flips.numbered(self.old_samples.run)
+        together = flips.numbered(self.old_samples.run, np.where(few | (not trusted), 0, 1 + self.old_samples.loop))
         return Units(both, len(old), flips.LEVEL if trusted else flips.FEW_LEVEL, together)
 
     def _laid(self, given: Explained, number: int, readings: np.ndarray) -> Drawn:

@@ -43,8 +43,11 @@ PHYSICS = Suite(
         "mckibben_jax/biology.py",
     ),
     {
-        "mckibben_jax/effects/supply.py": (("tests/test_supply.py", "tests/test_memory.py"),),
-        LIBRARY: (("tests/test_memory.py", "tests/test_model.py"),),
+        "mckibben_jax/effects/supply.py": (
+            ("tests/test_public_api.py",),
+            ("tests/test_supply.py", "tests/test_memory.py"),
+        ),
+        LIBRARY: (("tests/test_public_api.py",), ("tests/test_memory.py", "tests/test_model.py")),
         "mckibben_jax/effect.py": (("tests/test_model.py",), ("tests/test_effects.py",)),
         "mckibben_jax/model.py": (("tests/test_model.py",), ("tests/test_effects.py",)),
         "mckibben_jax/memory.py": (("tests/test_memory.py",), ("tests/test_effects.py",)),
@@ -62,6 +65,8 @@ DIAGNOSIS = Suite(
         "fitting/diagnosis/fingerprint": (("tests/test_compare.py",), ("tests/test_diagnose.py",)),
         "fitting/diagnosis/parity": (("tests/test_compare.py",), ("tests/test_diagnose.py",)),
         "fitting/diagnosis/search": (("tests/test_search.py",), ("tests/test_diagnose.py",)),
+        "fitting/diagnosis/examine": (("tests/test_search.py",), ("tests/test_diagnose.py",)),
+        "fitting/diagnosis/likes": (("tests/test_search.py",), ("tests/test_diagnose.py",)),
         "fitting/diagnosis/working_noise": (
             ("tests/test_flips.py",),
             ("tests/test_static_maps.py",),
