@@ -74,18 +74,30 @@ def _together(
 
     waiting = as_completed(submit(AHEAD * max(1, sum(client.nthreads().values()))), loop=client.loop)
     for future in waiting:
-        value, error = _outcome(client, future)
+        value, error = outcome(client, future)
         waiting.update(submit(1))
         yield begun.pop(future.key), value, error
 
 
-def _outcome(client: Any, future: Any) -> tuple[Any, Exception | None]:
-    """What a piece gave, or failed with; a lost scheduler is no failure of the piece."""
-    if future.status == "finished":
-        return future.result(), None
+def outcome(client: Any, future: Any) -> tuple[Any, Exception | None]:
+    """What a piece gave, or failed with; a lost scheduler is no failure of the piece.
+
+    A result that a worker took along when it died is computed anew, and waited for.
+    """
+    from distributed import CancelledError
+
     if future.status == "cancelled" or client.status != "running":
-        raise InputError("the Dask scheduler was lost", cure=f"start it again; {GO_ON}")
-    return None, future.exception()
+        raise _lost()
+    try:
+        return future.result(), None
+    except CancelledError:
+        raise _lost() from None
+    except Exception as error:
+        return None, error
+
+
+def _lost() -> InputError:
+    return InputError("the Dask scheduler was lost", cure=f"start it again; {GO_ON}")
 
 
 # What goes along -----------------------------------------------------------------------------------------------------

@@ -65,6 +65,8 @@ def test_the_evidence_says_why(diagnoses):
     for evidence in found.effects.values():
         assert evidence.reason or evidence.rmse is not None
     assert "needs" in found.effects["hertz_friction"].reason
+    assert "signs of 20 loops" in found.rests_on
+    assert "may differ from run to run" in found.rests_on
     assert found.effects["pressure_gain"].detection_limit is None  # geometry gives way to it
     assert found.effects["dead_band"].alike["pressure_offset"] > 0.99
 

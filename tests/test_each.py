@@ -3,6 +3,7 @@
 import json
 import os
 import signal
+from types import SimpleNamespace
 
 import jax
 import pandas as pd
@@ -293,6 +294,16 @@ def test_work_that_kills_its_workers_costs_itself_alone():
     assert "KilledWorker" in type(ends["deadly"][1]).__name__
     for name in "abcde":
         assert ends[name] == (name.upper(), None)
+
+
+def test_a_result_that_died_with_its_worker_is_waited_for():
+    """A piece that was done is pending again when the only worker that had its result is gone."""
+    pytest.importorskip("distributed")
+    from fitting.cluster import outcome
+
+    running = SimpleNamespace(status="running")
+    again = SimpleNamespace(status="pending", result=lambda: "B", exception=lambda: None)
+    assert outcome(running, again) == ("B", None)
 
 
 def test_a_scheduler_that_is_lost_is_no_fault_of_the_data():
