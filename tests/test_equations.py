@@ -7,6 +7,7 @@ import pytest
 from equation_cases import LENGTH, angles, cones, moduli, nodes, radii, walls, weights
 from hypothesis import assume, given
 from hypothesis import strategies as st
+from scipy import constants
 
 from mckibben_jax import biology, braid, rubber, textile, working_pressure
 
@@ -293,6 +294,11 @@ def test_crossing_friction_is_the_work_of_turning_discs(angle, eps, pressure):
     turning = 2 * float(braid.slope(lambda e: braid.angle(e, angle), eps)) / LENGTH
     force = textile.crossing_friction(pressure, radius, braid.angle(eps, angle), mu_radius)
     assert float(force) == pytest.approx(moment * turning, rel=1e-9)
+
+
+def test_what_nobody_holds_falls_as_the_standard_says():
+    assert float(biology.lifted_acceleration(0.0, 3.0)) == -constants.g
+    assert float(biology.voigt_acceleration(0.0, 0.0, 0.0, 3.0, 1.0, 1.0)) == -constants.g
 
 
 def test_a_bore_that_would_close_stays_open_by_a_hair():

@@ -49,7 +49,7 @@ PHYSICS = Suite(
         ),
         LIBRARY: (("tests/test_public_api.py",), ("tests/test_memory.py", "tests/test_model.py")),
         "mckibben_jax/effect.py": (("tests/test_model.py",), ("tests/test_effects.py",)),
-        "mckibben_jax/model.py": (("tests/test_model.py",), ("tests/test_effects.py",)),
+        "mckibben_jax/model.py": (("tests/test_model.py",), ("tests/test_effects.py",), ("tests/test_motion.py",)),
         "mckibben_jax/memory.py": (("tests/test_memory.py",), ("tests/test_effects.py",)),
         "mckibben_jax/friction_step.py": (("tests/test_motion.py",),),
         "mckibben_jax": (("tests/test_golden.py",), ("tests/test_equations.py",), ("tests/test_derivatives.py",)),
