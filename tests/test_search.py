@@ -13,7 +13,7 @@ from fitting.recordings import read_experiment
 from fitting.report import sets_named
 from fitting.showing.effect_bars import effect_bars
 from mckibben_jax.effect import Pulling, name_of
-from mckibben_jax.effects import LIBRARY, CoulombFriction, IdealCylinder
+from mckibben_jax.effects import LIBRARY, CoulombFriction, IdealCylinder, SupplyLag
 from mckibben_jax.parameter import parameter
 
 NAMES = """bladder_neo_hookean tip tip_pressure conical_ends strand_stretch radial_gap end_stop linear_spring weight
@@ -73,9 +73,13 @@ def test_friction_of_another_law_is_named_though_two_runs_could_differ_in_theirs
     assert concluded(search).explanations == (("hertz_friction",),)
 
 
-def test_a_candidate_that_gives_no_number_is_set_aside_with_the_reason(tmp_path):
+def test_what_gives_no_number_or_moves_nothing_is_set_aside(tmp_path):
     known = [kind() for kind in LIBRARY if name_of(kind) in ("hertz_friction", "weight", "tip")]
     experiment = measured(tmp_path, "no repeats", "white", RIVAL)
-    found = concluded(searched([experiment], BASE, candidates=[*known, Late()]))
+    search = searched([experiment], BASE, candidates=[*known, Late(), SupplyLag()])
+    found = concluded(search)
     assert found.explanations == (("hertz_friction",),)
+    assert frozenset(["supply_lag"]) in search.trials  # it could be fitted, and does nothing at a held pressure
+    assert search.screened(2, BEST_TRIPLED)
+    assert not any("supply_lag" in pair for pair in search.screened(2, BEST_TRIPLED))
     assert found.effects["late"].reason == "cannot be tested: gives no number on these data"

@@ -4,7 +4,6 @@ Run with `python -m pytest tests/benchmarks/test_diagnose_bench.py --benchmark-o
 that one compiled function serves every set of effects with as many free parameters is.
 """
 
-import contextlib
 import json
 import os
 import subprocess
@@ -14,6 +13,7 @@ from collections import Counter
 from pathlib import Path
 
 import pytest
+from telling import tell
 
 FIRST = (
     "tip", "dead_band", "pressure_offset", "supply_lag", "series_compliance", "ideal_cylinder", "bladder_neo_hookean",
@@ -57,12 +57,7 @@ def main(folder: str, which: str) -> None:
 def summary(request):
     """What was found, told once all is measured."""
     yield
-    reporter = request.config.pluginmanager.get_plugin("terminalreporter")
-    capture = request.config.pluginmanager.get_plugin("capturemanager")
-    with capture.global_and_fixture_disabled() if capture else contextlib.nullcontext():
-        reporter.ensure_newline()
-        for line in TOLD:
-            reporter.write_line(line)
+    tell(request.config, TOLD)
 
 
 @pytest.fixture(scope="module")

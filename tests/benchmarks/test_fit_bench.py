@@ -5,7 +5,6 @@ asserted; nothing is asserted about time. Times are processor times of the proce
 printed at the end and stand in the saved `extra_info`.
 """
 
-import contextlib
 import time
 from typing import NamedTuple
 
@@ -18,6 +17,7 @@ import pytest
 from hidden.simulator import Muscle, Noise, Truth, dataset, loops, write
 from rivals import Data, Rival
 from scipy.stats import qmc
+from telling import tell
 
 from fitting.diagnosis import flips
 from fitting.diagnosis.apart import together
@@ -79,12 +79,7 @@ class Case(NamedTuple):
 def summary(request):
     """The ratios, told once all is measured."""
     yield
-    reporter = request.config.pluginmanager.get_plugin("terminalreporter")
-    capture = request.config.pluginmanager.get_plugin("capturemanager")
-    with capture.global_and_fixture_disabled() if capture else contextlib.nullcontext():
-        reporter.ensure_newline()
-        for line in [*ratios(), *TOLD]:
-            reporter.write_line(line)
+    tell(request.config, [*ratios(), *TOLD])
 
 
 def ratios() -> list[str]:

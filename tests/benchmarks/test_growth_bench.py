@@ -7,7 +7,6 @@ first call, which compiles and stands apart. Nothing is asserted about time; tha
 of the stated size is. Tables and exponents are printed at the end.
 """
 
-import contextlib
 import time
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
@@ -19,6 +18,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 from hidden.simulator import TYPICAL, Muscle, Noise, Truth, dataset, loops, with_baseline, write
+from telling import tell
 
 from fitting.compare import compare
 from fitting.diagnose import ENOUGH_SAMPLES, one_thread
@@ -129,14 +129,8 @@ def in_ms(seconds: float) -> str:
 def summary(request):
     """The tables, told once all is measured."""
     yield
-    reporter = request.config.pluginmanager.get_plugin("terminalreporter")
-    capture = request.config.pluginmanager.get_plugin("capturemanager")
-    with capture.global_and_fixture_disabled() if capture else contextlib.nullcontext():
-        reporter.ensure_newline()
-        for along in GROWN:
-            reporter.write_line(f"processor time along {along}, ms, warm")
-            for line in [*table(along), ""]:
-                reporter.write_line(line)
+    for along in GROWN:
+        tell(request.config, [f"processor time along {along}, ms, warm", *table(along), ""])
 
 
 # The problems --------------------------------------------------------------------------------------------------------
