@@ -162,8 +162,8 @@ def _(dropped):
             for what in ("is", "unit")
         }
         # Not elements by a name of their own: or the button would be made anew, and a click lost, after every entry.
-        _elements = {"muscle": _muscle, "tests": _tests, "columns": _columns}
-        form = SimpleNamespace(**{name: mo.ui.dictionary(given) for name, given in _elements.items()})
+        # Nor `mo.ui.dictionary`: of two entries that reach a busy kernel together it keeps the second only.
+        form = SimpleNamespace(muscle=_muscle, tests=_tests, columns=_columns)
     return form, found
 
 
@@ -171,12 +171,11 @@ def _(dropped):
 def _(attempt, form, found, open_folder):
     def describe(_):
         columns = {
-            file: [tuple(form.columns.value[f"{file}/{k}/{what}"] for what in ("is", "unit")) for k in range(len(own))]
+            file: [tuple(form.columns[f"{file}/{k}/{what}"].value for what in ("is", "unit")) for k in range(len(own))]
             for file, own in found.columns.items()
         }
-        folder = attempt(
-            lambda: dropping.describe(found, found.folder.name, form.muscle.value, form.tests.value, columns)
-        )
+        muscle, tests = ({key: one.value for key, one in given.items()} for given in (form.muscle, form.tests))
+        folder = attempt(lambda: dropping.describe(found, found.folder.name, muscle, tests, columns))
         if folder is not None:
             open_folder(Asked(data=(str(folder),)))
 
@@ -187,11 +186,11 @@ def _(attempt, form, found, open_folder):
 @app.cell
 def _(described, form, found):
     mo.stop(found is None)
-    _shown = [mo.md("## What the files do not say"), *form.muscle.elements.values()]
+    _shown = [mo.md("## What the files do not say"), *form.muscle.values()]
     for _file, _columns in found.columns.items():
-        _shown += [mo.md(f"### {_file}"), form.tests.elements[_file]]
+        _shown += [mo.md(f"### {_file}"), form.tests[_file]]
         for _k, _c in enumerate(_columns):
-            _row = [form.columns.elements[f"{_file}/{_k}/{what}"] for what in ("is", "unit")]
+            _row = [form.columns[f"{_file}/{_k}/{what}"] for what in ("is", "unit")]
             _shown.append(mo.hstack([mo.md(f"`{_c.head}`"), *_row], justify="start", wrap=True))
     mo.vstack([*_shown, described])
     return
@@ -274,14 +273,14 @@ def _(last, now, start):
         )
 
     offered = words.offered(last)
-    adds = mo.ui.array([adder(name) for name in offered])
-    return adds, offered
+    adds = {name: adder(name) for name in offered}
+    return (adds,)
 
 
 @app.cell
-def _(adds, last, offered):
+def _(adds, last):
     mo.stop(last is None or last.diagnosis is None)
-    mo.Html(words.evidence(last, dict(zip(offered, adds.elements, strict=True))))
+    mo.Html(words.evidence(last, adds))
     return
 
 
@@ -289,21 +288,27 @@ def _(adds, last, offered):
 
 
 @app.cell
-def _(last):
-    handles = {} if last is None else {s.name: s for s in last.laid_out.sliders}
-    sliders = mo.ui.dictionary(
-        {
-            name: mo.ui.slider(steps=list(s.places), value=s.start, label=s.label, show_value=True, full_width=True)
-            for name, s in handles.items()
-        }
-    )
-    return handles, sliders
+def _():
+    moves, set_moves = mo.state(0)  # of the sliders, counted: each is an element without a name of its own
+    return moves, set_moves
+
+
+@app.cell
+def _(last, set_moves):
+    def slider(handle):
+        return mo.ui.slider(
+            steps=list(handle.places), value=handle.start, label=handle.label, show_value=True, full_width=True,
+            on_change=lambda _: set_moves(lambda count: count + 1),
+        )  # fmt: skip
+
+    sliders = {} if last is None else {handle.name: slider(handle) for handle in last.laid_out.sliders}
+    return (sliders,)
 
 
 @app.cell
 def _(last, sliders):
     mo.stop(last is None)
-    _rows = "".join(f'<div class="slider">{element}</div>' for element in sliders.elements.values())
+    _rows = "".join(f'<div class="slider">{element}</div>' for element in sliders.values())
     mo.Html(f'{words.heading("Measured and model")}<div class="sliders">{_rows}</div>')
     return
 
@@ -315,9 +320,10 @@ def _(last):
 
 
 @app.cell
-def _(frames, last, sliders):
+def _(frames, last, moves, sliders):
+    moves()
     mo.stop(last is None)
-    moved = last.laid_out.moved(sliders.value)
+    moved = last.laid_out.moved({name: one.value for name, one in sliders.items()})
     loops, error = bench.loops_of(last, frames, moved)
     mo.Html(words.error_now(last, error, moved) + loops)
     return
