@@ -8,6 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 from scipy.stats import qmc
 
+from fitting.full_names import listed
 from fitting.precision import require_x64
 from fitting.residuals import Problem, Samples, problem
 from fitting.solving.no_number import refuse_no_number, state_at
@@ -69,13 +70,9 @@ def free_names(layout: Unknowns, fix: Sequence[str] = (), free: Sequence[str] = 
     chosen = [
         entry.name
         for entry in layout.entries
-        if not entry.name.startswith("muscle.") or entry.prior is not None or _listed(entry.name, free)
+        if not entry.name.startswith("muscle.") or entry.prior is not None or listed(entry.name, free)
     ]
-    return tuple(name for name in chosen if not _listed(name, fix))
-
-
-def _listed(name: str, listed: Sequence[str]) -> bool:
-    return name in listed or name.split("@")[0] in listed
+    return tuple(name for name in chosen if not listed(name, fix))
 
 
 def subset_of(layout: Unknowns, vector: np.ndarray, free: Sequence[str], switches=None, live=None) -> Subset:

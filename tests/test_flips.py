@@ -222,3 +222,15 @@ def test_left_out_rows_are_those_of_a_refit():
         inside, out = group != g, group == g
         refit = np.linalg.lstsq(design[inside], y[inside], rcond=None)[0]
         np.testing.assert_allclose(left[out], design[out] @ refit - y[out], rtol=1e-8)
+
+
+def test_units_of_one_run_are_alike_by_what_they_share():
+    """Against the definition: mean product of two units of one run, over the mean of their squares."""
+    run = np.array([0, 0, 0, 1, 1])
+    scores = np.random.default_rng(4).standard_normal((5, 3)) * np.array([1.0, 3.0, 0.2, 5.0, 0.7])[:, None]
+    pairs = [(a, b) for a in range(5) for b in range(5) if a != b and run[a] == run[b]]
+    products = sum(scores[a] @ scores[b] for a, b in pairs)
+    squares = sum((scores[a] @ scores[a] + scores[b] @ scores[b]) / 2 for a, b in pairs)
+    assert flips.alike_within(scores, run) == pytest.approx(products / squares)
+    assert flips.alike_within(np.repeat(scores[:2], [3, 2], axis=0), run) == pytest.approx(1.0)
+    assert flips.alike_within(scores, np.arange(5)) == 0.0

@@ -5,6 +5,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from fitting import full_names
 from fitting.compare import Comparison, compare
 from fitting.console.saving import save
 from fitting.console.study import Study
@@ -63,7 +64,7 @@ def with_dropped(task: Task, names: Sequence[str]) -> tuple[Task, str]:
 def _changed(task: Task, effects: Sequence[Effect]) -> Task:
     changed = task.with_effects(effects)
     check_needs(changed)
-    names = {name for full in changed.layout.names for name in (full, full.split("@")[0])}
+    names = {name for full in changed.layout.names for name in (full, full_names.common(full))}
     kept = {field: tuple(n for n in getattr(task, field) if n in names) for field in ("fix", "free", "own")}
     return dataclasses.replace(changed, **kept)
 

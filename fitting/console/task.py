@@ -8,7 +8,7 @@ from typing import Any
 
 import jax.numpy as jnp
 
-from fitting import units
+from fitting import full_names, units
 from fitting.console.baseline import BASELINE
 from fitting.console.options import Asked
 from fitting.errors import InputError, unknown_name
@@ -191,7 +191,7 @@ def _known(stored: ModelFile | None, experiments: Sequence[Experiment]) -> dict[
     values = {name: value for name, value in stored.values.items() if same or not name.startswith("muscle.")}
     if len(experiments) > 1:  # the first data set's are written without its name
         first = experiments[0].name
-        values |= {f"{name}@{first}": value for name, value in values.items() if "@" not in name}
+        values |= {full_names.of_set(name, first): value for name, value in values.items() if "@" not in name}
     return values
 
 
@@ -218,7 +218,7 @@ def _with_settings(task: Task, settings: Sequence[str]) -> Task:
 def _with_setting(task: Task, name: str, text: str) -> Task:
     """One value changed, and held there unless `--free` names it."""
     entries = {entry.name: entry for entry in task.layout.entries}
-    chosen = [full for full in entries if name in (full, full.split("@")[0])]
+    chosen = [full for full in entries if name in (full, full_names.common(full))]
     if not chosen:
         raise unknown_name("parameter", name, _plain(entries))
     unit = entries[chosen[0]].unit
@@ -249,11 +249,11 @@ def _resized(experiment: Experiment, name: str, value: float) -> Experiment:
 
 def _plain(names: Iterable[str]) -> list[str]:
     """Full names as people type them, and every quantity of a muscle."""
-    return sorted({name.split("@")[0] for name in names} | {f"muscle.{name}" for name in quantities()})
+    return sorted({full_names.common(name) for name in names} | {f"muscle.{name}" for name in quantities()})
 
 
 def _check(task: Task, asked: Asked) -> None:
-    names = {name for full in task.layout.names for name in (full, full.split("@")[0])}
+    names = {name for full in task.layout.names for name in (full, full_names.common(full))}
     for option, given in (("--fix", asked.fix), ("--free", asked.free), ("--own", asked.own)):
         for name in given:
             if name not in names:

@@ -11,7 +11,7 @@ from fitting.diagnosis.apart import Yielding
 from fitting.diagnosis.flips import Ground, Units
 from fitting.diagnosis.universe import Trial, Universe
 from fitting.diagnosis.working_noise import Kinds, Noise
-from fitting.solving.unknowns import owner_of
+from fitting.full_names import owner_of
 
 INVISIBLE = 0.02  # of a signature's square that must survive the model's own parameters to be seen at all
 ALIKE = 0.9

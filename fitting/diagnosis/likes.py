@@ -8,7 +8,7 @@ from fitting.diagnosis import held_out
 from fitting.diagnosis.examine import Examiner
 from fitting.diagnosis.record import Leading
 from fitting.diagnosis.universe import Trial, Universe
-from fitting.solving.unknowns import owner_of
+from fitting.full_names import owner_of
 
 SAME = 0.1  # of the noise: a set that follows another's prediction this closely contains it
 CLEARLY = 2.0  # standard errors

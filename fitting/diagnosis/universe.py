@@ -10,6 +10,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from fitting.diagnosis.held_out import REFIT_BELOW, left_out_rows
+from fitting.full_names import listed
 from fitting.least_squares import Solved, Subset, solve
 from fitting.records import Experiment, force_was_measured
 from fitting.residuals import LIGHT, Problem, Samples, problem
@@ -288,7 +289,6 @@ def universe(
     layout = unknowns(experiments, [*effects, *testable], own)
     given, samples = problem(experiments, layout)
     given, real = of_standard_size(joined(given))
-    listed = lambda name, names: name in names or name.split("@")[0] in names  # noqa: E731
     muscle = [
         entry.name
         for entry in layout.entries

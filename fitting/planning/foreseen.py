@@ -8,6 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 from scipy.optimize import least_squares
 
+from fitting import full_names
 from fitting.discover import with_added
 from fitting.least_squares import Subset, free_names, rows_and_slopes, subset_of
 from fitting.planning.candidates import Protocol, Shown, recording
@@ -145,7 +146,7 @@ def explained(
     layout = unknowns(planned.experiments, effects, varying.own)
     given, samples = problem(planned.experiments, layout)
     known = zip(layout.names, layout.start, strict=True)
-    vector = np.array([start.get(name, start.get(name.split("@")[0], declared)) for name, declared in known])
+    vector = np.array([start.get(name, start.get(full_names.common(name), declared)) for name, declared in known])
     vector = np.clip(vector, layout.lower, layout.upper)
     free = tuple(free_names(layout, varying.fix, varying.free))
     subset = subset_of(layout, vector, free)

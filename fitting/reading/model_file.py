@@ -10,7 +10,7 @@ from typing import Any
 import tomlkit
 from tomlkit.items import InlineTable, Table
 
-from fitting import units
+from fitting import full_names, units
 from fitting.console.program import NAME, program_version
 from fitting.errors import InputError, unknown_name
 from fitting.least_squares import Fit
@@ -68,7 +68,7 @@ def read_model(path: Path | str, known: dict[str, type[Effect]]) -> ModelFile:
     values |= {f"muscle.{name}": value for name, value in sizes.items()}
     for dataset, more in _subtable(table, "muscle_of", path, raw).items():
         found = _read_table(more, measured, path, raw, {}, "muscle")
-        values |= {f"muscle.{name}@{dataset}": value for name, value in found.items()}
+        values |= {full_names.of_set(f"muscle.{name}", dataset): value for name, value in found.items()}
     entries = table.get("effect", [])
     if not isinstance(entries, list) or not entries:
         raise InputError("the model has no effect", path, cure='add [[effect]] and below it name = "ideal_cylinder"')
@@ -137,7 +137,7 @@ def _read_effect(
     given = {key: value for key, value in entry.items() if key not in ("name", "define")}
     found = _read_table(given, {k: p.unit for k, p in declared.items()}, path, raw, states, name)
     for key, value in found.items():
-        p = declared[key.split("@")[0]]
+        p = declared[full_names.common(key)]
         check_range(f"{name}.{key}", value, p.lower, p.upper, p.unit, path, line_of(raw, key))
         values[f"{name}.{key}"] = value
     return known[name](**{key: value for key, value in found.items() if "@" not in key})
@@ -174,7 +174,7 @@ def _read_table(
         raise InputError(f"{owner} is not a table", path, value=table, cure="write name = { value = ..., state = ... }")
     found = {}
     for key, entry in table.items():
-        plain = key.split("@")[0]
+        plain = full_names.common(key)
         if plain not in known:
             raise unknown_name(f"parameter of {owner}:", key, known, path, row=line_of(raw, key))
         entry = entry if isinstance(entry, dict) else {"value": entry}
@@ -261,7 +261,7 @@ def _muscle_table(fit: Fit, dataset: int, experiment: Experiment) -> Table:
     table = tomlkit.table()
     for name, (unit, _) in quantities().items():
         full = f"muscle.{name}"
-        full = full if full in fit.layout.names else f"{full}@{experiment.name}"
+        full = full if full in fit.layout.names else full_names.of_set(full, experiment.name)
         if full in fit.layout.names:
             table[name] = _entry(fit, full, unit)
     return table
@@ -275,7 +275,7 @@ def _effect_table(fit: Fit, effect: Effect) -> Table:
     declared = {p.name: p.unit for p in parameters(effect)}
     for full in fit.layout.of_effect(name_of(effect)):
         key = full.split(".", 1)[1]
-        table[key] = _entry(fit, full, declared[key.split("@")[0]])
+        table[key] = _entry(fit, full, declared[full_names.common(key)])
     return table
 
 

@@ -6,6 +6,7 @@ from collections.abc import Iterator, Sequence
 import jax.numpy as jnp
 import numpy as np
 
+from fitting import full_names
 from fitting.least_squares import Fit, Subset, subset_of
 from fitting.records import Experiment, Recording
 from fitting.residuals import Problem, Samples, problem, thinned
@@ -43,7 +44,7 @@ def posed(
     labels = tuple(every[number] for number in np.unique(samples.recording))
     names = (*fit.free, *(f"noise.{part}@{label}" for one, label in zip(found, labels, strict=True)
                           for part in PARTS if part in one.parts))  # fmt: skip
-    idle = tuple(name for name in stated or {} if not any(name in (f, f.split("@")[0]) for f in fit.free))
+    idle = tuple(name for name in stated or {} if not any(name in (f, full_names.common(f)) for f in fit.free))
     told = [rec.noise is not None for experiment in experiments for rec in experiment.recordings]
     good_to = tuple(len(told) == len(every) and told[number] for number in np.unique(samples.recording))
     whole = Posed(target, samples, found, labels, names, priors, spreads, idle, stated=good_to)
@@ -80,7 +81,7 @@ def _coarser(target: Target, times: int) -> Target:
 
 def _prior(fit: Fit, name: str, stated: dict[str, Prior]) -> Prior:
     entry = fit.layout.entries[fit.layout.names.index(name)]
-    mine = stated.get(name) or stated.get(name.split("@")[0])
+    mine = stated.get(name) or stated.get(full_names.common(name))
     if mine is not None:
         check_overlap(mine, name, entry.unit, entry.lower, entry.upper)
         return mine

@@ -22,7 +22,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from fitting import units
+from fitting import full_names, units
 from fitting.errors import InputError, unknown_name
 from fitting.reading.muscle_file import line_of
 from mckibben_jax.effect import Effect, name_of
@@ -131,7 +131,7 @@ def stated_priors(table: dict[str, Any], effects: Sequence[Effect], path: Path, 
                 name, row = f"{owner}.{key}{data}", line_of(raw, key)
                 _check_entry(entry, name, path, row)
                 if "prior" in entry:
-                    found[name] = _at(entry["prior"], known[key.split("@")[0]], name, path, row)
+                    found[name] = _at(entry["prior"], known[full_names.common(key)], name, path, row)
     return found
 
 

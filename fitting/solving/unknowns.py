@@ -9,6 +9,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from fitting import full_names
 from fitting.records import Experiment
 from mckibben_jax.effect import Effect, name_of
 from mckibben_jax.model import Model, model
@@ -87,7 +88,7 @@ class Unknowns:
     def _by_effect(self) -> dict[str, tuple[str, ...]]:
         found: dict[str, tuple[str, ...]] = {}
         for name in self.names:
-            owner = owner_of(name)
+            owner = full_names.owner_of(name)
             found[owner] = (*found.get(owner, ()), name)
         return found
 
@@ -130,12 +131,7 @@ def _is_own(name: str, own: Sequence[str]) -> bool:
 
 
 def _label(entry: Unknown, dataset: str, own: bool) -> Unknown:
-    return dataclasses.replace(entry, name=f"{entry.name}@{dataset}") if own else entry
-
-
-def owner_of(name: str) -> str:
-    """What a full name belongs to, an effect or the muscle: 'tip' of 'tip.k' and of 'tip.k@second set'."""
-    return name.split("@")[0].rsplit(".", 1)[0]
+    return dataclasses.replace(entry, name=full_names.of_set(entry.name, dataset)) if own else entry
 
 
 def _of_muscle(experiment: Experiment) -> list[Unknown]:
