@@ -1,0 +1,98 @@
+"""The hidden-effect benchmark: its plan, and that the truth shares no code with the program."""
+
+import ast
+import json
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner
+from hidden.simulator import NOISES, STRANGERS, TYPICAL
+from hidden.study.__main__ import main
+from hidden.study.cases import chosen, plan
+from hidden.study.protocols import LOOPS, OTHERS
+
+HERE = Path(__file__).parent / "hidden"
+
+
+def test_the_plan_is_fixed_by_its_seed():
+    """Case by case; another seed draws other pairs and other noise."""
+    one, again, other = plan(1), plan(1), plan(2)
+    assert one == again
+    assert len({case.id for case in one}) == len(one)
+    assert [c.hidden for c in one if c.group == "pair"] != [c.hidden for c in other if c.group == "pair"]
+    assert one[0].recording_seed() != other[0].recording_seed()
+
+
+def test_the_plan_is_as_wide_as_promised():
+    """Twenty effects and more, every size, kind of noise and protocol, none to three effects, and outside."""
+    cases = plan(1)
+    single = [case for case in cases if case.group == "single"]
+    assert len({case.hidden for case in single}) >= 20
+    assert {(case.size, case.unit) for case in single} == {(2, "sigma"), (5, "sigma"), (10, "sigma"), (3, "limit")}
+    for group in ("none", "single", "outside", "pair", "triple"):
+        mine = [case for case in cases if case.group == group]
+        assert {case.noise for case in mine} == set(NOISES), group
+        assert {case.protocol for case in mine} == set(LOOPS), group
+    assert {case.hidden[0] for case in cases if case.group == "outside"} == set(STRANGERS)
+    assert all(len(set(case.hidden)) == {"pair": 2, "triple": 3}.get(case.group, len(case.hidden)) for case in cases)
+
+
+def test_the_plan_goes_beyond_loops():
+    """Every other kind of recording, clean in every noise and with everything at two sizes; behind all that was."""
+    cases = plan(1)
+    kinds = [case for case in cases if case.group == "kinds"]
+    assert cases[-len(kinds) :] == tuple(kinds)
+    assert set(LOOPS).isdisjoint(OTHERS)
+    for protocol in OTHERS:
+        mine = [case for case in kinds if case.protocol == protocol]
+        clean = [case for case in mine if not case.hidden]
+        assert len(clean) >= 6
+        assert {case.noise for case in clean} == set(NOISES)
+        for name in (*TYPICAL, *STRANGERS):
+            assert {5.0, 10.0} <= {case.size for case in mine if case.hidden == (name,)}, (protocol, name)
+
+
+def test_some_groups_can_be_asked_for():
+    """Their share is what it is in the whole; clean cases come along where detection limits are needed."""
+    cases = plan(1)
+    part = chosen(cases, 0.1, ("kinds", "outside"))
+    assert part == tuple(case for case in chosen(cases, 0.1) if case.group in ("kinds", "outside"))
+    assert {case.group for case in chosen(cases, 0.1, ("single",))} == {"single", "none"}
+    answer = CliRunner().invoke(main, ["--groups", "kinds,kins"])
+    assert answer.exit_code == 2
+    assert "no group kins; the plan has none, single" in answer.output
+
+
+@pytest.mark.parametrize("share", [0.02, 0.1, 0.5])
+def test_a_share_is_even_and_nested(share):
+    """Every group in proportion, and a larger share holds it; detection limits have their clean cases."""
+    cases, small = plan(1), chosen(plan(1), share)
+    assert set(small) <= set(chosen(cases, min(1.0, 2 * share)))
+    for group in ("single", "power", "outside"):
+        whole, part = (sum(case.group == group for case in these) for these in (cases, small))
+        assert part == pytest.approx(share * whole, rel=0.15, abs=3)
+    pilots = {(c.noise, c.protocol) for c in small if c.group == "none" and c.number == 0}
+    assert {(c.noise, c.protocol) for c in small if c.unit == "limit"} <= pilots
+    assert set(chosen(cases, 1.0)) == set(cases)
+
+
+def test_noise_is_independent_of_how_it_is_said():
+    """A changed recording is the same recording."""
+    mine = [case for case in plan(1) if case.group == "invariance" and case.number == 0]
+    assert len({case.change for case in mine}) == 4
+    assert len({case.recording_seed() for case in mine}) == 1
+    assert len({json.dumps(case.shapes()) for case in mine}) == 1
+
+
+def test_the_truth_shares_no_code_with_the_program():
+    """Neither the simulator nor what decides how much is hidden."""
+    truth = [path for path in HERE.glob("*.py") if not path.name.startswith(("test_", "make_"))]
+    truth += [
+        HERE / "study" / f"{name}.py"
+        for name in ("protocols", "sizes", "cases", "mimicry", "changes", "scores", "kinds")
+    ]
+    for path in truth:
+        for node in ast.walk(ast.parse(path.read_text())):
+            names = [alias.name for alias in node.names] if isinstance(node, ast.Import) else []
+            names += [node.module or ""] if isinstance(node, ast.ImportFrom) else []
+            assert not any(name.split(".")[0] in ("mckibben_jax", "fitting", "jax") for name in names), path.name
