@@ -46,6 +46,20 @@ def test_a_few_percent_of_friction_may_differ_but_not_half_of_it(share, taken):
     assert (left < 4) == taken
 
 
+def test_a_range_in_decades_changes_nothing_in_what_may_differ():
+    """A parameter that is searched for in its logarithm may differ by the same share of itself."""
+    s = two_runs()
+    decades = Unknown("coulomb_friction.f_s", "1", 0.001, 1.0, 0.02, (0.02,), None)
+    assert decades.logarithmic
+    rows = SIZE * differing(s, 0.03)
+    plain = trial(s, rows)
+    steeper = np.stack([plain.slopes[:, 0] / 10 * np.log(1000), plain.slopes[:, 1]], axis=1)
+    layout = Unknowns((decades, RADIUS), (), ())
+    both = (apart.from_run_to_run(plain, LAYOUT, s).left(rows),
+            apart.from_run_to_run(replace(plain, slopes=steeper), layout, s).left(rows))  # fmt: skip
+    assert both[1] == pytest.approx(both[0], rel=1e-6)
+
+
 def test_the_muscle_is_the_same_in_every_run():
     s = two_runs()
     rows = s.pressure / 1e4 * np.where(s.run == 1, 1.0, -1.0) * (s.contraction - 0.1)

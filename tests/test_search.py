@@ -42,9 +42,15 @@ def measured(folder, protocol, noise, hidden, seed=3):
 
 
 @pytest.fixture(scope="module")
-def three(tmp_path_factory):
+def told():
+    """What was said of the search of `three`, in order: words and the share that is done."""
+    return []
+
+
+@pytest.fixture(scope="module")
+def three(tmp_path_factory, told):
     experiment = measured(tmp_path_factory.mktemp("three"), "no repeats", "force", THREE)
-    return searched([experiment], BASE, candidates=CANDIDATES)
+    return searched([experiment], BASE, candidates=CANDIDATES, progress=lambda *said: told.append(said))
 
 
 def test_three_effects_are_found_though_the_third_stands_behind_the_others(three):
@@ -55,6 +61,16 @@ def test_three_effects_are_found_though_the_third_stands_behind_the_others(three
     assert any("triples refitted" in note for note in found.notes)
     assert {tuple(sorted(e.effects)) for e in sets_named(found)} == set(found.explanations)
     assert "+ hertz_friction + tip + weight" in effect_bars(found, 0.6, "N")
+
+
+def test_progress_goes_forward_level_by_level(three, told):
+    words, shares = zip(*told, strict=True)
+    assert words == (
+        "baseline", "one effect at a time", "pairs", "testing sets of 1", "triples", "testing sets of 2",
+        "testing sets of 3",
+    )  # fmt: skip
+    assert shares[0] == 0
+    assert all(before < after <= 1 for before, after in zip(shares, shares[1:], strict=False))
 
 
 def test_a_linear_look_beside_a_set_foretells_its_refit(three):

@@ -53,9 +53,9 @@ class Search:
                 for _ in range(ROUNDS):
                     self.fit_level(self.grown([*self.parts(self.best(size)), *self.best(size - 1)]))
             if size < 3:
-                self.told(LEVELS[size + 1], 0.3 * size + 0.1)
+                self.told(LEVELS[size + 1], 0.25 * size + 0.1)
                 self.fit_level(self.screened(size + 1, pool))
-            self.told(f"testing sets of {size}", 0.3 * size + 0.25)
+            self.told(f"testing sets of {size}", 0.25 * size + 0.2)
             self.test_level(size)
             if self.adequate and size > 1:  # others that do as well as these
                 self.fit_level(self.grown(self.parts(self.adequate)))
