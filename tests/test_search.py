@@ -1,5 +1,7 @@
 """Sets whose members hide each other, and runs that cannot differ as much as a fit needs them to."""
 
+from itertools import pairwise
+
 import jax
 import jax.numpy as jnp
 import pytest
@@ -70,7 +72,7 @@ def test_progress_goes_forward_level_by_level(three, told):
         "testing sets of 3",
     )  # fmt: skip
     assert shares[0] == 0
-    assert all(before < after <= 1 for before, after in zip(shares, shares[1:], strict=False))
+    assert all(before < after <= 1 for before, after in pairwise(shares))
 
 
 def test_a_linear_look_beside_a_set_foretells_its_refit(three):
