@@ -1,13 +1,14 @@
 """Runs too few to be flipped: what may differ between them, and how far."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from test_flips import samples, two_runs
 
 from fitting.diagnosis import apart
-from fitting.diagnosis.universe import Trial
+from fitting.diagnosis.universe import Trial, Universe
 from fitting.solving.unknowns import Unknown, Unknowns
 
 FRICTION = Unknown("coulomb_friction.f_s", "1", 0.0, 0.2, 0.02, (0.02,), None)
@@ -104,3 +105,26 @@ def test_what_priors_hold_does_not_give_way():
     held = replace(free, prior_rows=np.zeros(1), prior_slopes=np.array([[0.0, 1e9]]))
     assert np.linalg.norm(apart.together(free).beside(column)) < 1e-6 * np.linalg.norm(column)
     np.testing.assert_allclose(apart.together(held).beside(column), column, rtol=1e-6)
+
+
+def test_every_parameter_has_its_own_share():
+    """Friction differs between ten runs, another parameter does not; no row of a third has a group."""
+    random = np.random.default_rng(2)
+    run = np.repeat(np.arange(10), 40)
+    up, ramp = np.tile([1.0, -1.0], 200), np.tile(np.linspace(-1, 1, 40), 10)
+    own = [np.where(run == r, column, 0.0) for column in (up, ramp) for r in range(10)]
+    columns, group = 20 * np.stack(own, axis=1), np.repeat([4, 7], 10)
+    beside = np.stack([up, ramp], axis=1) / np.sqrt([np.sum(up**2), np.sum(ramp**2)])
+    rows = columns[:, :10] @ random.normal(size=10) + random.normal(size=400)
+    shares = apart.shares_seen(np.hstack([columns, columns[:, :1]]), np.append(group, -1), rows[:, None], beside)
+    assert set(shares) == {4, 7}
+    assert 0.5 < shares[4][0] < 2
+    assert shares[7][0] < 0.1
+
+
+def test_what_was_measured_may_be_denied_from_either_side():
+    """Stated with a standard error: more than four of these away, above or below, and the trial denies it."""
+    stated = (replace(RADIUS, prior=(0.007, 1e-4)), replace(RADIUS, name="muscle.length", prior=(0.3, 1e-3)), FRICTION)
+    world = SimpleNamespace(layout=Unknowns(stated, (), ()))
+    for rows, denied in (([0.5, -4.5], ("muscle.length",)), ([3.9, -3.9], ()), ([4.5, 0.0], ("muscle.radius",))):
+        assert Universe.contradicted(world, SimpleNamespace(prior_rows=np.array(rows))) == denied

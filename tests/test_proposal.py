@@ -75,6 +75,12 @@ def test_a_form_that_no_effect_has_is_found_with_its_values(case):
     assert float(kind().force(MUSCLE, state)) == pytest.approx(force[at], abs=0.05 * np.abs(force).max())
 
 
+def test_two_terms_are_found_where_it_takes_two():
+    found = propose(misfit(FORMS["bump"][0] + FORMS["ripple"][0]))
+    assert set(found.terms) == {"{A}*" + FORMS["bump"][1], "{A}*" + FORMS["ripple"][1]}
+    assert found.after < 1.15 * SIGMA
+
+
 @pytest.mark.parametrize("memory", [0.0, 0.8, 0.97])
 def test_noise_gets_no_proposal_however_long_it_remembers(memory):
     for seed in range(3):

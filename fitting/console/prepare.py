@@ -48,12 +48,15 @@ def prune(place: Path, most: int = CACHE_BYTES) -> None:
     jax can bound its store itself, but only with a further package for locking.
     """
     try:
-        entries = sorted((f.stat().st_mtime, f.stat().st_size, f) for f in place.iterdir() if f.is_file())
+        with os.scandir(place) as found:  # thousands of entries at every start: the quickest way to ask
+            entries = [(entry.stat(), entry.path) for entry in found if entry.is_file()]
     except OSError:
         return  # another process is deleting: it does the work
-    total = sum(size for _, size, _ in entries)
-    for _, size, file in entries if total > most else ():
+    total = sum(stat.st_size for stat, _ in entries)
+    if total <= most:
+        return
+    for stat, path in sorted(entries, key=lambda entry: entry[0].st_mtime):
         if total <= most / 2:
             return
-        file.unlink(missing_ok=True)
-        total -= size
+        Path(path).unlink(missing_ok=True)
+        total -= stat.st_size
