@@ -97,7 +97,7 @@ def compare(fit: Fit, experiments: Sequence[Experiment]) -> Comparison:
     mask = np.array([scores[k].unit == unit for k in fit.samples.recording])
     samples, residual = fit.samples.where(mask), fit.residual[mask]
     tests = np.array([recordings[k][1].test for k in samples.recording])
-    pairs = _repetitions(samples, residual, tests)
+    pairs = repetitions(samples, residual, tests)
     rmse, moved = _rms(residual), drift(pairs)
     parity = cells(samples, residual, tests == "loop") if unit == "N" else None
     even, odd, speed = exponents(fit, mask) if parity is not None else (None, None, None)
@@ -127,7 +127,7 @@ def compare(fit: Fit, experiments: Sequence[Experiment]) -> Comparison:
     )
 
 
-def _repetitions(samples: Samples, residual: np.ndarray, tests: np.ndarray) -> tuple[Pair, ...]:
+def repetitions(samples: Samples, residual: np.ndarray, tests: np.ndarray) -> tuple[Pair, ...]:
     """Branches measured again. A swing is no repetition of the one before it, nor of one under another load."""
     again = ~np.isin(tests, MOVING_TESTS)
     if not again.any():

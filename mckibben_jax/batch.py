@@ -63,11 +63,11 @@ class Space:
     def _of_sample(self, number: jax.Array) -> list[jax.Array]:
         shift = np.random.default_rng(self.seed).integers(2**_WORD, size=len(self.ranges), dtype=np.uint64)
         turned = [number.astype(jnp.uint64) * jnp.uint64(a) + jnp.uint64(s)
-                  for a, s in zip(_turns(len(self.ranges)), shift, strict=True)]  # fmt: skip
+                  for a, s in zip(turns(len(self.ranges)), shift, strict=True)]  # fmt: skip
         return [(t >> jnp.uint64(11)).astype(float) * 2.0**-53 for t in turned]
 
 
-def _turns(count: int) -> list[int]:
+def turns(count: int) -> list[int]:
     """The steps of a Kronecker sequence as integers out of 2^64, which wrap around where a fraction would."""
     with localcontext() as exact:
         exact.prec = 40

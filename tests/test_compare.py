@@ -7,8 +7,8 @@ import pytest
 from small_muscle import loops, surface, write
 
 from fitting.bins import bins
-from fitting.commands.compare import _next
-from fitting.compare import _repetitions, compare
+from fitting.commands.compare import next_command
+from fitting.compare import compare, repetitions
 from fitting.console.baseline import baseline
 from fitting.least_squares import fit
 from fitting.recordings import read_experiment
@@ -149,7 +149,7 @@ def test_values_are_sorted_by_levels_or_by_steps(values, levels, label):
 def test_what_comes_next_is_a_command_that_takes_these_data(tests, verb):
     experiment = SimpleNamespace(recordings=[SimpleNamespace(test=test) for test in tests])
     asked, task = SimpleNamespace(data=("folder",)), SimpleNamespace(experiments=[experiment])
-    assert _next(SimpleNamespace(asked=asked, task=task)).startswith(f"mckibben {verb} folder")
+    assert next_command(SimpleNamespace(asked=asked, task=task)).startswith(f"mckibben {verb} folder")
 
 
 @pytest.mark.parametrize(("test", "pairs"), [("loop", 1), ("quick release", 0), ("step", 0)])
@@ -163,4 +163,4 @@ def test_a_swing_after_a_release_is_no_repetition(test, pairs):
         contraction=along, pressure=steady, rate=steady, pressure_rate=zero, branch=run * 0 + 1, measured=zero,
         sigma=steady, position=np.arange(2 * count),
     )  # fmt: skip
-    assert len(_repetitions(samples, np.arange(2.0 * count), np.array([test] * 2 * count))) == pairs
+    assert len(repetitions(samples, np.arange(2.0 * count), np.array([test] * 2 * count))) == pairs

@@ -15,7 +15,7 @@ from fitting.errors import InputError
 from fitting.recordings import read_experiment
 from fitting.releases.hill import Reading, curves, dry_curve, hill_curve, releases, straight_part
 from fitting.releases.motion import Motions
-from fitting.releases.words import _judged
+from fitting.releases.words import said_of_viscosity
 
 ISOMETRIC, CURVATURE, LARGEST = 900.0, 0.3, 1.6  # N, 1, m/s
 STROKE, FRICTION = 0.09, 40.0  # m, N
@@ -146,7 +146,7 @@ def test_the_motion_says_what_hills_numbers_are_worth(misses, b, ends, words):
                                residual=np.full(9, miss), rmse=miss, samples=samples)  # fmt: skip
 
     motions = Motions(fitted(misses[0]), fitted(misses[1], **{"hill.a_over_F0": 0.3, "hill.b": b}))
-    told = _judged(motions, "hill.b = 500 mm/s +/- 10 mm/s", 1.0)
+    told = said_of_viscosity(motions, "hill.b = 500 mm/s +/- 10 mm/s", 1.0)
     assert words in told
     assert ("viscous_damping" in told) == (b > 10 and misses[0] > misses[1])
 

@@ -25,7 +25,7 @@ from fitting.planning.candidates import FASTER, MUCH_FASTER, NODES, grid, on_spe
 from fitting.planning.foreseen import Varying
 from fitting.planning.protocol import plan_of, plan_result
 from fitting.planning.rejection import Drawn, Units
-from fitting.planning.separation import Outlook, Readings, _of_means
+from fitting.planning.separation import Outlook, Readings, of_means
 from fitting.planning.sharper import sharper
 from fitting.recordings import read_experiment
 from fitting.residuals import thinned
@@ -90,7 +90,7 @@ def test_means_of_correlated_readings(phi):
     whole = phi ** np.abs(at[:, None] - at[None, :])
     expected = whole.reshape(blocks, block, blocks, block).mean(axis=(1, 3))
     centres = block * np.abs(np.arange(blocks)[:, None] - np.arange(blocks)[None, :])
-    assert np.allclose(_of_means(centres.astype(float), phi, block), expected, rtol=1e-6)
+    assert np.allclose(of_means(centres.astype(float), phi, block), expected, rtol=1e-6)
 
 
 def outlook_of(random, rows=8, free=(2, 3)):

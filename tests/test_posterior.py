@@ -18,7 +18,7 @@ from fitting.sampling.doubts import notes
 from fitting.sampling.evaluation import slopes_at
 from fitting.sampling.moves import SCALE, TAILS, log_around_mode
 from fitting.sampling.noise import chosen, noise_of_rows
-from fitting.sampling.posing import _slim
+from fitting.sampling.posing import thinned_about
 from fitting.sampling.quick import quick_look
 from fitting.sampling.record import Missing
 from mckibben_jax.effects import BladderNeoHookean, CoulombFriction, ForceOffset, IdealCylinder
@@ -279,7 +279,7 @@ def test_readings_of_a_motion_stay_when_loops_are_thinned():
     run = dataclasses.replace(loop.runs[0], load=np.full(len(loop.runs[0]), 100.0), time=loop.runs[0].time / 1e3)
     release = Recording("release.csv", "quick release", (run,), 1e-4)
     both = dataclasses.replace(loops(IdealCylinder()), recordings=(release, loop))
-    slim = _slim(both, {True: 1.0, False: 0.2})
+    slim = thinned_about(both, {True: 1.0, False: 0.2})
     assert [rec.test for rec in slim.recordings] == ["quick release", "loop"]
     assert len(slim.recordings[0].runs[0]) == len(run)
     assert len(slim.recordings[1].runs[0]) < 0.4 * len(loop.runs[0])

@@ -6,7 +6,7 @@ from stick_slip import G
 
 from fitting.least_squares import fit
 from fitting.recordings import read_experiment
-from fitting.sampling.posing import _coarser, posed
+from fitting.sampling.posing import posed, with_coarser_steps
 from fitting.sampling.quick import quick_look
 from fitting.simulate import release_courses, write_data_set
 from mckibben_jax.effects import CoulombFriction, IdealCylinder, ViscousDamping
@@ -30,9 +30,9 @@ def released(tmp_path_factory):
 def test_longer_steps_still_reach_the_end_of_the_motion(released):
     experiment, found = released
     target = posed(found, [experiment], 4000).target
-    fine = _coarser(target, 1)
+    fine = with_coarser_steps(target, 1)
     at = np.zeros(len(target.centre))
-    rows, coarse = (np.asarray(each.parts(at)[2]) for each in (fine, _coarser(fine, 2)))
+    rows, coarse = (np.asarray(each.parts(at)[2]) for each in (fine, with_coarser_steps(fine, 2)))
     assert np.abs(coarse - rows).max() < 1.0  # one standard deviation of a reading; a motion cut short is off by 1000
 
 

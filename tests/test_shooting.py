@@ -13,7 +13,7 @@ from fitting.recordings import read_experiment
 from fitting.residuals import problem
 from fitting.simulate import loop_courses, release_courses, step_courses, write_data_set
 from fitting.solving.search import rows_and_slopes
-from fitting.solving.shooting import _wider, begun_by_shooting, shooting
+from fitting.solving.shooting import begun_by_shooting, shooting, with_shots
 from fitting.solving.unknowns import unknowns
 from mckibben_jax import motion
 from mckibben_jax.effect import name_of
@@ -68,7 +68,7 @@ def test_slopes_from_few_tangents_are_those_along_any(releases):
     subset = subset_of(layout, layout.start, names)
     cut = shooting(given.coarser(4), 4)
     assert cut is not None
-    wider = _wider(subset, [each for each in cut.shots if each is not None])
+    wider = with_shots(subset, [each for each in cut.shots if each is not None])
     place = jnp.concatenate([subset.place(subset.full), 0.5 + 0.01 * jnp.sin(jnp.arange(cut.size))])
     rows, slopes = rows_and_slopes(cut, wider, place)
     assert slopes.shape == (cut.count, len(names) + 3 * 3 * 2)

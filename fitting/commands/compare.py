@@ -43,7 +43,7 @@ def command(alike: bool, **given: Any) -> None:
     study.print(known_report(fit))
     study.print([] if can_be_known is None else alike_report(can_be_known))
     if found.rmse > NEAR_FLOOR * found.floor:
-        study.print([headed("", ""), headed("NEXT", _next(study))])
+        study.print([headed("", ""), headed("NEXT", next_command(study))])
     study.write(comparison_result(found) | {"fit": fit_result(fit), "known": known_result(fit)} | more)
     if study.asked.html:
         from fitting.showing.page import write_page
@@ -52,7 +52,7 @@ def command(alike: bool, **given: Any) -> None:
     study.end(fit.converged)
 
 
-def _next(study: Study) -> str:
+def next_command(study: Study) -> str:
     """The command that goes on; the diagnosis reads forces, and motions as force, but no position without inertia."""
     folders = " ".join(study.asked.data)
     if all(recording.test == "isotonic" for each in study.task.experiments for recording in each.recordings):

@@ -66,11 +66,11 @@ class Readings:
         total = noise.white / kept * np.eye(count)
         for share, phi in zip(noise.shares, memory, strict=True):
             if share > 0:
-                total = total + share * _of_means(apart, phi, max(kept, 1.0))
+                total = total + share * of_means(apart, phi, max(kept, 1.0))
         return total, kept
 
 
-def _of_means(apart: np.ndarray, phi: float, m: float) -> np.ndarray:
+def of_means(apart: np.ndarray, phi: float, m: float) -> np.ndarray:
     """Correlation of means over m neighbours of a first-order autoregression, their centres this far apart."""
     across = (1 - phi**m) / (m * (1 - phi))
     own = (1 + phi) / (1 - phi) / m - 2 * phi * (1 - phi**m) / (m * (1 - phi)) ** 2

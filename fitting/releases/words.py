@@ -60,10 +60,10 @@ def _motion(motions: Motions, fastest: float) -> list[RenderableType]:
         for name, (value, error) in motions.direct.items()
     )
     told = f"Fitted to the positions, a model without viscosity misses them by {dry} rms, one with it by {viscous}: "
-    return [headed("MOTION", told + _judged(motions, ", ".join(values), fastest))]
+    return [headed("MOTION", told + said_of_viscosity(motions, ", ".join(values), fastest))]
 
 
-def _judged(motions: Motions, values: str, fastest: float) -> str:
+def said_of_viscosity(motions: Motions, values: str, fastest: float) -> str:
     """What the two errors say of viscosity."""
     dry, viscous = motions.errors
     if viscous > dry:

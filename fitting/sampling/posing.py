@@ -59,12 +59,12 @@ def _kept(every: Samples, some: Samples) -> np.ndarray:
 
 def _well_integrated(what: Posed) -> Posed:
     """The same at its mode, motions integrated in steps as long as the density allows."""
-    moved = what.moved(*at_mode(_coarser(what.target, COARSER[0])))
+    moved = what.moved(*at_mode(with_coarser_steps(what.target, COARSER[0])))
     fine = moved.target
     z = np.random.default_rng(0).standard_normal((BATCH, len(what.names)))
     exact = log_probs(fine, BATCH)(z)
     for times in COARSER:
-        coarse = _coarser(fine, times)
+        coarse = with_coarser_steps(fine, times)
         change = float(np.std(log_probs(coarse, BATCH)(z) - exact))
         if change < ALIKE:  # not so where it is no number
             told = f"motions take steps {times} times as long as in the fit: the log-density moves by {change:.2f}"
@@ -72,7 +72,7 @@ def _well_integrated(what: Posed) -> Posed:
     return moved
 
 
-def _coarser(target: Target, times: int) -> Target:
+def with_coarser_steps(target: Target, times: int) -> Target:
     """With steps that are longer."""
     given = target.problem
     blocks = tuple(dataclasses.replace(b, steps=-(-b.steps // times)) if b.steps else b for b in given.blocks)
@@ -117,10 +117,10 @@ def slimmed(fit: Fit, experiments: Sequence[Experiment], rows: int) -> tuple[Pro
                      for m in (True, False))  # fmt: skip
     kept = min(moving, rows / 2)
     shares = {True: kept / max(moving, 1.0), False: (rows - kept) / max(other, 1.0)}
-    return problem([_slim(experiment, shares) for experiment in stated], fit.layout)
+    return problem([thinned_about(experiment, shares) for experiment in stated], fit.layout)
 
 
-def _slim(experiment: Experiment, shares: dict[bool, float]) -> Experiment:
+def thinned_about(experiment: Experiment, shares: dict[bool, float]) -> Experiment:
     """These shares of the readings of recordings in which something moves under a load, and of the others."""
     slim: dict[bool, Iterator[Recording]] = {}
     for moves, share in shares.items():

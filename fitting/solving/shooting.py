@@ -116,7 +116,7 @@ def begun_by_shooting(given: Problem, subset: Subset, begin: np.ndarray, stretch
     problem = shooting(given, stretches)
     if problem is None:
         return begin
-    wider = _wider(subset, [each for each in problem.shots if each is not None])
+    wider = with_shots(subset, [each for each in problem.shots if each is not None])
     places = np.concatenate([begin, np.full((len(begin), problem.size), 0.5)], axis=1)
     for looseness in LOOSENESS:
         ends = solve(replace(problem, looseness=jnp.asarray(looseness)), wider, jnp.asarray(places), STEPS).ends
@@ -125,7 +125,7 @@ def begun_by_shooting(given: Problem, subset: Subset, begin: np.ndarray, stretch
     return np.concatenate([places[:, : begin.shape[1]], begin[:1]])
 
 
-def _wider(subset: Subset, shots: Sequence[Shots]) -> Subset:
+def with_shots(subset: Subset, shots: Sequence[Shots]) -> Subset:
     """The subset with the nodes behind its unknowns, all of them free."""
     seen, scale = (np.concatenate([np.asarray(part).reshape(-1) for part in parts])
                    for parts in zip(*((each.seen, each.scale) for each in shots), strict=True))  # fmt: skip

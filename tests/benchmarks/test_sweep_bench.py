@@ -49,11 +49,11 @@ def batch(count, best=0, limits=LIMITS):
 @functools.cache
 def steps():
     """What makes the sample: shifts and steps of the sequence, and the ranges, for the rivals."""
-    from mckibben_jax.batch import _turns
+    from mckibben_jax.batch import turns
 
     shift = np.random.default_rng(0).integers(2**64, size=3, dtype=np.uint64)
     low, high = np.array(list(RANGES.values())).T
-    return shift, np.array(_turns(3), np.uint64), low, high - low
+    return shift, np.array(turns(3), np.uint64), low, high - low
 
 
 # The rivals ----------------------------------------------------------------------------------------------------------
