@@ -101,6 +101,23 @@ def test_every_term_is_a_definition():
         assert kind.__doc__
 
 
+@pytest.mark.parametrize("amplitude", [0.0321, -3.21, 32100.0])
+def test_an_amplitude_is_written_in_the_unit_of_its_size(amplitude):
+    """Read again it is the same number of newtons, in a range of five times as much."""
+    kind = defined(line_of("form", [next(term for term in terms(STATES) if term.amplitude == "N")], [amplitude]))
+    declared = next(p for p in parameters(kind) if p.name == "A")
+    assert declared.default == pytest.approx(amplitude, rel=1e-3)
+    assert declared.upper == pytest.approx(5 * abs(amplitude), rel=0.35)  # to one digit
+    assert declared.lower == -declared.upper
+
+
+def test_a_sign_of_the_speed_takes_motion_both_ways():
+    contracting = STATES["v"] > 0
+    one_way = {name: value[contracting] for name, value in STATES.items()}
+    assert any(term.formula.startswith("{A}*sign(v)") for term in terms(STATES))
+    assert not any(term.formula.startswith("{A}*sign(v)") for term in terms(one_way))
+
+
 def test_it_takes_runs_to_leave_one_out():
     whole = misfit(FORMS["bump"][0])
     few = propose(whole.where(RUN < 3))

@@ -1,6 +1,7 @@
 """Sets whose members hide each other, and runs that cannot differ as much as a fit needs them to."""
 
 from itertools import pairwise
+from types import SimpleNamespace
 
 import jax
 import jax.numpy as jnp
@@ -10,7 +11,7 @@ from hidden.study.protocols import PROTOCOLS
 from hidden.study.sizes import base_of, hiding
 
 from fitting.diagnose import concluded, searched
-from fitting.diagnosis.search import BEST_TRIPLED
+from fitting.diagnosis.search import BEST_TRIPLED, Search
 from fitting.recordings import read_experiment
 from fitting.report import sets_named
 from fitting.showing.effect_bars import effect_bars
@@ -89,6 +90,17 @@ def test_friction_of_another_law_is_named_though_two_runs_could_differ_in_theirs
     search = searched([measured(tmp_path, "poor", "pressure", RIVAL)], BASE, candidates=CANDIDATES)
     assert search.gate.rejected
     assert concluded(search).explanations == (("hertz_friction",),)
+    assert frozenset() not in search.trials  # beside one that does, nothing else is looked for
+
+
+def test_an_explanation_is_bettered_by_one_more_effect_that_takes_most_of_the_rest():
+    """By a set with that effect and no other, and not by one that leaves the explanation out."""
+    costs = {"a": 100.0, "b": 100.0, "ab": 80.0, "bc": 1.0, "abc": 1.0}
+    trials = {frozenset(key): SimpleNamespace(cost=cost) for key, cost in costs.items()}
+    search = SimpleNamespace(trials=trials, base=SimpleNamespace(cost=200.0))
+    search.examiner = SimpleNamespace(left=lambda trial: trial.cost)
+    bettered = {key: Search.bettered(search, frozenset(key)) for key in ("", "a", "b", "ab")}
+    assert bettered == {"": False, "a": False, "b": True, "ab": True}
 
 
 def test_what_gives_no_number_or_moves_nothing_is_set_aside(tmp_path):
