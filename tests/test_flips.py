@@ -192,6 +192,9 @@ def test_few_loops_flip_smaller_units_and_say_so():
     blocks = flips.units(few.where(few.half < 4), 0.5)
     assert "noise model" in blocks.words
     assert blocks.level == flips.FEW_LEVEL
+    assert "blocks of 24 samples" in flips.units(few.where(few.half < 4), 0.5).words  # 8 correlation times, (1+m)/(1-m)
+    assert "blocks of 72 samples" in flips.units(few.where(few.half < 4), 0.8).words
+    assert "blocks of 20 samples" in flips.units(few.where(few.half < 4), 0.0).words
 
 
 def test_a_few_loops_beside_many_isometric_cycles_are_flipped_by_halves():
@@ -234,3 +237,4 @@ def test_units_of_one_run_are_alike_by_what_they_share():
     assert flips.alike_within(scores, run) == pytest.approx(products / squares)
     assert flips.alike_within(np.repeat(scores[:2], [3, 2], axis=0), run) == pytest.approx(1.0)
     assert flips.alike_within(scores, np.arange(5)) == 0.0
+    assert flips.alike_within(np.zeros((5, 3)), run) == 0.0
