@@ -193,7 +193,7 @@ def test_few_loops_flip_smaller_units_and_say_so():
     assert "noise model" in blocks.words
     assert blocks.level == flips.FEW_LEVEL
     assert "blocks of 24 samples" in flips.units(few.where(few.half < 4), 0.5).words  # 8 correlation times, (1+m)/(1-m)
-    assert "blocks of 72 samples" in flips.units(few.where(few.half < 4), 0.8).words
+    assert "blocks of 56 samples" in flips.units(few.where(few.half < 4), 0.75).words
     assert "blocks of 20 samples" in flips.units(few.where(few.half < 4), 0.0).words
 
 
