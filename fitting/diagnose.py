@@ -14,7 +14,7 @@ from fitting.compare import NEGLIGIBLE
 from fitting.diagnosis.examine import Examiner
 from fitting.diagnosis.held_out import difference
 from fitting.diagnosis.likes import foretelling, leading_of, plausible, simplest, unrivalled
-from fitting.diagnosis.record import Diagnosis, Evidence, Explanation
+from fitting.diagnosis.record import HELPS, Diagnosis, Evidence, Explanation
 from fitting.diagnosis.search import Progress, Search
 from fitting.diagnosis.universe import Trial, Universe, universe
 from fitting.errors import InputError
@@ -122,6 +122,7 @@ def _verdict(search: Search) -> Diagnosis:
         kept, classes = [], ()
     tried = sorted((_explanation(search, added, passed) for added in search.trials), key=lambda e: e.held_out_rmse)
     near = sorted(tried, key=lambda e: not e.plausible)  # stable: plausible ones first
+    near = [e for e in near if e.held_out_rmse < HELPS * world.rmse(examiner.left_out(search.base))]
     nearest = tuple(near[:3]) if verdict == "not in the library" else ()
     rmse, full_scale = world.rmse(search.base.rows), float(np.max(np.abs(world.samples.measured[world.in_newtons])))
     left = world.rmse(search.trials[kept[0]].rows) if kept else search.noise
@@ -141,6 +142,7 @@ def _verdict(search: Search) -> Diagnosis:
         full_scale=full_scale,
         effects=evidence,
         tried=tuple(tried),
+        faint=_faint(search, evidence),
         baseline=search.baseline,
         residual=search.base.rows * world.samples.sigma,
         notes=(*notes, *search.sifted, *search.notes),
@@ -166,22 +168,27 @@ def _said(search: Search, kept: Sequence[frozenset[str]], evidence: dict[str, Ev
     readings, numbers = len(search.world.samples), len(search.base.free)
     if readings < numbers + SPARE:
         return "inconclusive", (f"{readings} readings cannot judge a model with {numbers} fitted numbers: record more",)
+    if search.gate.test.runs_differ:
+        told = "loops say that something is missing, but what differs from run to run would look the same"
+        return "inconclusive", (f"{told}: record each state in more runs",)
     if not search.base_stands:
         if not search.gate.rejected:
             return "inconclusive", ("an added effect lowers the error, but the test does not see that one is missing",)
         return ("not in the library", "missing", "one of")[min(len(kept), 2)], ()
-    if search.gate.test.runs_differ:
-        told = "loops say that something is missing, but parameters that differ from run to run would look the same"
-        return "inconclusive", (f"{told}: record each state in more runs",)
     if not search.examiner.units.trusted and search.gate.test.ratio_p < 1e-4:
         return "inconclusive", ("too few loops to flip, and the noise model alone says that something is missing",)
-    noise = float(np.median(search.world.samples.sigma[search.world.in_newtons]))
-    blind = [e.name for e in evidence.values() if e.detection_limit is not None and e.detection_limit > noise]
+    blind = _faint(search, evidence)
     if blind:
         return "inconclusive", (f"too little of it would show: {', '.join(blind)}",)
     if search.moving_only:
         return "inconclusive", ("these motions do not show a break-away or a standstill: record a loop as well",)
     return "nothing detectable", ()
+
+
+def _faint(search: Search, evidence: dict[str, Evidence]) -> tuple[str, ...]:
+    """Effects that could hide in these data at more than the noise of a reading."""
+    noise = float(np.median(search.world.samples.sigma[search.world.in_newtons]))
+    return tuple(e.name for e in evidence.values() if e.detection_limit is not None and e.detection_limit > noise)
 
 
 def _evidence(search: Search, name: str, passed: Mapping[frozenset[str], str]) -> Evidence:

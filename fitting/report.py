@@ -9,7 +9,7 @@ from rich.text import Text
 from fitting.compare import Comparison
 from fitting.compare import Table as ErrorTable
 from fitting.console.task import Task
-from fitting.diagnosis.record import Diagnosis, Evidence, Explanation
+from fitting.diagnosis.record import HELPS, Diagnosis, Evidence, Explanation
 from fitting.figures import Stage
 from fitting.least_squares import Fit
 from fitting.results import shown_names
@@ -19,6 +19,7 @@ from fitting.showing.sentences import (
     data_in_words,
     effect_set,
     error_in_words,
+    fails,
     fit_in_words,
     judged,
     kind_in_words,
@@ -26,6 +27,7 @@ from fitting.showing.sentences import (
     most_alike,
     p_in_words,
     remark,
+    unlikely_size,
     verdict_in_words,
 )
 
@@ -33,7 +35,6 @@ WIDTH = 110  # where the output is no terminal
 BAR = 24
 LABEL = 9
 MOST_RUNS = 12
-HELPS = 0.98  # of the left-out error: an effect that leaves more is not worth a line
 
 
 def console(quiet: bool = False) -> Console:
@@ -69,8 +70,9 @@ def comparison_report(c: Comparison) -> list[RenderableType]:
     shown: list[RenderableType] = [
         headed("RESULT", judged(c), "bold"),
         headed("ERROR", error_in_words(c)),
-        headed("WHERE", f"Worst at {c.worst}."),
+        *([headed("WHERE", f"Worst at {c.worst}.")] if fails(c) else []),
         headed("KIND", kind_in_words(c)),
+        *lines("WARNING", unlikely_size(c), "yellow"),
     ]
     shown += lines("NOTE", c.notes)
     if len(c.by_recording) > 1:
@@ -164,8 +166,8 @@ def _evidence(d: Diagnosis, unit: str) -> list[RenderableType]:
     for e in helping:
         table.add_row(e.name, *_evidence_cells(e, unit), style="bold" if e.adequate else "")
     shown = [_spaced(table), Text()] if helping or several else []
-    others = ", ".join(e.name for e in idle)
-    shown += [headed("NOT IT", f"{others}: hardly less error with any of them")] if idle else []
+    others = ", ".join(e.name for e in idle if e.name not in d.faint)
+    shown += [headed("NOT IT", f"{others}: hardly less error with any of them")] if others else []
     return [*shown, *lines("NOT SEEN", (f"{', '.join(names)}: {why}" for why, names in blind.items()))]
 
 

@@ -29,7 +29,7 @@ def command(alike: bool, **given: Any) -> None:
     from fitting.report import comparison_report, headed, lines
     from fitting.results import comparison_result, fit_result
     from fitting.showing.alike_words import alike_report, alike_result, known_report, known_result
-    from fitting.showing.sentences import NEAR_FLOOR, fit_in_words
+    from fitting.showing.sentences import fails, fit_in_words
 
     with study.working("fitting and comparing"):
         fit, fitted_here = as_known(study.task)
@@ -42,7 +42,7 @@ def command(alike: bool, **given: Any) -> None:
     study.print(comparison_report(found))
     study.print(known_report(fit))
     study.print([] if can_be_known is None else alike_report(can_be_known))
-    if found.rmse > NEAR_FLOOR * found.floor:
+    if fails(found):
         study.print([headed("", ""), headed("NEXT", next_command(study))])
     study.write(comparison_result(found) | {"fit": fit_result(fit), "known": known_result(fit)} | more)
     if study.asked.html:
@@ -54,7 +54,9 @@ def command(alike: bool, **given: Any) -> None:
 
 def next_command(study: Study) -> str:
     """The command that goes on; the diagnosis reads forces, and motions as force, but no position without inertia."""
-    folders = " ".join(study.asked.data)
+    from fitting.showing.sentences import typed
+
+    folders = typed(study.asked.data)
     if all(recording.test == "isotonic" for each in study.task.experiments for recording in each.recordings):
         return f"mckibben add {folders} EFFECT, one that you suspect (mckibben effects): 'diagnose' needs a force"
     return f"mckibben diagnose {folders}"

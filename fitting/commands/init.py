@@ -17,11 +17,12 @@ def command(folder: str, **given: Any) -> None:
         from fitting.console.handing import hand_out
         from fitting.reading.init import write_muscle_file
         from fitting.report import headed
+        from fitting.showing.sentences import typed
 
         path = write_muscle_file(folder)
     shown = [
         headed("WRITTEN", str(path)),
         headed("NOW", "write a value for every '?' in it, and check what is called a guess or not used"),
-        headed("NEXT", f"mckibben compare {folder}"),
+        headed("NEXT", f"mckibben compare {typed([folder])}"),
     ]
     hand_out(given, "mckibben init", shown, {"written": str(path)})

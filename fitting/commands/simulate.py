@@ -33,6 +33,7 @@ def command(**given: Any) -> None:
     from fitting.console.handing import hand_out
     from fitting.console.prepare import prepare
     from fitting.report import headed, lines
+    from fitting.showing.sentences import typed
 
     prepare()
     with errors_for_machines(given["json"]):
@@ -42,7 +43,7 @@ def command(**given: Any) -> None:
     shown = [
         headed("WRITTEN", f"{told.file} and muscle.toml beside it: {told.samples:,} samples"),
         *lines("WARNING", told.warnings),
-        headed("NEXT", f"mckibben compare {given['out']} --model {given['model']}"),
+        headed("NEXT", f"mckibben compare {typed([given['out']])} --model {typed([given['model']])}"),
     ]
     result = {"file": str(told.file), "samples": told.samples, "warnings": list(told.warnings)}
     hand_out(given, "mckibben simulate", shown, result)

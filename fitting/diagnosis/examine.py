@@ -157,6 +157,8 @@ class Examiner:
         return Ground(self.world.samples, self.units, self.basis, self.noise(trial), self.seed)
 
     def _why_not(self, added: frozenset[str], trial: Trial, verdict: flips.Verdict) -> str:
+        if verdict.rejected and verdict.p >= verdict.level:
+            return "leaves many times the noise"
         if verdict.rejected:
             return f"something is still missing (p = {verdict.p:.2g})"
         ends = [name for name in trial.at_bound if owner_of(name) in added]

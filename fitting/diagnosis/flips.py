@@ -24,6 +24,7 @@ FEW_LEVEL = 0.005
 ENOUGH = 12  # units below which smaller ones are flipped
 MANY = 2.5  # times the noise: so much misfit is a misfit, though flips may be blind to it
 RAISED = 1.1  # times the share by which runs seem to differ: then an effect of that size is taken for such a difference
+READINGS = 10  # of a loop, or what loops share cannot be told from their noise
 SPREAD = 0.1  # likeness of the units of one run above which they cannot count as independent; noise alone: below 0
 
 
@@ -111,6 +112,8 @@ class Verdict:
     p: float  # least of flips of units, of whole runs, and of differences between runs, each by its share of the level
     p_runs: float  # by flips of whole runs, which may differ as they like; 1 where they are too few
     spread: float  # how alike the units of one run err, beyond what all runs share
+    apart: float  # rms of what is left when runs differ as far as they may
+    inside: float  # rms of the noise that loops of one run show; infinite where too few do
     p_effects: np.ndarray  # of each candidate column, corrected for all
     p_omnibus: float
     ratio_p: float  # likelihood ratio of the omnibus basis under the noise model
@@ -126,12 +129,18 @@ class Verdict:
     def rejected(self) -> bool:
         """Whether something is missing, by `p` or because the misfit is many times the noise."""
         in_turn = self.p < self.level and not self.runs_differ
-        return in_turn or (self.rms > MANY * self.floor and self.ratio_p < MISFIT_P)
+        many = self.rms > MANY * self.floor and self.ratio_p < MISFIT_P
+        return in_turn or many or self.apart > MANY * self.inside
 
     @property
     def runs_differ(self) -> bool:
-        """Whether a spread of parameters from run to run explains as well what flips of smaller units reject."""
-        return self.p < self.level <= self.p_runs and self.spread > SPREAD
+        """Whether a spread from run to run explains as well what flips of smaller units reject.
+
+        It is no excuse for many times the noise: then what differs between runs, the pressure or the speed, does what
+        the model does not know.
+        """
+        small = self.rms <= MANY * self.inside
+        return self.p < self.level <= self.p_runs and self.spread > SPREAD and small
 
 
 @dataclass(frozen=True)
@@ -214,6 +223,8 @@ def judged(
     return Verdict(
         p=min(by_unit.p, 2 * p_runs, max(own.differ_p * unit.level / DENIED_P, 1 / (1 + FLIPS)), 1.0),
         p_runs=p_runs,
+        apart=float(np.sqrt(apart.left(rows) / len(rows))),
+        inside=_noise_inside(rows, ground),
         spread=alike_within(_by_unit(common.o * common.clean[:, None], unit.number), unit.runs(ground.samples)),
         p_effects=by_unit.p_effects,
         p_omnibus=by_unit.p_omnibus,
@@ -233,6 +244,23 @@ def _floor(rows: np.ndarray, columns: np.ndarray) -> float:
     known = orthonormal(columns)
     left = rows - known @ (known.T @ rows)
     return float(np.linalg.norm(left) / np.sqrt(max(len(rows) - known.shape[1], 1)))
+
+
+def _noise_inside(rows: np.ndarray, ground: Ground) -> float:
+    """Rms of what loops of one run do not share, in standard deviations, at least 1; infinite where too few tell.
+
+    What they share is smooth along them, so that nothing else leaves their noise, slow or fast. Not whitened: the noise
+    model takes what differs between runs for slow noise.
+    """
+    noise, known = 0.0, 0
+    for run in range(ground.run.max() + 1):
+        mine = ground.run == run
+        loops, count = len(np.unique(ground.samples.loop[mine])), int(mine.sum())
+        if 1 < loops <= count / READINGS:
+            shared = orthonormal(ground.basis.smooth[mine])
+            noise += np.sum((rows[mine] - shared @ (shared.T @ rows[mine])) ** 2) * loops / (loops - 1)
+            known += count
+    return max(float(np.sqrt(noise / known)), 1.0) if known >= len(rows) / 2 else float("inf")
 
 
 def _limits(ground: Ground, white: White, common: Projected, own: Projected, free: Projected) -> np.ndarray:

@@ -79,9 +79,10 @@ def leading_of(
     singles = [added for added in all_singles if plausible(world, added, trials[added])] or all_singles
     rows = {added: examiner.left_out(trials[added]) for added in singles}
     order = sorted(singles, key=lambda added: held_out.rms(rows[added]))
-    if not order or not _clearly(examiner.left_out(base), rows[order[0]], examiner.groups):
+    helping = [added for added in order if _clearly(examiner.left_out(base), rows[added], examiner.groups)]
+    if not helping or helping[0] != order[0]:
         return None
-    equals = [added for added in order if not _clearly(rows[added], rows[order[0]], examiner.groups)]
+    equals = [added for added in helping if not _clearly(rows[added], rows[order[0]], examiner.groups)]
     fewest = min(len(trials[added].free) for added in equals)
     named = [added for added in equals if len(trials[added].free) == fewest]
     if not _of_one_kind(world, equals, named[0], trials):

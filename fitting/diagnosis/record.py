@@ -37,6 +37,9 @@ class Explanation:
     plausible: bool = True  # nothing added ends at its bound, no stated measurement is denied
 
 
+HELPS = 0.98  # of the left-out error: an effect that leaves more is not worth a line
+
+
 @dataclass(frozen=True)
 class Leading:
     """The effect, or class of exact likes, that lowers the left-out error by clearly more than any other."""
@@ -68,4 +71,5 @@ class Diagnosis:
     tried: tuple[Explanation, ...]
     baseline: Fit
     residual: np.ndarray  # of the baseline, as its samples
+    faint: tuple[str, ...] = ()  # effects that could hide here at more than the noise of a reading
     notes: tuple[str, ...] = ()

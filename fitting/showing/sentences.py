@@ -1,8 +1,11 @@
 """What was found, in sentences: the same words on the terminal and on the page."""
 
 import math
+import shlex
 from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING
+
+import numpy as np
 
 from fitting import units
 from fitting.compare import Comparison
@@ -17,6 +20,8 @@ if TYPE_CHECKING:
 SLOW = 6.0  # times the scatter of neighbouring readings: so much may still be noise that changes slowly
 NEAR_FLOOR = 1.5  # times the floor: what is left is hardly more than noise
 MOSTLY = 0.8
+FOUND = ("missing", "one of", "not in the library")
+UNLIKELY = 0.3  # of full scale: no effect that is known leaves so much
 
 
 def amount(value: float | None, unit: str) -> str:
@@ -77,12 +82,31 @@ def floor_in_words(c: Comparison) -> str:
     return f"{reading}; repeated loops agree to {amount(c.noise_floor, c.unit)}."
 
 
+def fails(c: Comparison) -> bool:
+    """Whether the model leaves more than noise."""
+    return c.rmse > NEAR_FLOOR * c.floor
+
+
+def unlikely_size(c: Comparison) -> list[str]:
+    """A hint where the model misses so much that a unit or a size is likelier to be wrong than the physics."""
+    rows = c.fit.problem.of_force(c.fit.samples)
+    measured, model = c.fit.samples.measured[rows], (c.fit.samples.measured + c.fit.residual)[rows]
+    if c.unit != "N" or c.share < UNLIKELY or not np.any(model):
+        return []
+    times = f"{float(model @ measured / (model @ model)):.2g}"
+    return [
+        f"What was measured is on the whole {times} times what a muscle of these sizes pulls. Check units and sizes "
+        "before any effect is looked for: 0.1 is kgf taken for N, 0.25 or 4 a diameter taken for the radius or the "
+        "reverse, 0.001 or 1000 a wrong prefix."
+    ]
+
+
 def judged(c: Comparison) -> str:
     """One sentence on whether the model is good enough."""
     readings, numbers = sum(score.count for score in c.by_recording), len(c.fit.free)
     if readings <= numbers:
         return f"{readings} readings cannot judge a model with {numbers} fitted numbers: record more."
-    if c.rmse <= NEAR_FLOOR * c.floor:
+    if not fails(c):
         return f"The model describes these data nearly to their noise: {amount(c.rmse, c.unit)} of error left."
     times = f"{c.rmse / c.floor:.0f} times" if c.rmse > 2.5 * c.floor else f"{c.rmse / c.floor:.1f} times"
     size = " That is small: below half a per cent of full scale." if c.negligible else ""
@@ -93,7 +117,7 @@ def judged(c: Comparison) -> str:
 
 def kind_in_words(c: Comparison) -> str:
     """What kind of thing is missing, as far as the misfit shows."""
-    if c.rmse <= NEAR_FLOOR * c.floor:
+    if not fails(c):
         return "what is left is mostly noise and has no kind to speak of"
     traces = c.fingerprint
     return "; ".join(part for part in (_parity(traces), *_even(traces), *_odd(traces), *_drift(traces)) if part)
@@ -174,8 +198,8 @@ def remark(e: Evidence) -> str:
 
 
 def verdict_in_words(d: Diagnosis) -> str:
-    """The verdict in one sentence."""
-    size = " It is small: below half a per cent of full scale." if d.negligible else ""
+    """The verdict in one sentence, and whether what is missing matters."""
+    size = " It is small: below half a per cent of full scale." if d.verdict in FOUND and d.negligible else ""
     return _verdict(d) + size
 
 
@@ -204,17 +228,26 @@ def leading_in_words(d: Diagnosis, unit: str = "N") -> str | None:
 
 def p_in_words(d: Diagnosis) -> str:
     """How sure the gate is, and what that rests on."""
-    return f"p = {d.p_value:.2g} in the test that nothing is missing (level {d.level:g}), which rests on {d.rests_on}."
+    test = f"p = {d.p_value:.2g} in the test that nothing is missing (level {d.level:g}), which rests on {d.rests_on}."
+    unseen = d.verdict in FOUND and d.p_value >= d.level
+    return test + (" It sees nothing, but the error is many times the noise." if unseen else "")
 
 
 def next_command(d: Diagnosis, data: Sequence[str]) -> str | None:
     """What to type next."""
-    place = " ".join(data)
+    place = typed(data)
     if d.verdict in ("missing", "one of") and d.explanations:
         return f"mckibben add {place} {' '.join(d.explanations[0])}"
     if d.leading is not None:
         return f"mckibben add {place} {d.leading.effects[0]}"
+    if d.verdict == "not in the library":
+        return f"mckibben diagnose {place} --propose"
     return None
+
+
+def typed(names: Iterable[str]) -> str:
+    """Names of files and folders as a shell takes them, whatever is in them."""
+    return " ".join(map(shlex.quote, names))
 
 
 def measurement_in_words(planned: "NextMeasurement") -> list[str]:
