@@ -5,7 +5,15 @@ import dataclasses
 import pytest
 
 from fitting.report import comparison_report, console, diagnosis_report, fit_report
-from fitting.showing.sentences import amount, kind_in_words, next_command, verdict_in_words, with_error
+from fitting.showing.sentences import (
+    amount,
+    kind_in_words,
+    next_command,
+    p_in_words,
+    unlikely_size,
+    verdict_in_words,
+    with_error,
+)
 
 
 def text_of(shown):
@@ -43,6 +51,38 @@ def test_the_terminal_says_what_is_missing_what_is_not_and_what_cannot_be_seen(d
 )
 def test_every_verdict_has_its_sentence(diagnosis, verdict, explanations, words):
     assert words in verdict_in_words(dataclasses.replace(diagnosis, verdict=verdict, explanations=explanations))
+
+
+def test_only_what_is_missing_is_called_small(diagnosis):
+    small = dataclasses.replace(diagnosis, negligible=True)
+    assert "It is small" in verdict_in_words(small)
+    assert "small" not in verdict_in_words(dataclasses.replace(small, verdict="inconclusive", notes=("why",)))
+
+
+def test_what_could_hide_here_is_not_called_absent(diagnosis):
+    faint = dataclasses.replace(diagnosis, faint=("viscous_damping",))
+    assert "NOT IT    end_stop:" in text_of(diagnosis_report(faint))
+
+
+def test_an_error_many_times_the_noise_that_no_flip_sees_says_so(diagnosis):
+    assert "many times the noise" not in p_in_words(diagnosis)
+    assert "many times the noise" in p_in_words(dataclasses.replace(diagnosis, p_value=0.2))
+
+
+def test_commands_can_be_pasted_whatever_the_folder_is_called(diagnosis):
+    assert next_command(diagnosis, ["Müskel №1 – größe 20°"]) == "mckibben add 'Müskel №1 – größe 20°' linear_spring"
+    nobodys = dataclasses.replace(diagnosis, verdict="not in the library", leading=None, explanations=())
+    assert next_command(nobodys, ["here"]) == "mckibben diagnose here --propose"
+
+
+@pytest.mark.parametrize(("factor", "said"), [(9.81, "0.1 times"), (0.25, "4 times"), (1.0, None)])
+def test_a_force_of_an_unlikely_size_asks_for_units_and_sizes(study, factor, said):
+    """The model pulls so many times what was measured."""
+    c = study[1]
+    measured = c.fit.samples.measured
+    fit = dataclasses.replace(c.fit, residual=(factor - 1) * measured)
+    told = unlikely_size(dataclasses.replace(c, fit=fit, rmse=fit.rmse))
+    assert (said in told[0]) if said else told == []
 
 
 def test_warnings_name_bounds_ties_and_what_is_held(study):

@@ -9,6 +9,8 @@ import pytest
 from hidden.simulator import NOISES, write
 from hidden.study.protocols import PROTOCOLS
 from hidden.study.sizes import base_of, hiding
+from small_muscle import loops
+from small_muscle import write as write_small
 
 from fitting.diagnose import concluded, searched
 from fitting.diagnosis.search import BEST_TRIPLED, Search
@@ -91,6 +93,21 @@ def test_friction_of_another_law_is_named_though_two_runs_could_differ_in_theirs
     assert search.gate.rejected
     assert concluded(search).explanations == (("hertz_friction",),)
     assert frozenset() not in search.trials  # beside one that does, nothing else is looked for
+
+
+def test_what_pressure_and_speed_do_together_is_no_difference_between_runs(tmp_path):
+    """A stiffness in proportion to both: every run has its own, and nothing but its size says that it is no chance."""
+    rows = []
+    for number, speed in enumerate((1, 2, 4)):
+        stiffer = loops(lambda eps, p, _, v=speed: 5 * p / 1e5 * v * eps, seed=number)
+        rows += [(run + 3 * number, time / speed, *more) for run, time, *more in stiffer]
+    search = searched([read_experiment(write_small(tmp_path, rows))], BASE, candidates=CANDIDATES)
+    gate = search.gate.test
+    assert 0.9 < gate.inside < 1.2
+    assert gate.p_runs >= gate.level  # nine runs are too few to flip
+    assert not gate.runs_differ
+    assert gate.rejected
+    assert concluded(search).verdict == "not in the library"
 
 
 def test_an_explanation_is_bettered_by_one_more_effect_that_takes_most_of_the_rest():

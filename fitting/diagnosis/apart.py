@@ -7,6 +7,7 @@ What only whole runs can tell is left to flips of these, if there are enough of 
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from scipy import optimize, stats
@@ -18,6 +19,8 @@ from fitting.solving.unknowns import Unknowns
 
 REPEATABLE = 0.03  # most that the standard deviation of a parameter from run to run may be, relative
 DOUBT = 0.5  # that it is larger than what is read off the runs; less would cost all sight of small friction
+DENIED_P = 1e-4  # of runs that differ as a fit needs them to, if they differ by as much as is allowed
+TIGHT = 20.0  # logarithm of a hold that lets no run differ
 CLEAR = 0.05  # of a difference between runs that must be left beside what all share, to be seen
 
 
@@ -48,6 +51,24 @@ class Yielding:
         step = lstsq(whole, target, 1e-12)
         return float(np.sum((target - whole @ step) ** 2))
 
+    def left_at_most(self, rows: np.ndarray) -> np.ndarray:
+        """Rows that are left when runs differ by what the rows want, but together by no more than is likely at all."""
+        apart = self.group >= 0
+        if not apart.any():
+            return rows - self.slopes @ self._step(rows, np.zeros(len(apart)))
+        most = stats.chi2.isf(DENIED_P, max(np.sum(apart) - len(np.unique(self.group[apart])), 1))
+        beyond = lambda tighter: float(np.sum(self._step(rows, np.expm1(tighter) * apart)[apart] ** 2) - most)  # noqa: E731
+        tighter = 0.0 if beyond(0.0) <= 0 else optimize.root_scalar(beyond, bracket=(0.0, TIGHT), xtol=0.01).root
+        return rows - self.slopes @ self._step(rows, np.expm1(tighter) * apart)
+
+    def _step(self, rows: np.ndarray, tighter: np.ndarray) -> np.ndarray:
+        """What best gives way to rows when columns are held by so much more than their priors hold them."""
+        right = self.slopes.T @ rows + self.prior_slopes.T @ self.prior_rows
+        return np.linalg.pinv(self._gram + np.diag(tighter), rcond=1e-12, hermitian=True) @ right
+
+    @cached_property
+    def _gram(self) -> np.ndarray:
+        return self.slopes.T @ self.slopes + self.prior_slopes.T @ self.prior_slopes
 
 def too_few(samples: Samples, level: float) -> bool:
     """Whether flips of whole runs could never reach the level, and there is more than one run."""

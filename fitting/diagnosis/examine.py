@@ -15,6 +15,7 @@ from fitting.full_names import owner_of
 
 INVISIBLE = 0.02  # of a signature's square that must survive the model's own parameters to be seen at all
 ALIKE = 0.9
+MOST = 0.25  # of the squared error, left where runs that differ a little would have to do the rest: no explanation
 UNREAL = 1e4  # times its usual size, that an effect had to have to be seen: these data cannot show it
 
 
@@ -161,6 +162,9 @@ class Examiner:
             return "leaves many times the noise"
         if verdict.rejected:
             return f"something is still missing (p = {verdict.p:.2g})"
+        many = verdict.rms > flips.MANY * verdict.inside
+        if added and many and verdict.rms**2 > MOST * held_out.rms(self.base.rows) ** 2:
+            return "leaves most of the error, many times the noise"
         ends = [name for name in trial.at_bound if owner_of(name) in added]
         if ends:
             return f"{', '.join(ends)} ends at its bound"

@@ -11,10 +11,10 @@ from functools import cached_property
 import numpy as np
 
 from fitting.diagnosis import omnibus
-from fitting.diagnosis.apart import Yielding, as_far_as_seen, shares_seen, too_few
+from fitting.diagnosis.apart import DENIED_P, Yielding, as_far_as_seen, shares_seen, too_few
 from fitting.diagnosis.detection import detectable
 from fitting.diagnosis.omnibus import Basis
-from fitting.diagnosis.projected import DENIED_P, MISFIT_P, Projected, projected
+from fitting.diagnosis.projected import MISFIT_P, Projected, projected
 from fitting.diagnosis.working_noise import Noise, orthonormal, whitened
 from fitting.residuals import Samples
 
@@ -223,7 +223,7 @@ def judged(
     return Verdict(
         p=min(by_unit.p, 2 * p_runs, max(own.differ_p * unit.level / DENIED_P, 1 / (1 + FLIPS)), 1.0),
         p_runs=p_runs,
-        apart=float(np.sqrt(apart.left(rows) / len(rows))),
+        apart=float(np.sqrt(np.mean(apart.left_at_most(rows) ** 2))),
         inside=_noise_inside(rows, ground),
         spread=alike_within(_by_unit(common.o * common.clean[:, None], unit.number), unit.runs(ground.samples)),
         p_effects=by_unit.p_effects,

@@ -5,13 +5,12 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import stats
 
-from fitting.diagnosis.apart import Yielding
+from fitting.diagnosis.apart import DENIED_P, Yielding
 from fitting.diagnosis.detection import enough
 from fitting.diagnosis.omnibus import Basis
 from fitting.diagnosis.working_noise import orthonormal
 
 MISFIT_P = 1e-3  # of the likelihood ratio of the bases that goes with a misfit many times the noise
-DENIED_P = 1e-4  # of runs that differ as a fit needs them to, if they differ by as much as is allowed
 
 
 @dataclass(frozen=True)
