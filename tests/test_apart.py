@@ -47,6 +47,19 @@ def test_a_few_percent_of_friction_may_differ_but_not_half_of_it(share, taken):
     assert (left < 4) == taken
 
 
+@pytest.mark.parametrize(("share", "least", "most"), [(0.03, 0.0, 0.01), (0.06, 0.0, 0.01), (1.5, 0.9, 1.0)])
+def test_runs_do_not_differ_by_more_than_is_likely_at_all(share, least, most):
+    """Each may be two standard deviations off, 6 %, not fifty: then what all runs have in common leaves as much."""
+    s = two_runs()
+    rows = SIZE * differing(s, share)
+    found = trial(s, rows)
+    apart_left, common_left = (
+        by.left_at_most(rows) for by in (apart.from_run_to_run(found, LAYOUT, s), apart.together(found))
+    )
+    assert least <= np.linalg.norm(apart_left) / np.linalg.norm(common_left) <= most
+    assert np.sum(common_left**2) == pytest.approx(apart.together(found).left(rows))
+
+
 def test_a_range_in_decades_changes_nothing_in_what_may_differ():
     """A parameter that is searched for in its logarithm may differ by the same share of itself."""
     s = two_runs()
