@@ -184,9 +184,11 @@ def sorted_evidence(d: Diagnosis) -> tuple[list[Evidence], list[Evidence], dict[
     tested.sort(key=lambda e: e.held_out_rmse or 0.0)
     helping = [e for e in tested if e.adequate or (e.held_out_rmse or 0.0) < HELPS * d.held_out_rmse]
     blind: dict[str, list[str]] = {}
+    named = {name for names in d.explanations for name in names}  # with others; alone it may lack what it needs
     for e in d.effects.values():
-        if e not in tested:
-            blind.setdefault(e.reason or "these data cannot see it", []).append(e.name)
+        if e not in tested and e.name not in named:
+            fitted = e.rmse is not None  # and tested, in vain: what it would do, the model's own parameters do as well
+            blind.setdefault("these data cannot see it" if fitted else e.reason, []).append(e.name)
     return helping, [e for e in tested if e not in helping], blind
 
 
