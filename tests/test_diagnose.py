@@ -42,6 +42,7 @@ def test_the_hidden_effect_is_named(diagnoses, name):
         assert found.explanations == (tuple(truth),)
         assert found.leading is not None
         assert truth[0] in found.leading.effects
+        assert found.leading.share == pytest.approx(1 - (found.leading.held_out_rmse / found.held_out_rmse) ** 2)
     else:
         assert found.verdict == "nothing detectable"
         assert found.explanations == ()

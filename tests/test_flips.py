@@ -238,3 +238,22 @@ def test_units_of_one_run_are_alike_by_what_they_share():
     assert flips.alike_within(np.repeat(scores[:2], [3, 2], axis=0), run) == pytest.approx(1.0)
     assert flips.alike_within(scores, np.arange(5)) == 0.0
     assert flips.alike_within(np.zeros((5, 3)), run) == 0.0
+
+
+def test_a_basis_has_no_more_columns_than_its_span():
+    """Copies and sums add nothing, and neither does what rounding leaves of them."""
+    own = np.random.default_rng(6).normal(size=(50, 3))
+    found = working_noise.orthonormal(np.column_stack([own, own[:, 0] + 1e-9 * own[:, 1], own @ [1e3, 2.0, 3.0]]))
+    assert found.shape == (50, 3)
+    assert np.allclose(found.T @ found, np.eye(3))
+    assert np.allclose(found @ (found.T @ own), own)
+
+
+def test_slow_noise_keeps_a_thousandth_of_white_noise():
+    """Whatever its size: or nothing of it could be whitened."""
+    s = samples()
+    slow = np.sin(np.arange(len(s)) / 300.0)  # no white noise at all
+    constant = np.ones((len(s), 1))
+    small, large = (working_noise.noise_from(size * slow, constant, s) for size in (1.0, 30.0))
+    assert small.white == pytest.approx(1e-3 * np.mean((slow - slow.mean()) ** 2), rel=0.01)
+    assert large.white == pytest.approx(900 * small.white)

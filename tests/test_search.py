@@ -5,6 +5,7 @@ from types import SimpleNamespace
 
 import jax
 import jax.numpy as jnp
+import numpy as np
 import pytest
 from hidden.simulator import NOISES, write
 from hidden.study.protocols import PROTOCOLS
@@ -108,6 +109,17 @@ def test_what_pressure_and_speed_do_together_is_no_difference_between_runs(tmp_p
     assert not gate.runs_differ
     assert gate.rejected
     assert concluded(search).verdict == "not in the library"
+
+
+def test_a_set_promises_what_its_effects_leave_together():
+    """The least sum of squares beside the base's parameters, against numpy; the base's own give way as well."""
+    random = np.random.default_rng(5)
+    base = SimpleNamespace(rows=random.normal(size=40), slopes=random.normal(size=(40, 2)))
+    alone = {name: SimpleNamespace(rows=base.rows + random.normal(size=40)) for name in "ab"}
+    search = SimpleNamespace(base=base, trials={frozenset([name]): trial for name, trial in alone.items()})
+    columns = np.column_stack([alone["a"].rows - base.rows, alone["b"].rows - base.rows, base.slopes])
+    least = np.linalg.lstsq(columns, base.rows, rcond=None)[1][0]
+    assert Search.promised(search, ("a", "b")) == pytest.approx(least)
 
 
 def test_an_explanation_is_bettered_by_one_more_effect_that_takes_most_of_the_rest():
