@@ -60,6 +60,14 @@ def test_runs_do_not_differ_by_more_than_is_likely_at_all(share, least, most):
     assert np.sum(common_left**2) == pytest.approx(apart.together(found).left(rows))
 
 
+def test_an_error_beyond_all_measure_is_left():
+    """Newtons called kilonewtons: no hold is tight enough, and nothing but the error has to be said."""
+    s = two_runs()
+    rows = 1e9 * SIZE * differing(s, 1.0)
+    left = apart.from_run_to_run(trial(s, rows), LAYOUT, s).left_at_most(rows)
+    assert np.linalg.norm(left) > 0.5 * np.linalg.norm(rows)
+
+
 def test_a_range_in_decades_changes_nothing_in_what_may_differ():
     """A parameter that is searched for in its logarithm may differ by the same share of itself."""
     s = two_runs()

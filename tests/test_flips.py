@@ -257,3 +257,17 @@ def test_slow_noise_keeps_a_thousandth_of_white_noise():
     small, large = (working_noise.noise_from(size * slow, constant, s) for size in (1.0, 30.0))
     assert small.white == pytest.approx(1e-3 * np.mean((slow - slow.mean()) ** 2), rel=0.01)
     assert large.white == pytest.approx(900 * small.white)
+
+
+def test_a_spread_between_runs_excuses_no_error_many_times_the_noise():
+    """What flips of loops reject and runs are too few to: excused where it is small, or where loops tell no noise."""
+    s = samples()
+    verdict = replace(
+        examined(np.random.default_rng(7).normal(size=len(s)), s, 0), p=0.001, p_runs=1.0, spread=0.3, apart=0.0
+    )
+    assert replace(verdict, rms=2.4, inside=1.0).runs_differ
+    assert not replace(verdict, rms=2.4, inside=1.0, floor=2.4).rejected
+    assert replace(verdict, rms=2.6, inside=1.0, floor=2.6).rejected
+    assert not replace(verdict, rms=99.0, inside=np.inf, floor=99.0).rejected
+    assert replace(verdict, p=0.5, rms=2.6, apart=2.6, inside=1.0, floor=2.6).rejected
+    assert not replace(verdict, p=0.5, rms=2.6, apart=2.4, inside=1.0, floor=2.6).rejected

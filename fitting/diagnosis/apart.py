@@ -58,7 +58,9 @@ class Yielding:
             return rows - self.slopes @ self._step(rows, np.zeros(len(apart)))
         most = stats.chi2.isf(DENIED_P, max(np.sum(apart) - len(np.unique(self.group[apart])), 1))
         beyond = lambda tighter: float(np.sum(self._step(rows, np.expm1(tighter) * apart)[apart] ** 2) - most)  # noqa: E731
-        tighter = 0.0 if beyond(0.0) <= 0 else optimize.root_scalar(beyond, bracket=(0.0, TIGHT), xtol=0.01).root
+        tighter = 0.0 if beyond(0.0) <= 0 else TIGHT  # too little for an error millions of times the noise
+        if tighter and beyond(TIGHT) < 0:
+            tighter = optimize.root_scalar(beyond, bracket=(0.0, TIGHT), xtol=0.01).root
         return rows - self.slopes @ self._step(rows, np.expm1(tighter) * apart)
 
     def _step(self, rows: np.ndarray, tighter: np.ndarray) -> np.ndarray:
@@ -69,6 +71,7 @@ class Yielding:
     @cached_property
     def _gram(self) -> np.ndarray:
         return self.slopes.T @ self.slopes + self.prior_slopes.T @ self.prior_slopes
+
 
 def too_few(samples: Samples, level: float) -> bool:
     """Whether flips of whole runs could never reach the level, and there is more than one run."""
