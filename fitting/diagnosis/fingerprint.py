@@ -24,6 +24,7 @@ SPEED_GRID = np.round(np.arange(-0.5, 2.01, 0.05), 2)
 NOTABLE = 0.05  # of the squared misfit: what a power law must take away to be spoken of
 MOST_MEMORY = 0.99
 SURE = 4.0  # standard errors that an exponent wrong by a half must be away: then it is known to an eighth
+ROUNDS = 3  # of an exponent in pressure and one in speed, each beside the other
 LOWEST = 0.02  # of the largest pressure or speed: below, a power is not defined well
 
 
@@ -47,6 +48,14 @@ class Rows:
     basis: np.ndarray  # orthonormal columns that span what the fit's parameters can do
 
 
+@dataclass(frozen=True)
+class Exponent:
+    """The exponent that takes most of the misfit away, and whether the data know it."""
+
+    value: float
+    known: bool
+
+
 def exponents(fit: Fit, mask: np.ndarray) -> tuple[float | None, float | None, float | None]:
     """Pressure exponents of the even and the odd part, and the speed exponent of the odd part."""
     rows = _rows(fit, mask)
@@ -55,17 +64,27 @@ def exponents(fit: Fit, mask: np.ndarray) -> tuple[float | None, float | None, f
     course = _course(rows, np.ones(len(branch)))
     even = _best(rows, lambda n: course * _power(pressure, n)[:, None], PRESSURE_GRID, pressure)
     if not (np.any(branch > 0) and np.any(branch < 0)):
-        return even, None, None
-    shape = _course(rows, branch)
-    odd = _best(rows, lambda n: shape * (branch * _power(pressure, n))[:, None], PRESSURE_GRID, pressure)
-    speed = _relative(np.abs(rows.samples.rate))
-    held = branch * _power(pressure, 0.0 if odd is None else odd)
-    fast = _best(rows, lambda m: shape * (held * _power(speed, m))[:, None], SPEED_GRID, speed)
-    if odd is None or fast is None:
-        return even, odd, fast
-    moving = branch * _power(speed, fast)
-    odd = _best(rows, lambda n: shape * (moving * _power(pressure, n))[:, None], PRESSURE_GRID, pressure)
-    return even, odd, fast
+        return _told(even), None, None
+    return _told(even), *map(_told, _of_friction(rows, pressure, branch))
+
+
+def _of_friction(rows: Rows, pressure: np.ndarray, branch: np.ndarray) -> tuple[Exponent | None, Exponent | None]:
+    """In pressure and in speed. Each is looked for beside the best of the other, sure or not: what one leaves hides
+    the other."""
+    shape, speed = _course(rows, branch), _relative(np.abs(rows.samples.rate))
+    odd = fast = None
+    for _ in range(ROUNDS):
+        moving = branch * _power(speed, fast.value if fast else 0.0)
+        odd = _best(rows, lambda n, by=moving: shape * (by * _power(pressure, n))[:, None], PRESSURE_GRID, pressure)
+        held, before = branch * _power(pressure, odd.value if odd else 0.0), fast
+        fast = _best(rows, lambda m, by=held: shape * (by * _power(speed, m))[:, None], SPEED_GRID, speed)
+        if fast is None or fast == before:
+            break
+    return odd, fast
+
+
+def _told(found: Exponent | None) -> float | None:
+    return found.value if found and found.known else None
 
 
 def _rows(fit: Fit, mask: np.ndarray) -> Rows:
@@ -81,8 +100,8 @@ def _rows(fit: Fit, mask: np.ndarray) -> Rows:
     return Rows(samples, residual - basis @ (basis.T @ residual), basis)
 
 
-def _best(rows: Rows, law: Callable[[float], np.ndarray], grid: np.ndarray, along: np.ndarray) -> float | None:
-    """The exponent that takes most of the misfit away; None where that is little, or any exponent would do."""
+def _best(rows: Rows, law: Callable[[float], np.ndarray], grid: np.ndarray, along: np.ndarray) -> Exponent | None:
+    """The exponent that takes most of the misfit away; None where that is little, or it ends at an end of its grid."""
     if np.quantile(along, 0.95) < 1.5 * np.quantile(along, 0.05):
         return None
     taken = np.array([_taken(rows, law(exponent)) for exponent in grid])
@@ -94,7 +113,7 @@ def _best(rows: Rows, law: Callable[[float], np.ndarray], grid: np.ndarray, alon
     lost = taken[best] - max(np.interp(grid[best] + step, grid, taken) for step in (-0.5, 0.5))
     left = rows.residual - _fitted(rows, law(float(grid[best])))
     known = lost > SURE**2 * float(left @ left) / _independent(left[: len(along)], rows.samples)
-    return float(grid[best]) + 0.0 if known else None  # + 0.0: minus zero is not for people
+    return Exponent(float(grid[best]) + 0.0, known)  # + 0.0: minus zero is not for people
 
 
 def _taken(rows: Rows, columns: np.ndarray) -> float:
