@@ -195,10 +195,13 @@ def fit_problem(
 def _seen_somewhere(
     layout: Unknowns, given: Problem, vector: np.ndarray, asked: tuple[str, ...], seed: int
 ) -> tuple[str, ...]:
-    """Those that the data can see, at the start or, as where a muscle is stuck there, at other places to begin from."""
+    """Those that the data can see, at the start or at other places to begin from.
+
+    A muscle may be stuck at the start, and a stop of the stroke lie beyond all that was measured.
+    """
     subset = subset_of(layout, vector, asked)
     found = set(seen(given, subset, asked))
-    if len(found) < len(asked) and any(block.steps for block in given.blocks):
+    if len(found) < len(asked):
         for place in starting_places(layout, subset, asked, LOOKS, seed)[1:]:
             found |= set(seen(given, replace(subset, full=subset.vector(jnp.asarray(place))), asked))
     return tuple(name for name in asked if name in found)

@@ -12,6 +12,8 @@ import pytest
 from hidden.simulator import Muscle as TrueMuscle
 from hidden.simulator import Noise, Truth, dataset, loops, with_baseline, write
 from scipy.optimize import least_squares
+from small_muscle import loops as loops_of
+from small_muscle import write as write_small
 
 from fitting.errors import InputError
 from fitting.least_squares import fit
@@ -114,6 +116,17 @@ def test_a_stop_that_is_not_there_is_fitted_as_absent(offset_set):
     )
     assert found.values["end_stop.K"] < 1.0
     assert found.converged
+
+
+def test_a_stop_that_is_declared_beyond_the_data_is_looked_for_inside_them(tmp_path):
+    """Where its search begins (0.2) it can do nothing, for nothing was measured there."""
+    stop = lambda eps, pressure, sign: 6e3 * np.maximum(eps - 0.155, 0)  # noqa: E731
+    experiment = read_experiment(write_small(tmp_path, loops_of(stop, points=30, repeats=2)))
+    found = fit([experiment], (IdealCylinder(), CoulombFriction(), EndStop()), starts=4)
+    assert found.held == ()
+    assert found.values["end_stop.eps_s"] == pytest.approx(0.155, abs=0.001)
+    assert found.values["end_stop.K"] == pytest.approx(6e3 / 0.25, rel=0.02)
+    assert found.rmse == pytest.approx(0.3, rel=0.1)
 
 
 def test_what_the_data_cannot_see_is_held(offset_set):

@@ -1,0 +1,174 @@
+"""Which single effect leads, which explanations are dropped for a better one: on trials that are only rows."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from fitting.diagnosis.examine import Standing
+from fitting.diagnosis.likes import foretelling, leading_of, plausible, simplest, unrivalled
+
+GROUPS = np.repeat(np.arange(10), 30)
+RANDOM = np.random.default_rng(4)
+NOISE, WAVE, OTHER = RANDOM.normal(size=300), np.sin(np.arange(300)), np.cos(np.arange(300))
+LEFT = {
+    "": NOISE + 4 * WAVE,
+    "a": NOISE + 0.001 * WAVE,
+    "b": NOISE + 0.002 * OTHER,
+    "c": NOISE + 2 * WAVE,
+    "d": NOISE + 4 * WAVE,
+}
+FREE = {"": 0, "a": 1, "b": 1, "c": 1, "d": 1}
+
+
+class World:
+    """Families, and which set follows the predictions of which."""
+
+    def __init__(self, families, follows, denies):
+        names = "abcd"
+        self.effects = {name: SimpleNamespace(family=families.get(name)) for name in names}
+        self.follows, self.denies = follows, denies
+
+    def mimicking(self, smaller):
+        def fit(effects, vector):
+            return SimpleNamespace(rows=NOISE * (0.01 if (effects, smaller.key) in self.follows else 1))
+
+        return SimpleNamespace(fit=fit)
+
+    def contradicted(self, trial):
+        return ("muscle.length",) if trial.key in self.denies else ()
+
+    def rmse(self, rows):
+        return float(np.sqrt(np.mean(rows**2)))
+
+
+class Examiner:
+    """Left-out rows as they are, and rivals that are seen in what a set leaves."""
+
+    groups = GROUPS
+
+    def __init__(self, seen=()):
+        self.seen = set(seen)
+
+    def left_out(self, trial):
+        return trial.rows
+
+    def against(self, trial, rivals):
+        return min(0.001 if (trial.key, "".join(sorted(other))) in self.seen else 1.0 for other, _ in rivals)
+
+
+def trial(key, free=None, ends=()):
+    count = FREE[key] if free is None else free
+    return SimpleNamespace(
+        key=key, effects=key, vector=None, rows=LEFT[key], at_bound=tuple(f"{one}.A" for one in ends),
+        free=tuple(map(str, range(count))), cost=float(np.sum(LEFT[key] ** 2)),
+    )  # fmt: skip
+
+
+def led(keys, families=(), follows=(), denies=(), **own):
+    trials = {frozenset(key): own.get(key, trial(key)) for key in keys}
+    return leading_of(World(dict(families), set(follows), set(denies)), trial(""), trials, Examiner())
+
+
+def test_the_effect_that_lowers_the_error_by_clearly_more_leads():
+    """With its share of the squared error, and the error of the next best."""
+    found = led("acd")
+    size = lambda key: np.sqrt(np.mean(LEFT[key] ** 2))  # noqa: E731
+    assert found.effects == ("a",)
+    assert found.share == pytest.approx(1 - (size("a") / size("")) ** 2)
+    assert found.held_out_rmse == pytest.approx(size("a"))
+    assert found.runner_up_rmse == pytest.approx(size("c"))
+    assert led("a").runner_up_rmse == pytest.approx(size(""))
+
+
+def test_equals_lead_together_only_if_they_are_of_one_kind():
+    """Rivals of one family, or one of them the special case of the other."""
+    assert led("abc") is None
+    assert set(led("abc", families={"a": "rubber", "b": "rubber"}).effects) == {"a", "b"}
+    assert led("abc", families={"a": "rubber", "b": "friction"}) is None
+    assert led("abc", families={"a": "rubber"}) is None
+    wider = {"b": trial("b", free=2)}
+    assert led("abc", follows={("b", "a")}, **wider).effects == ("a",)
+    assert led("abc", follows={("a", "b")}, **wider) is None
+
+
+def test_nothing_leads_where_nothing_helps():
+    assert led("d") is None
+
+
+def test_what_is_at_its_bound_or_denied_leads_only_where_all_is():
+    bound = {"a": trial("a", ends="a")}
+    assert led("acd", **bound).effects == ("c",)
+    assert led("acd", denies=("a",)).effects == ("c",)
+    assert led("a", **bound).effects == ("a",)
+    world = World({}, set(), {"c"})
+    assert plausible(world, frozenset("a"), trial("a", ends="b"))  # what was there before may stand at its end
+    assert not plausible(world, frozenset("a"), trial("a", ends="a"))
+    assert not plausible(world, frozenset("c"), trial("c"))
+
+
+def test_explanations_that_contain_a_simpler_one_are_dropped_and_exact_likes_are_a_class():
+    trials = {frozenset("a"): trial("a"), frozenset("b"): trial("b"), frozenset("c"): trial("c", free=3)}
+    adequate = list(trials)
+    follows = {("b", "a"), ("a", "b"), ("c", "a"), ("c", "b")}
+    named, classes, wider = simplest(World({}, follows, ()), adequate, trials, noise=1.0)
+    assert set(named) == {frozenset("a"), frozenset("b")}
+    assert [set(members) for members in classes] == [{"a", "b"}]
+    assert wider == {frozenset("c"): named[0]}
+    alone = simplest(World({}, set(), ()), adequate, trials, noise=1.0)
+    assert (set(alone[0]), alone[1], alone[2]) == (set(adequate), (), {})
+
+
+def test_what_foretells_clearly_worse_is_dropped():
+    trials = {frozenset(key): trial(key) for key in "abc"}
+    assert foretelling(list(trials), trials, Examiner()) == [frozenset("a"), frozenset("b")]
+    assert foretelling([], {}, Examiner()) == []
+
+
+def test_a_set_in_whose_residual_a_rival_is_seen_is_dropped_unless_each_is():
+    trials = {frozenset(key): trial(key) for key in "ab"}
+    both, (a, b) = list(trials), trials
+    assert unrivalled(both, trials, Examiner([("a", "b")])) == [b]
+    assert unrivalled(both, trials, Examiner([("b", "a")])) == [a]
+    assert unrivalled(both, trials, Examiner([("a", "b"), ("b", "a")])) == both
+    assert unrivalled(both, trials, Examiner()) == both
+    assert unrivalled(both[:1], trials, Examiner([("a", "b")])) == [a]
+
+
+def standing(**changes):
+    """Two shapes of effect a, one of b, which is nearly alike, and one of c, which the model takes up nearly whole."""
+    test = SimpleNamespace(
+        left=np.array([0.5, 0.8, 0.9, 0.1]), explained=np.array([3.0, 1.0, 2.0, 1.0]),
+        detectable=np.array([2.0, 0.5, np.inf, 1.0]), p_effects=np.array([0.2, 0.03, 0.5, 0.9]),
+        cosines=np.array([[1, 0.5, 0.7, 0.1], [0.5, 1, -0.95, 0.2], [0.7, -0.95, 1, 0.3], [0.1, 0.2, 0.3, 1]]),
+    )  # fmt: skip
+    given = {"test": test, "columns": ("a", "a", "b", "c"), "rms_columns": np.array([1.0, 2.0, 3.0, 4.0])}
+    return Standing(**(given | {"noise_rms": 1.0, "noise": 0.5} | changes))
+
+
+def test_what_is_said_of_one_candidate_is_said_over_its_shapes():
+    """The least p, the middle limit, the largest share that is left, and what is alike, the most alike first."""
+    found = standing().of("a")
+    assert found.p_value == pytest.approx(0.03)
+    assert found.limit == pytest.approx(np.median([2.0 * 1.0, 0.5 * 2.0]))
+    assert found.absorbed == pytest.approx(1 - 0.8**2)
+    assert found.alike == {"b": pytest.approx(0.95)}
+    unseen = standing().of(
+        "b"
+    )  # never by flips; by the bases where it is as large as they need, and many times the noise
+    assert unseen.limit == pytest.approx(max(np.sqrt(2.5**2 - 1) * 0.5, 2.0 * 3.0))
+    assert standing(noise=99.0).of("b").limit == pytest.approx(np.sqrt(2.5**2 - 1) * 99.0)
+    assert standing().of("c").limit is None
+    assert standing().of("c").alike == {}
+    absent = standing().of("d")
+    assert (absent.limit, absent.alike) == (None, {})
+    assert np.isnan(absent.p_value)
+
+
+def test_likes_are_listed_the_most_alike_first():
+    cosines = np.array([[1.0, 0.92, -0.99], [0.92, 1.0, 0.9], [-0.99, 0.9, 1.0]])
+    test = SimpleNamespace(
+        left=np.ones(3), explained=np.ones(3), detectable=np.ones(3), p_effects=np.ones(3), cosines=cosines
+    )
+    found = standing(test=test, columns=("a", "b", "c"), rms_columns=np.ones(3)).of("a")
+    assert list(found.alike) == ["c", "b"]

@@ -1,0 +1,109 @@
+"""Every subset of effects by one compiled function: against the model evaluated, and fits from several starts."""
+
+from dataclasses import replace
+
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from small_muscle import loops, write
+
+from fitting.diagnosis.universe import universe
+from fitting.least_squares import fit
+from fitting.recordings import read_experiment
+from mckibben_jax.effects import (
+    BladderNeoHookean,
+    CoulombFriction,
+    EndStop,
+    ForceGain,
+    ForceOffset,
+    HertzFriction,
+    IdealCylinder,
+    TextileFriction,
+    Tip,
+    TipPressure,
+)
+
+BASE = (IdealCylinder(), CoulombFriction())
+CANDIDATES = (Tip(), TipPressure(), EndStop(), ForceOffset(), BladderNeoHookean(), TextileFriction())
+
+
+@pytest.fixture(scope="module")
+def recorded(tmp_path_factory):
+    """A stop at a contraction of 0.155: 900 N/mm a metre beyond it."""
+    stop = lambda eps, pressure, sign: 6e3 * np.maximum(eps - 0.155, 0)  # noqa: E731
+    return read_experiment(write(tmp_path_factory.mktemp("stop"), loops(stop, points=30, repeats=2)))
+
+
+@pytest.fixture(scope="module")
+def world(recorded):
+    return universe([recorded], BASE, CANDIDATES)
+
+
+@pytest.fixture(scope="module")
+def base(world):
+    return world.fit(world.with_added(()), world.start)
+
+
+def cost_of(found):
+    """Sum of squares over all rows, priors included."""
+    priors = np.asarray(found.problem.prior_rows(jnp.asarray(found.vector)))
+    return float(np.sum((found.residual / found.samples.sigma) ** 2) + np.sum(priors**2))
+
+
+def test_a_subset_is_fitted_as_if_it_were_alone(world, base, recorded):
+    """Against the fit that knows no other effect: the cost, and the values."""
+    alone = fit([recorded], BASE, starts=2)
+    assert base.cost == pytest.approx(cost_of(alone), rel=1e-4)
+    own = world.layout.at(["coulomb_friction.f_s"])[0]
+    assert base.vector[own] == pytest.approx(alone.values["coulomb_friction.f_s"], rel=1e-2)
+    larger = world.fit(world.with_added(["end_stop"]), base.vector, ["end_stop"])
+    assert larger.cost == pytest.approx(cost_of(fit([recorded], (*BASE, EndStop()), starts=4)), rel=1e-3)
+
+
+def test_the_best_of_several_starts_is_kept(world, base):
+    """A stop is looked for at several contractions; from most of them the search ends elsewhere."""
+    names = world.layout.of_effect("end_stop")
+    ended = []
+    for shape in world.shapes("end_stop"):
+        vector = base.vector.copy()
+        vector[world.layout.at(names)] = [shape[name] for name in names]
+        ended.append(world.fit(world.with_added(["end_stop"]), vector).cost)
+    best = world.fit(world.with_added(["end_stop"]), base.vector, ["end_stop"])
+    assert max(ended) > 1.05 * min(ended)  # or this shows nothing
+    assert best.cost <= 1.001 * min(ended[1:])
+
+
+def test_signatures_are_slopes_of_the_rows_along_a_switch(world, base):
+    """Against a small step of the switch; a rival goes out as far as the new one comes in."""
+    wanted = [("tip", {}), ("force_offset", {}), ("textile_friction", {})]
+    found = world.signatures(base, wanted)
+    step = 1e-5
+
+    def rows(switched):
+        switches = world.switches(base.effects) + sum(
+            sign * step * world.switches([name]) for name, sign in switched.items()
+        )
+        return np.asarray(world.problem.data_rows(jnp.asarray(base.vector), jnp.asarray(switches)))[world.real]
+
+    zero = rows({})
+    for column, switched in zip(
+        found.T, ({"tip": 1}, {"force_offset": 1}, {"textile_friction": 1, "coulomb_friction": -1}), strict=True
+    ):
+        np.testing.assert_allclose(column, (rows(switched) - zero) / step, rtol=1e-3, atol=1e-3 * np.abs(column).max())
+
+
+def test_sets_hold_together(recorded, world):
+    """One of a family; what an effect needs is stated."""
+    assert world.with_added(["textile_friction"]) == {"ideal_cylinder", "textile_friction"}
+    assert world.possible(world.with_added(["tip", "end_stop"]), ["tip", "end_stop"])
+    assert not world.possible(world.with_added(["tip", "tip_pressure"]), ["tip", "tip_pressure"])
+    assert "needs" in universe([recorded], BASE, [HertzFriction()]).untestable["hertz_friction"]
+
+
+def test_what_is_read_off_a_load_cell_needs_one(recorded, world):
+    """Its gain and its zero; any other effect may be seen in a position as well."""
+    recording = recorded.recordings[0]
+    motion = replace(recorded, recordings=(replace(recording, test="quick release"),))
+    told = universe([motion], BASE, (ForceOffset(), ForceGain(), BladderNeoHookean(), EndStop())).untestable
+    assert told == dict.fromkeys(("force_offset", "force_gain"), "cannot be tested: no force was measured")
+    assert "force_offset" not in world.untestable
