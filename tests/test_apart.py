@@ -84,10 +84,22 @@ def test_a_range_in_decades_changes_nothing_in_what_may_differ():
 
 def test_the_muscle_is_the_same_in_every_run():
     s = two_runs()
-    rows = s.pressure / 1e4 * np.where(s.run == 1, 1.0, -1.0) * (s.contraction - 0.1)
+    rows = s.pressure / 1e4 * np.where(s.run == 1, 1.0, -1.0) * (s.contraction - np.mean(s.contraction))
     found = trial(s, rows)
     both = apart.from_run_to_run(found, LAYOUT, s).left(rows), apart.together(found).left(rows)
     assert both[0] == pytest.approx(both[1], rel=1e-6)
+
+
+@pytest.mark.parametrize(("step", "taken"), [(1.0, True), (30.0, False)])
+def test_a_zero_may_step_by_the_noise_of_a_reading_but_not_by_many_times_it(step, taken):
+    """Where every run has its own pressure a step would else look like what depends on pressure."""
+    s = two_runs()
+    rows = step * np.where(s.run == 1, 1.0, -1.0)
+    found = trial(s, rows)
+    left = apart.from_run_to_run(found, LAYOUT, s).left(rows)
+    priced = 2 * (step / apart.ZERO) ** 2
+    assert left <= 1.01 * priced < apart.together(found).left(rows)
+    assert (left < 4) == taken
 
 
 def agreeing(spread, random, runs=10):
@@ -116,6 +128,18 @@ def test_where_no_state_is_repeated_all_that_is_usual_is_allowed():
     columns, rows, _ = agreeing(0.0, np.random.default_rng(8))
     every = columns / np.linalg.norm(columns, axis=0)
     np.testing.assert_array_equal(apart.as_far_as_seen(columns, np.zeros(10, int), rows, every), columns)
+
+
+def test_a_difference_of_which_next_to_nothing_is_left_tells_nothing():
+    """A hundredth of it stands beside what all runs share: that is no measure of how far runs differ."""
+    columns, rows, _ = agreeing(0.0, np.random.default_rng(8))
+    random = np.random.default_rng(9)
+    nearly = columns / np.linalg.norm(columns, axis=0) + 0.01 * random.normal(size=columns.shape) / np.sqrt(len(rows))
+    beside = np.linalg.qr(nearly)[0]
+    left = columns - beside @ (beside.T @ columns)
+    assert 0.005 < np.linalg.norm(left) / np.linalg.norm(columns) < 0.02
+    shares = apart.shares_seen(columns, np.zeros(10, int), rows[:, None], beside)
+    np.testing.assert_array_equal(shares[0], [1.0])
 
 
 def test_what_priors_hold_does_not_give_way():

@@ -47,7 +47,7 @@ def test_the_plan_goes_beyond_loops():
         mine = [case for case in kinds if case.protocol == protocol]
         clean = [case for case in mine if not case.hidden]
         assert len(clean) >= 6
-        assert {case.noise for case in clean} == set(NOISES)
+        assert {case.noise for case in clean} >= set(NOISES)
         for name in (*TYPICAL, *STRANGERS):
             assert {5.0, 10.0} <= {case.size for case in mine if case.hidden == (name,)}, (protocol, name)
 

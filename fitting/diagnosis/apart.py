@@ -1,8 +1,10 @@
 """Parameters that differ a little from run to run can look like an effect, and must be allowed for.
 
 Every effect's own parameters may differ by a few percent from run to run before anything is called missing by flips of
-loops, and by less where runs of one state agree better than that. The geometry may not differ: it is the same muscle.
-What only whole runs can tell is left to flips of these, if there are enough of them.
+loops, and the zero of what is read by the noise of one reading; by less where runs of one state agree better than that.
+Where every run has a pressure of its own, a zero that steps between runs looks like what depends on pressure. The
+geometry may not differ: it is the same muscle. What only whole runs can tell is left to flips of these, if there are
+enough of them.
 """
 
 from collections.abc import Sequence
@@ -18,6 +20,7 @@ from fitting.solving.decomposed import lstsq, svd
 from fitting.solving.unknowns import Unknowns
 
 REPEATABLE = 0.03  # most that the standard deviation of a parameter from run to run may be, relative
+ZERO = 1.0  # the same for the zero of what is read, in standard deviations of one reading
 DOUBT = 0.5  # that it is larger than what is read off the runs; less would cost all sight of small friction
 DENIED_P = 1e-4  # of runs that differ as a fit needs them to, if they differ by as much as is allowed
 TIGHT = 20.0  # logarithm of a hold that lets no run differ
@@ -100,15 +103,16 @@ def from_run_to_run(trial: Trial, layout: Unknowns, samples: Samples) -> Yieldin
 def differences(
     slopes: np.ndarray, free: Sequence[str], vector: np.ndarray, layout: Unknowns, run: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Columns (rows, runs x parameters) in each of which one run has a parameter of its own, and which parameter.
+    """Columns (rows, runs x quantities) in each of which one run has a parameter or a zero of its own, and which.
 
     `slopes` (rows, k) are those of the `free` parameters at a `vector` of all unknowns; as large as runs may differ.
     """
     own = [k for k, name in enumerate(free) if not name.startswith("muscle.")]
     relative = slopes[:, own] * [REPEATABLE * _per_log(free[k], vector, layout) for k in own]
+    every = np.column_stack([relative, np.full(len(run), ZERO)])
     runs = np.unique(run)
-    apart = [np.where((run == one)[:, None], relative, 0.0) for one in runs]
-    return np.hstack(apart), np.tile(np.arange(len(own)), len(runs))
+    apart = [np.where((run == one)[:, None], every, 0.0) for one in runs]
+    return np.hstack(apart), np.tile(np.arange(every.shape[1]), len(runs))
 
 
 def as_far_as_seen(columns: np.ndarray, group: np.ndarray, rows: np.ndarray, beside: np.ndarray) -> np.ndarray:

@@ -101,7 +101,10 @@ class Examiner:
     @property
     def rests_on(self) -> str:
         """What the test rests on, in words."""
-        allowed = f"; each effect's parameters may differ from run to run, by {apart.REPEATABLE:.0%} at most"
+        allowed = (
+            f"; from run to run each effect's parameters may differ by {apart.REPEATABLE:.0%} at most, the zero by the "
+            "noise of one reading"
+        )
         return self.units.words + (allowed if self.runs_apart else "")
 
     def yielding(self, trial: Trial) -> Yielding:

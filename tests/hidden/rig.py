@@ -19,6 +19,7 @@ class Noise:
     """How the readings err. `sd` is the standard deviation of one reading of what is measured.
 
     `phi`: of an AR(1) sequence (0 is white). `drift`: sd of a slow AR(0.99) wander on top, in units of sd.
+    `zero`: sd of what every run reads too much from its first to its last reading, in units of sd.
     `grows`: "pressure" (sd ~ P^1.5), "force" (sd ~ |F|) or None; scaled so that the rms stays sd.
     `step`: resolution of the reading. `spread`: relative scatter of every effect's parameters from run to run.
     `position`, `pressure`: white noise of these readings (m, Pa).
@@ -27,6 +28,7 @@ class Noise:
     sd: float = 0.6
     phi: float = 0.0
     drift: float = 0.0
+    zero: float = 0.0
     grows: str | None = None
     step: float = 0.0
     spread: float = 0.0
@@ -43,6 +45,8 @@ NOISES = {
     "quantised": Noise(sd=0.3, step=1.0),
     "spread": Noise(phi=0.7, spread=0.02),
 }
+UNSTEADY = {"stepping zero": Noise(drift=1.5, zero=1.0)}  # of recordings in which that looks like an effect
+EVERY_NOISE = {**NOISES, **UNSTEADY}
 
 
 @dataclass(frozen=True)
@@ -84,6 +88,8 @@ def disturbed(random, clean, pressure, noise: Noise):
     error = correlated(random, len(clean), noise.phi) * shape / typical
     if noise.drift:
         error = error + noise.drift * correlated(random, len(clean), 0.99)
+    if noise.zero:
+        error = error + noise.zero * random.standard_normal()
     reading = clean + noise.sd * error
     return noise.step * np.round(reading / noise.step) if noise.step else reading
 

@@ -13,15 +13,15 @@ from .felt import elastic, felt, pull
 from .lost import lost, size
 from .motion import Ride, isotonic, quick_release, step
 from .physics import GRAVITY, Muscle, State, Truth
-from .rig import NOISES, Dataset, Noise, Recording, force_of, isometric, loops, static
+from .rig import EVERY_NOISE, NOISES, UNSTEADY, Dataset, Noise, Recording, force_of, isometric, loops, static
 from .strangers import STRANGERS
 from .write import seal, stated, truth_record, unseal, write
 
 __all__ = [
-    "FRICTIONS", "GRAVITY", "NOISES", "STRANGERS", "TYPICAL", "TYPICAL_STRANGERS", "Dataset", "Muscle", "Noise",
-    "Recording", "Ride", "State", "Truth", "dataset", "elastic", "felt", "force_of", "isometric", "isotonic", "loops",
-    "lost", "poor", "pull", "quick_release", "rich", "seal", "size", "stated", "static", "step", "truth_record",
-    "unseal", "with_baseline", "write",
+    "EVERY_NOISE", "FRICTIONS", "GRAVITY", "NOISES", "STRANGERS", "TYPICAL", "TYPICAL_STRANGERS", "UNSTEADY",
+    "Dataset", "Muscle", "Noise", "Recording", "Ride", "State", "Truth", "dataset", "elastic", "felt", "force_of",
+    "isometric", "isotonic", "loops", "lost", "poor", "pull", "quick_release", "rich", "seal", "size", "stated",
+    "static", "step", "truth_record", "unseal", "with_baseline", "write",
 ]  # fmt: skip
 
 COLOURED = Noise(phi=0.7)
@@ -75,6 +75,7 @@ TYPICAL_STRANGERS = {
     "warming_gain": {"g": 0.04, "tau": 300.0},
     "speed_hump": {"A": 12.0, "v_top": 0.008},
     "striped_friction": {"A": 15.0, "p": 0.02},
+    "pressure_speed_spring": {"A": 30.0, "P_ref": 3e5, "v_ref": 0.02, "eps_ref": 0.2},
 }
 
 

@@ -44,6 +44,12 @@ def striped_friction(muscle: Muscle, state: State, A: float, p: float):
     return -A * stripes * np.sign(state.rate)
 
 
+def pressure_speed_spring(muscle: Muscle, state: State, A: float, P_ref: float, v_ref: float, eps_ref: float):
+    """A stiffness in proportion to pressure and to speed: the same all along a run that knows one of each."""
+    fast = np.abs(muscle.length * np.asarray(state.rate)) / v_ref
+    return -A * (np.asarray(state.pressure) / P_ref) * fast * (np.asarray(state.contraction) / eps_ref)
+
+
 STRANGERS = {
     "strain_bump": strain_bump,
     "pressure_stair": pressure_stair,
@@ -52,4 +58,5 @@ STRANGERS = {
     "warming_gain": warming_gain,
     "speed_hump": speed_hump,
     "striped_friction": striped_friction,
+    "pressure_speed_spring": pressure_speed_spring,
 }

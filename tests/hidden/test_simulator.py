@@ -10,8 +10,8 @@ from . import felt as felt_laws
 from . import lost as lost_laws
 from . import make_shipped, physics
 from .simulator import (
+    EVERY_NOISE,
     GRAVITY,
-    NOISES,
     STRANGERS,
     TYPICAL,
     TYPICAL_STRANGERS,
@@ -262,13 +262,13 @@ def test_order_of_effects_does_not_matter():
     np.testing.assert_allclose(one, other, rtol=1e-12)
 
 
-@pytest.mark.parametrize("kind", list(NOISES))
+@pytest.mark.parametrize("kind", list(EVERY_NOISE))
 def test_noise_has_the_stated_size(kind):
-    noise = NOISES[kind]
+    noise = EVERY_NOISE[kind]
     recording = rich(Truth(WHOLE, with_baseline()), noise=noise, seed=4).recordings[0]
     error = recording.columns["force"] - recording.clean
     rounding = noise.step / np.sqrt(12)
-    expected = np.sqrt(noise.sd**2 * (1 + noise.drift**2) + rounding**2)
+    expected = np.sqrt(noise.sd**2 * (1 + noise.drift**2 + noise.zero**2) + rounding**2)
     assert np.std(error) == pytest.approx(expected, rel=0.35)
     again = rich(Truth(WHOLE, with_baseline()), noise=noise, seed=4).recordings[0]
     np.testing.assert_array_equal(recording.columns["force"], again.columns["force"])

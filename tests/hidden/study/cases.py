@@ -4,9 +4,10 @@ Groups: `none` (nothing hidden), `single` (one effect of the library), `power` (
 prints as its detection limit), `outside` (an effect of nobody's library), `pair` and `triple` (several at once, each
 of the stated size alone), `invariance` (the same recording said in another way), `next` (one effect measured poorly,
 with the recording that the program then proposes, and with one drawn at random), `kinds` (nothing, one effect of the
-library, or one of nobody's, in isometric tests, static maps, loops with either, and loops driven by a sine; the other
-groups have loops at constant speeds only). A size is the rms misfit that is left once the baseline has been refitted:
-in noise sigmas, or in detection limits. What a kind of recording cannot show has no such size, and is not diagnosed.
+library, or one of nobody's, in isometric tests, static maps, loops with either, loops driven by a sine, and loops of
+which every run has its own pressure or speed; the other groups have loops at constant speeds only). A size is the rms
+misfit that is left once the baseline has been refitted: in noise sigmas, or in detection limits. What a kind of
+recording cannot show has no such size, and is not diagnosed.
 """
 
 from __future__ import annotations
@@ -18,8 +19,8 @@ from itertools import product
 
 import numpy as np
 
-from ..simulator import FRICTIONS, NOISES, TYPICAL, TYPICAL_STRANGERS
-from .protocols import LOOPS, OTHERS
+from ..simulator import FRICTIONS, NOISES, TYPICAL, TYPICAL_STRANGERS, UNSTEADY
+from .protocols import LOOPS, NEVER_TWICE, OTHERS
 from .sizes import NEEDS_RUBBER, shape_keys
 
 SIGMAS = (2.0, 5.0, 10.0)
@@ -172,6 +173,8 @@ def kinds(seed: int) -> Iterable[Case]:
     sizes = [(size, "sigma") for size in SIGMAS[1:]]
     yield from turning("kinds", (*TYPICAL, *TYPICAL_STRANGERS), sizes, seed, tuple(OTHERS))
     yield from turning("kinds", MOVES_A_HELD_BRAID, [(LARGE, "sigma")], seed, HELD)
+    for noise, protocol, number in product(UNSTEADY, NEVER_TWICE, range(REPEATS["none"])):
+        yield Case("kinds", (), 0.0, "sigma", noise, protocol, number, seed)
 
 
 def groups_of(cases: Iterable[Case]) -> tuple[str, ...]:

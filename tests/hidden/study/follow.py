@@ -10,7 +10,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from ..simulator import NOISES, Muscle, Recording, Truth, dataset, isometric, loops, write
+from ..simulator import EVERY_NOISE, Muscle, Recording, Truth, dataset, isometric, loops, write
 from .cases import Case
 from .protocols import PROTOCOLS
 
@@ -56,7 +56,7 @@ def after(case: Case, p: Any, repeats: int, truth: Truth, folder: Path, base: Se
 
     if p.hold or p.test == "static":
         return None
-    plan, noise, seed = PROTOCOLS[case.protocol], NOISES[case.noise], case.recording_seed()
+    plan, noise, seed = PROTOCOLS[case.protocol], EVERY_NOISE[case.noise], case.recording_seed()
     other = replace(truth, muscle=other_muscle(truth.muscle, p.specimen))
     before = plan.recordings(truth, noise, seed)
     more = recording(other, p, repeats, interval(before[0]), noise, seed + len(before))

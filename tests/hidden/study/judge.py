@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from ..simulator import NOISES, Dataset, Noise, Truth, write
+from ..simulator import EVERY_NOISE, Dataset, Noise, Truth, write
 from .cases import Case
 from .changes import changed
 from .follow import followed
@@ -26,7 +26,7 @@ NEXT = "next"
 def judged(case: Case, limits: dict[str, float], rivals: bool = False) -> dict[str, Any]:
     """The record of one case. `limits`: printed detection limits (N) for this noise and protocol."""
     began = time.perf_counter()
-    noise = NOISES[case.noise]
+    noise = EVERY_NOISE[case.noise]
     hidden, target = hidden_of(case, limits)
     record: dict[str, Any] = {"id": case.id, **vars(case), "misfit": target}
     if hidden is None:
@@ -42,7 +42,7 @@ def judged(case: Case, limits: dict[str, float], rivals: bool = False) -> dict[s
 
 def hidden_of(case: Case, limits: dict[str, float]) -> tuple[dict[str, dict[str, float]] | None, float]:
     """What is hidden, with its parameters (None where these data could not show it), and each one's misfit alone, N."""
-    shapes, sigma = case.shapes(), noise_sd(NOISES[case.noise])
+    shapes, sigma = case.shapes(), noise_sd(EVERY_NOISE[case.noise])
     unit = sigma if case.unit == "sigma" or not case.hidden else limits.get(case.hidden[0])
     if unit is None:
         return None, float("nan")
@@ -59,18 +59,18 @@ def mimicked(case: Case, hidden: dict[str, dict[str, float]], record: dict[str, 
     """Where others were named than what was hidden: how closely the best of those can follow it, N."""
     if not hidden or not sets(record) or holds(record):
         return {}
-    sigma = noise_sd(NOISES[case.noise])
+    sigma = noise_sd(EVERY_NOISE[case.noise])
     return {"mimic": min(mimic(case.protocol, hidden, names, sigma) for names in sets(record))}
 
 
 def noise_sd(noise: Noise) -> float:
-    """Standard deviation of one reading, drift and rounding included, N."""
-    return float(np.sqrt(noise.sd**2 * (1 + noise.drift**2) + noise.step**2 / 12))
+    """Standard deviation of one reading, all that it errs by included, N."""
+    return float(np.sqrt(noise.sd**2 * (1 + noise.drift**2 + noise.zero**2) + noise.step**2 / 12))
 
 
 def true_floor(case: Case, data: Dataset) -> float:
     """Rms of what no model could foretell: the readings' noise, and the muscle's spread from run to run, N."""
-    steady = replace(NOISES[case.noise], spread=0.0)
+    steady = replace(EVERY_NOISE[case.noise], spread=0.0)
     foretold = PROTOCOLS[case.protocol].recordings(data.truth, steady)
     left = [read.columns["force"] - mean.clean for read, mean in zip(data.recordings, foretold, strict=True)]
     return float(np.sqrt(np.mean(np.concatenate(left) ** 2)))

@@ -1,8 +1,8 @@
 """How the muscle is measured: the protocols of the study, each from a generous one to one that hides things.
 
 `LOOPS` are hysteresis loops driven at constant speeds. `OTHERS` are what else laboratories give: lengths held while the
-pressure cycles, static maps with and without the direction of approach, loops together with either, and loops driven by
-a sine.
+pressure cycles, static maps with and without the direction of approach, loops together with either, loops driven by a
+sine, and loops in which no state is met in two runs.
 """
 
 from __future__ import annotations
@@ -91,5 +91,8 @@ OTHERS = {
     "loops and static map": Protocol((Part("loop", ONE_SPEED), Part("static"))),
     "loops and isometric": Protocol((Part("loop", ONE_SPEED), Part("isometric"))),
     "sine loops": in_loops(sine=True),
+    "own pressures": in_loops(pressures=(0.7e5, 1.5e5, 2.5e5, 4e5), speeds=(0.01,), turns=5 * (0.0, 0.24) + (0.0,)),
+    "own states": in_loops(pressures=(1e5, 2e5, 4e5), speeds=(0.003, 0.01, 0.03), turns=3 * (0.0, 0.24) + (0.0,)),
 }
+NEVER_TWICE = ("own pressures", "own states")  # no run has the state of another, so that what steps looks like a law
 PROTOCOLS = {**LOOPS, **OTHERS}

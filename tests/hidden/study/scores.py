@@ -23,6 +23,7 @@ KIND = {
     "warming_gain": (False, 1.0),
     "speed_hump": (True, 0.0),
     "striped_friction": (True, 0.0),
+    "pressure_speed_spring": (False, 1.0),
 }
 EXPONENT = 0.2
 
