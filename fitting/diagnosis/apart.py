@@ -106,6 +106,7 @@ def differences(
     """Columns (rows, runs x quantities) in each of which one run has a parameter or a zero of its own, and which.
 
     `slopes` (rows, k) are those of the `free` parameters at a `vector` of all unknowns; as large as runs may differ.
+    The zeros of all runs may be off the same way by chance, so what they share is not taken out.
     """
     own = [k for k, name in enumerate(free) if not name.startswith("muscle.")]
     relative = slopes[:, own] * [REPEATABLE * _per_log(free[k], vector, layout) for k in own]

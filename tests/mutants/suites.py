@@ -65,7 +65,11 @@ DIAGNOSIS = Suite(
         "fitting/diagnosis/projected": (("tests/test_projected.py",), ("tests/test_flips.py",)),
         "fitting/diagnosis/fingerprint": (("tests/test_fingerprint.py",), ("tests/test_compare.py",)),
         "fitting/diagnosis/parity": (("tests/test_omnibus.py",), ("tests/test_compare.py",)),
-        "fitting/diagnosis/omnibus": (("tests/test_omnibus.py",), ("tests/test_flips.py",), ("tests/test_diagnose.py",)),
+        "fitting/diagnosis/omnibus": (
+            ("tests/test_omnibus.py",),
+            ("tests/test_flips.py",),
+            ("tests/test_diagnose.py",),
+        ),
         "fitting/diagnosis/held_out": (("tests/test_verdict.py",), ("tests/test_flips.py",)),
         "fitting/diagnosis/search": (("tests/test_search.py",), ("tests/test_diagnose.py",)),
         "fitting/diagnosis/examine": (
