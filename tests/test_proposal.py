@@ -5,10 +5,14 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from small_muscle import loops, write
 
-from fitting.diagnosis.proposal import Misfit, proposal_in_words, proposal_result, propose, proposed
+from fitting.diagnosis.proposal import Misfit, misfit_of, proposal_in_words, proposal_result, propose, proposed
 from fitting.diagnosis.proposal_terms import line_of, terms
+from fitting.least_squares import fit
 from fitting.reading.define import VARIABLES, defined
+from fitting.recordings import read_experiment
+from mckibben_jax.effects import CoulombFriction, IdealCylinder
 from mckibben_jax.muscle import Muscle
 from mckibben_jax.parameter import parameters
 from mckibben_jax.state import State
@@ -144,3 +148,36 @@ def test_words_and_command_of_a_proposal():
     command = found.command(["my data"])
     assert command.startswith("mckibben add 'my data' proposal --define \"proposal = A*exp(")
     assert proposal_result(found)["marked"] == "proposal"
+
+
+def test_what_the_model_can_do_itself_is_no_term_of_its_own():
+    """Its parameters take a constant and a straight line whole; what rounding leaves of them is not picked."""
+    given = misfit(FORMS["bump"][0] + 5.0)
+    own = np.stack([np.ones(len(RUN)), STATES["eps"], STATES["P"], STATES["P"] * STATES["eps"]], axis=1)
+    slopes = np.hstack([given.slopes, own / np.abs(own).max(axis=0)])
+    rows = given.rows - slopes @ np.linalg.lstsq(slopes, given.rows, rcond=None)[0]
+    found = propose(dataclasses.replace(given, rows=rows, slopes=slopes, prior_slopes=np.zeros((0, slopes.shape[1]))))
+    assert found.terms == ("{A}*" + FORMS["bump"][1],)
+    assert found.after < 1.15 * SIGMA
+
+
+def test_the_misfit_of_a_fit_is_its_residual_with_every_name_that_a_formula_knows(tmp_path):
+    """In standard deviations, thinned evenly; runs stay whole."""
+    experiment = read_experiment(write(tmp_path, loops(lambda eps, pressure, sign: 400 * eps, noise=0.3)))
+    fitted = fit([experiment], (IdealCylinder(), CoulombFriction()), starts=1)
+    found = misfit_of(fitted)
+    samples = fitted.samples
+    np.testing.assert_allclose(found.rows * found.sigma, fitted.residual)
+    np.testing.assert_allclose(found.slopes, fitted.slopes[: len(samples)])
+    assert found.prior_slopes.shape == (len(found.prior_rows), len(fitted.free))
+    assert set(found.states) == set(VARIABLES)
+    for name, known in (("P", samples.pressure), ("eps", samples.contraction), ("t", samples.time)):
+        np.testing.assert_allclose(found.states[name], known)
+    np.testing.assert_allclose(found.states["v"], samples.rate * 0.25, rtol=1e-6)
+    groups = [np.unique(found.group[samples.run == run]) for run in np.unique(samples.run)]
+    assert len(np.unique(np.concatenate(groups))) >= 4
+    longer = dataclasses.replace(fitted, samples=samples.where(np.tile(np.arange(len(samples)), 9)),
+                                 residual=np.tile(fitted.residual, 9),
+                                 slopes=np.vstack([np.tile(fitted.slopes[: len(samples)], (9, 1)),
+                                                   fitted.slopes[len(samples) :]]))  # fmt: skip
+    assert len(misfit_of(longer).rows) <= 3000
