@@ -7,12 +7,12 @@ import pytest
 from small_muscle import loops, surface, write
 
 from fitting.bins import bins
-from fitting.commands.compare import next_command
 from fitting.compare import compare, repetitions
 from fitting.console.baseline import baseline
 from fitting.least_squares import fit
 from fitting.recordings import read_experiment
 from fitting.residuals import Samples
+from fitting.showing.next_step import after_comparison
 from fitting.solving.evaluate import evaluate, left_out_rmse
 
 
@@ -148,8 +148,9 @@ def test_values_are_sorted_by_levels_or_by_steps(values, levels, label):
 )
 def test_what_comes_next_is_a_command_that_takes_these_data(tests, verb):
     experiment = SimpleNamespace(recordings=[SimpleNamespace(test=test) for test in tests])
-    asked, task = SimpleNamespace(data=("folder",)), SimpleNamespace(experiments=[experiment])
-    assert next_command(SimpleNamespace(asked=asked, task=task)).startswith(f"mckibben {verb} folder")
+    poor, good = SimpleNamespace(rmse=2.0, floor=1.0), SimpleNamespace(rmse=1.4, floor=1.0)
+    assert after_comparison(poor, [experiment], ["folder"]).startswith(f"mckibben {verb} folder")
+    assert after_comparison(good, [experiment], ["folder"]) is None
 
 
 @pytest.mark.parametrize(("test", "pairs"), [("loop", 1), ("quick release", 0), ("step", 0)])

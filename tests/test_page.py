@@ -1,8 +1,11 @@
 """The page: it needs no network, can be read by everybody, and holds every part."""
 
 import dataclasses
+import html
 import json
 import re
+import shlex
+from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
@@ -49,6 +52,26 @@ def test_the_page_begins_with_the_verdict_and_holds_every_part(study, diagnosis)
         assert title in text
     assert study[0].experiments[0].sha256 in text
     assert "K = 1.600 +/- 0.020 N/mm" in text
+
+
+def test_the_command_on_the_page_can_be_pasted(study, diagnosis):
+    """Quoted once, whatever the folder is called; a form is looked for where nothing is to be added."""
+    task, c = study
+    folder = Path("my muscle №1")
+    named = dataclasses.replace(task, experiments=[dataclasses.replace(task.experiments[0], folder=folder)])
+    nobodys = dataclasses.replace(diagnosis, verdict="not in the library", explanations=(), leading=None)
+    told = [
+        re.search(r"<p>([^<]*:|[^<]*\?) <code>(mckibben [^<]*)</code></p>", page(named, c, d))
+        for d in (diagnosis, nobodys, None)
+    ]
+    assert [shlex.split(html.unescape(one[2])) for one in told if one] == [
+        ["mckibben", "add", str(folder), "linear_spring"],
+        ["mckibben", "diagnose", str(folder), "--propose"],
+        ["mckibben", "diagnose", str(folder)],
+    ]
+    assert [one[1] for one in told if one] == [
+        "Put it into the model:", "Look for a form of it:", "Which effect is missing?",
+    ]  # fmt: skip
 
 
 def test_each_step_has_its_bar_and_its_model_and_shows_without_a_script(study, diagnosis):

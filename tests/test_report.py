@@ -5,10 +5,10 @@ import dataclasses
 import pytest
 
 from fitting.report import comparison_report, console, diagnosis_report, fit_report
+from fitting.showing.next_step import after_diagnosis
 from fitting.showing.sentences import (
     amount,
     kind_in_words,
-    next_command,
     p_in_words,
     unlikely_size,
     verdict_in_words,
@@ -37,7 +37,7 @@ def test_the_terminal_says_what_is_missing_what_is_not_and_what_cannot_be_seen(d
     assert "VERDICT   linear_spring is missing." in words
     assert "NOT IT    viscous_damping" in words
     assert "mullins: cannot be tested: needs rubber" in words
-    assert next_command(diagnosis, ["here"]) == "mckibben add here linear_spring"
+    assert after_diagnosis(diagnosis, ["here"]) == "mckibben add here linear_spring"
 
 
 @pytest.mark.parametrize(
@@ -70,9 +70,9 @@ def test_an_error_many_times_the_noise_that_no_flip_sees_says_so(diagnosis):
 
 
 def test_commands_can_be_pasted_whatever_the_folder_is_called(diagnosis):
-    assert next_command(diagnosis, ["Müskel №1 – größe 20°"]) == "mckibben add 'Müskel №1 – größe 20°' linear_spring"
+    assert after_diagnosis(diagnosis, ["Müskel №1 – größe 20°"]) == "mckibben add 'Müskel №1 – größe 20°' linear_spring"
     nobodys = dataclasses.replace(diagnosis, verdict="not in the library", leading=None, explanations=())
-    assert next_command(nobodys, ["here"]) == "mckibben diagnose here --propose"
+    assert after_diagnosis(nobodys, ["here"]) == "mckibben diagnose here --propose"
 
 
 @pytest.mark.parametrize(("factor", "said"), [(9.81, "0.1 times"), (0.25, "4 times"), (1.0, None)])

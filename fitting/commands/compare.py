@@ -29,7 +29,8 @@ def command(alike: bool, **given: Any) -> None:
     from fitting.report import comparison_report, headed, lines
     from fitting.results import comparison_result, fit_result
     from fitting.showing.alike_words import alike_report, alike_result, known_report, known_result
-    from fitting.showing.sentences import fails, fit_in_words
+    from fitting.showing.next_step import after_comparison
+    from fitting.showing.sentences import fit_in_words
 
     with study.working("fitting and comparing"):
         fit, fitted_here = as_known(study.task)
@@ -42,24 +43,14 @@ def command(alike: bool, **given: Any) -> None:
     study.print(comparison_report(found))
     study.print(known_report(fit))
     study.print([] if can_be_known is None else alike_report(can_be_known))
-    if fails(found):
-        study.print([headed("", ""), headed("NEXT", next_command(study))])
+    after = after_comparison(found, study.task.experiments, study.asked.data)
+    study.print([headed("", ""), headed("NEXT", after)] if after else [])
     study.write(comparison_result(found) | {"fit": fit_result(fit), "known": known_result(fit)} | more)
     if study.asked.html:
         from fitting.showing.page import write_page
 
         write_page(study.asked.html, study.task, found)
     study.end(fit.converged)
-
-
-def next_command(study: Study) -> str:
-    """The command that goes on; the diagnosis reads forces, and motions as force, but no position without inertia."""
-    from fitting.showing.sentences import typed
-
-    folders = typed(study.asked.data)
-    if all(recording.test == "isotonic" for each in study.task.experiments for recording in each.recordings):
-        return f"mckibben add {folders} EFFECT, one that you suspect (mckibben effects): 'diagnose' needs a force"
-    return f"mckibben diagnose {folders}"
 
 
 def _knowable(study: Study, fit: "Fit") -> "Knowable":

@@ -29,7 +29,8 @@ def command(propose: bool, **given: Any) -> None:
     from fitting.diagnosis.proposal import proposal_in_words, proposal_result, proposed, require_sparse_regression
     from fitting.report import diagnosis_report, headed, lines
     from fitting.results import diagnosis_result
-    from fitting.showing.sentences import error_in_words, measurement_in_words, next_command
+    from fitting.showing.next_step import after_diagnosis
+    from fitting.showing.sentences import error_in_words, measurement_in_words
 
     candidates = candidates_of(study.task, given["candidates"], given["rivals"])
     if propose:
@@ -42,7 +43,7 @@ def command(propose: bool, **given: Any) -> None:
     study.print(lines("NOTE", of_force(study.task.experiments)[1]))
     study.print([headed("ERROR", error_in_words(compared))])
     study.print([headed("MEASURE", " ".join(measurement_in_words(planned)))] if planned else [])
-    after = next_command(found, study.asked.data)
+    after = after_diagnosis(found, study.asked.data)
     study.print([headed("NEXT", after)] if after else [])
     if form:
         study.print([headed("PROPOSAL", proposal_in_words(form))])

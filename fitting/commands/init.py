@@ -17,7 +17,7 @@ def command(folder: str, **given: Any) -> None:
         from fitting.console.handing import hand_out
         from fitting.reading.init import write_muscle_file
         from fitting.report import headed
-        from fitting.showing.sentences import typed
+        from fitting.showing.next_step import typed
 
         path = write_muscle_file(folder)
     shown = [

@@ -33,7 +33,7 @@ def command(**given: Any) -> None:
     from fitting.console.handing import hand_out
     from fitting.console.prepare import prepare
     from fitting.report import headed, lines
-    from fitting.showing.sentences import typed
+    from fitting.showing.next_step import typed
 
     prepare()
     with errors_for_machines(given["json"]):

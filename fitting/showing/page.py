@@ -1,6 +1,5 @@
 """Results as one HTML page that opens from disk, needs no network, and prints."""
 
-import shlex
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
@@ -20,6 +19,7 @@ from fitting.showing.cells import error_cells, range_cells, value_cells
 from fitting.showing.diagnosis_parts import alike, effects, meanings, tried
 from fitting.showing.fall import fall_html
 from fitting.showing.loops_picture import frame, key, loops_html, thinned_in_words
+from fitting.showing.next_step import after_comparison, after_diagnosis
 from fitting.showing.panels import panels
 from fitting.showing.parts import Grid, Line, Section, pictures_style, rendered
 from fitting.showing.sentences import (
@@ -33,7 +33,6 @@ from fitting.showing.sentences import (
     kind_in_words,
     leading_in_words,
     measurement_in_words,
-    next_command,
     percent,
     verdict_in_words,
 )
@@ -112,12 +111,13 @@ def _is_added(d: Diagnosis, task: Task) -> bool:
 
 def _typed(c: Comparison, d: Diagnosis | None, task: Task) -> tuple[str, str] | None:
     """What to do next, and the command for it."""
-    folders = [shlex.quote(str(e.folder)) for e in task.experiments]
+    folders = [str(e.folder) for e in task.experiments]
     if d is None:
-        near = c.rmse <= NEAR_FLOOR * c.floor
-        return None if near else ("Which effect is missing?", f"mckibben diagnose {' '.join(folders)}")
-    command = None if _is_added(d, task) else next_command(d, folders)
-    return ("Put it into the model:", command) if command else None
+        command = after_comparison(c, task.experiments, folders)
+        return ("Which effect is missing?", command) if command else None
+    command = None if _is_added(d, task) else after_diagnosis(d, folders)
+    heading = "Put it into the model:" if command and command.startswith("mckibben add") else "Look for a form of it:"
+    return (heading, command) if command else None
 
 
 def _lead(c: Comparison, d: Diagnosis | None, stages: Sequence[Stage]) -> list[str]:

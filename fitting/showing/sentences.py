@@ -1,7 +1,6 @@
 """What was found, in sentences: the same words on the terminal and on the page."""
 
 import math
-import shlex
 from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING
 
@@ -231,23 +230,6 @@ def p_in_words(d: Diagnosis) -> str:
     test = f"p = {d.p_value:.2g} in the test that nothing is missing (level {d.level:g}), which rests on {d.rests_on}."
     unseen = d.verdict in FOUND and d.p_value >= d.level
     return test + (" It sees nothing, but the error is many times the noise." if unseen else "")
-
-
-def next_command(d: Diagnosis, data: Sequence[str]) -> str | None:
-    """What to type next."""
-    place = typed(data)
-    if d.verdict in ("missing", "one of") and d.explanations:
-        return f"mckibben add {place} {' '.join(d.explanations[0])}"
-    if d.leading is not None:
-        return f"mckibben add {place} {d.leading.effects[0]}"
-    if d.verdict == "not in the library":
-        return f"mckibben diagnose {place} --propose"
-    return None
-
-
-def typed(names: Iterable[str]) -> str:
-    """Names of files and folders as a shell takes them, whatever is in them."""
-    return " ".join(map(shlex.quote, names))
 
 
 def measurement_in_words(planned: "NextMeasurement") -> list[str]:

@@ -1,0 +1,34 @@
+"""What to type next, the same on the terminal and on the page."""
+
+import shlex
+from collections.abc import Iterable, Sequence
+
+from fitting.compare import Comparison
+from fitting.diagnosis.record import Diagnosis
+from fitting.records import Experiment
+from fitting.showing.sentences import fails
+
+
+def after_comparison(c: Comparison, experiments: Sequence[Experiment], data: Sequence[str]) -> str | None:
+    """The diagnosis, where the model fails; it reads forces, and motions as force, but no position without inertia."""
+    if not fails(c):
+        return None
+    if all(recording.test == "isotonic" for each in experiments for recording in each.recordings):
+        return f"mckibben add {typed(data)} EFFECT, one that you suspect (mckibben effects): 'diagnose' needs a force"
+    return f"mckibben diagnose {typed(data)}"
+
+
+def after_diagnosis(d: Diagnosis, data: Sequence[str]) -> str | None:
+    """The effect to add, or a form for what none explains; None where nothing is to be added."""
+    if d.verdict in ("missing", "one of") and d.explanations:
+        return f"mckibben add {typed(data)} {' '.join(d.explanations[0])}"
+    if d.leading is not None:
+        return f"mckibben add {typed(data)} {d.leading.effects[0]}"
+    if d.verdict == "not in the library":
+        return f"mckibben diagnose {typed(data)} --propose"
+    return None
+
+
+def typed(names: Iterable[str]) -> str:
+    """Names of files and folders as a shell takes them, whatever is in them."""
+    return " ".join(map(shlex.quote, names))
