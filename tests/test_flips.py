@@ -209,6 +209,12 @@ def test_a_few_loops_beside_many_isometric_cycles_are_flipped_by_halves():
     assert halves < flips.ENOUGH <= cycles
     assert found.count == halves + cycles
     assert "loops and half loops" in found.words
+    points = replace(
+        s.where(np.arange(30)), rate=np.zeros(30), run=np.arange(30) + 1, half=np.arange(30), recording=np.ones(30, int)
+    )
+    mixed = Samples(*(np.concatenate([getattr(part, f.name) for part in (loops, points)]) for f in fields(Samples)))
+    assert "half loops and single points flipped" in flips.units(mixed, 0.5).words
+    assert flips.units(points, 0.5).words == "signs of 30 single points flipped"
     assert len(np.unique(found.together)) == len(np.unique(loops.run)) + cycles
 
 

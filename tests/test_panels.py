@@ -4,6 +4,8 @@ import re
 
 import numpy as np
 import pytest
+from hidden.simulator import Muscle, Noise, Truth, dataset, static, with_baseline
+from hidden.simulator import write as write_hidden
 from small_muscle import loops, write
 
 from fitting import figures
@@ -11,11 +13,15 @@ from fitting.compare import compare
 from fitting.console.options import Asked
 from fitting.console.task import fitted, task_of
 from fitting.figures import Stage
+from fitting.recordings import read_experiment
 from fitting.records import Run
+from fitting.residuals import problem
 from fitting.showing import maps
 from fitting.showing.loops_picture import frame
 from fitting.showing.page import page
 from fitting.showing.panels import Panel, panels
+from fitting.solving.unknowns import unknowns
+from mckibben_jax.effects import IdealCylinder
 
 
 def test_measured_points_lie_where_their_axes_say(study):
@@ -114,3 +120,12 @@ def test_pictures_of_one_page_share_no_names(study):
     first, second = (set(re.findall(r'id="([^"]+)"', svg)) for svg in pictures)
     assert first
     assert not first & second
+
+
+@pytest.mark.parametrize(("pressures", "held"), [((1e5, 2e5, 3e5), "100 kPa to 300 kPa"), ((2e5,), "200 kPa")])
+def test_a_map_is_titled_by_its_lowest_and_highest_pressure(pressures, held, tmp_path):
+    truth = Truth(Muscle(), with_baseline())
+    recording = static(truth, contractions=tuple(np.linspace(0, 0.2, 9)), pressures=pressures, noise=Noise(sd=0.1))
+    experiment = read_experiment(write_hidden(dataset(truth, [recording], "map"), tmp_path / "map"))
+    _, samples = problem([experiment], unknowns([experiment], [IdealCylinder()]))
+    assert {panel.held for panel in panels([experiment], samples, np.zeros(len(samples)))} == {held}

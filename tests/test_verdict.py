@@ -111,3 +111,18 @@ def test_slow_noise_is_told_from_white_at_the_lags_that_runs_have():
     assert noise.white == pytest.approx(1.0, abs=0.1)
     assert noise.shares.sum() == pytest.approx(1.0, abs=0.15)
     assert noise.memory == pytest.approx(0.45, abs=0.06)
+
+
+def test_an_amount_as_large_as_its_limit_is_found_four_times_in_five():
+    """By the whole gate, in noise drawn anew; half as much is missed more often than not."""
+    same = Yielding(SLOPES, np.zeros(0), np.zeros((0, 2)), np.full(2, -1))
+    ground = flips.Ground(SAMPLES, flips.units(SAMPLES, 0.0), omnibus.basis(SAMPLES), WHITE, 0)
+    limit = flips.judged(ROWS, same, same, COLUMNS, ground, limits=True).detectable[0]
+    random = np.random.default_rng(2)
+
+    def found(amount):
+        rows = random.normal(size=len(SAMPLES)) + amount * COLUMNS[:, 0]
+        return flips.judged(rows, same, same, COLUMNS, ground).rejected
+
+    assert np.mean([found(0.5 * limit) for _ in range(25)]) < 0.5
+    assert 0.6 <= np.mean([found(limit) for _ in range(35)]) <= 0.98

@@ -63,15 +63,16 @@ def units(samples: Samples, memory: float) -> Units:
     if count < ENOUGH:
         return _blocks(samples, halves, memory)
     together = numbered(samples.run, np.where(few, 0, 1 + samples.loop))
-    return Units(number, LEVEL, f"signs of {count} {_in_words(few, count == len(samples))}", together)
+    words = f"signs of {count} {_in_words(few, omnibus.kinds(samples) == omnibus.POINTS)}"
+    return Units(number, LEVEL, words, together)
 
 
-def _in_words(few: np.ndarray, points: bool) -> str:
-    if few.all():
-        return "half loops flipped: few loops"
-    if few.any():
-        return "loops and half loops flipped: one kind of test has few"
-    return "single points flipped" if points else "loops flipped"
+def _in_words(few: np.ndarray, points: np.ndarray) -> str:
+    kinds = {"loops": ~few & ~points, "half loops": few & ~points, "single points": points}
+    words = " and ".join(name for name, rows in kinds.items() if rows.any())
+    scarce = few & ~points
+    reason = ("", ": one kind of test has few", ": few loops")[int(scarce.any()) + int(scarce.all())]
+    return f"{words} flipped{reason}"
 
 
 def few_loops(samples: Samples) -> np.ndarray:

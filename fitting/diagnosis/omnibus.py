@@ -11,6 +11,7 @@ ACROSS = 5  # most hats in the other variable: pressure in loops, contraction wh
 SAME_LEVEL = 0.03  # of the range: levels closer than this are one
 FINE = 40  # most hats along the stroke: a ripple of a twentieth of it is seen
 PER_HAT = 5  # samples of one branch
+POINTS = 2  # of the kinds of recordings, that without a history
 AFTER = (0.01, 0.03, 0.1)  # of the range: over which what a turning point leaves dies away
 
 

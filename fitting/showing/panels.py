@@ -14,6 +14,7 @@ from fitting.residuals import Samples
 from fitting.showing.sentences import rounded
 
 MOST_PANELS = 24
+SAME = 0.05  # of the highest pressure of a map: it varies by more, or it is held
 MOST_POINTS = 400  # in a panel
 FEWEST_ON_A_BRANCH = 24  # or it has no shape left; where there are too many branches, some whole loops are drawn
 
@@ -162,4 +163,7 @@ def _held(run: Run, test: str) -> str:
         return f"ε = {np.median(run.contraction):.3g}"
     if run.load is not None:
         return rounded(float(np.median(run.load)), "N")
+    lowest, highest = float(np.min(run.pressure)), float(np.max(run.pressure))
+    if test == "static" and highest - lowest > SAME * highest:
+        return f"{rounded(lowest, 'Pa')} to {rounded(highest, 'Pa')}"
     return rounded(float(np.median(run.pressure)), "Pa")
