@@ -126,3 +126,18 @@ def test_an_amount_as_large_as_its_limit_is_found_four_times_in_five():
 
     assert np.mean([found(0.5 * limit) for _ in range(25)]) < 0.5
     assert 0.6 <= np.mean([found(limit) for _ in range(35)]) <= 0.98
+
+
+def test_no_p_is_smaller_than_one_of_all_flips():
+    """Of runs that differ by a hundred times what is allowed, neither: zero would say more than can be known."""
+    run = flips.numbered(SAMPLES.run)
+    own = np.stack([np.where(run == one, SAMPLES.branch, 0.0) for one in range(run.max() + 1)], axis=1)
+    same = Yielding(SLOPES, np.zeros(0), np.zeros((0, 2)), np.full(2, -1))
+    count = own.shape[1]
+    apart = Yielding(
+        np.hstack([SLOPES, own]), np.zeros(count), np.hstack([np.zeros((count, 2)), np.eye(count)]),
+        np.concatenate([np.full(2, -1), np.zeros(count, int)]),
+    )  # fmt: skip
+    rows = ROWS + 100 * own @ np.array([1.0, -1.0, 1.0, -1.0, 0.0])
+    ground = flips.Ground(SAMPLES, flips.units(SAMPLES, 0.0), omnibus.basis(SAMPLES), WHITE, 0)
+    assert flips.judged(rows, same, apart, COLUMNS, ground).p == pytest.approx(1 / (1 + flips.FLIPS))
