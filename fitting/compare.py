@@ -154,7 +154,7 @@ def _score(fit: Fit, number: int, experiment: Experiment, recording: Recording) 
 def _noise_from(recording: Recording) -> str:
     """How `noise_of` knows."""
     if recording.noise is not None:
-        return "as stated"
+        return recording.noise_from or "as stated"
     return "presumed" if recording.test == "static" else "from neighbouring readings"
 
 

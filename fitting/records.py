@@ -9,6 +9,7 @@ import numpy as np
 from mckibben_jax.muscle import Muscle
 
 FORCE_TESTS = ("loop", "isometric", "static")
+OF_MOTION = "that of a motion, read as force"  # noise that nobody stated
 MOVING_TESTS = ("quick release", "step")  # the mass counts, and an equation of motion is integrated
 POSITION_TESTS = ("isotonic", "quick release", "step")
 TESTS = FORCE_TESTS + POSITION_TESTS
@@ -54,6 +55,7 @@ class Recording:
     notes: tuple[str, ...] = ()  # what was set aside and why, with counts
     position: str = "contraction"  # what the rig read: "contraction", "length" or "displacement"
     units: Mapping[str, str] = field(default_factory=dict)  # SI unit -> what the file gives it in ("Pa" -> "psi")
+    noise_from: str = ""  # where the noise is known from, if nobody stated it
 
     @property
     def unit(self) -> str:

@@ -52,6 +52,11 @@ def headed(label: str, text: str, style: str = "") -> RenderableType:
     return grid
 
 
+def to_type(label: str, command: str) -> Text:
+    """A command behind its label, which no narrow terminal breaks: it can be pasted."""
+    return Text.assemble((label.ljust(LABEL + 1), "bold"), command)
+
+
 def lines(label: str, texts: Iterable[str], style: str = "") -> list[RenderableType]:
     """The label beside the first of several lines."""
     return [headed(label if not number else "", text, style) for number, text in enumerate(texts)]

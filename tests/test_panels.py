@@ -129,3 +129,18 @@ def test_a_map_is_titled_by_its_lowest_and_highest_pressure(pressures, held, tmp
     experiment = read_experiment(write_hidden(dataset(truth, [recording], "map"), tmp_path / "map"))
     _, samples = problem([experiment], unknowns([experiment], [IdealCylinder()]))
     assert {panel.held for panel in panels([experiment], samples, np.zeros(len(samples)))} == {held}
+
+
+def test_a_line_stops_where_its_branch_does(study):
+    """A release that moves between two rests is not crossed by the line of the rests."""
+    task, c = study
+    panel = panels(task.experiments, c.fit.samples, c.fit.residual)[0]
+    placed = frame(panel, 0, [c.fit.residual])
+    values = panel.model(c.fit.residual)
+    part = panel.branches[0][np.isfinite(values[panel.branches[0]])]
+    assert placed.path(values, part).count("M") == 1
+    broken = values.copy()
+    broken[part[3:6]] = np.nan
+    kept = np.concatenate([part[:3], part[6:]])
+    assert placed.path(broken, kept).count("M") == 2
+    assert placed.path(broken, kept).count("L") == len(kept) - 2

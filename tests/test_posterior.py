@@ -3,6 +3,7 @@
 import dataclasses
 from argparse import Namespace
 from pathlib import Path
+from types import SimpleNamespace
 
 import emcee
 import jax
@@ -21,6 +22,7 @@ from fitting.sampling.noise import chosen, noise_of_rows
 from fitting.sampling.posing import thinned_about
 from fitting.sampling.quick import quick_look
 from fitting.sampling.record import Missing
+from fitting.sampling.said import cut_off
 from mckibben_jax.effects import BladderNeoHookean, CoulombFriction, ForceOffset, IdealCylinder
 from mckibben_jax.model import model
 from mckibben_jax.muscle import Muscle
@@ -330,3 +332,15 @@ def test_draws_around_the_mode_have_the_density_of_students_t():
     z = np.random.default_rng(0).standard_normal((50, 4))
     theirs = stats.multivariate_t(np.zeros(4), SCALE**2 * np.eye(4), df=TAILS).logpdf(z)
     np.testing.assert_allclose(np.diff(log_around_mode(z)), np.diff(theirs), atol=1e-12)
+
+
+def test_a_value_that_is_small_in_a_wide_range_is_not_cut_off():
+    """Far from the end in its own standard deviations, whatever share of the range that is."""
+    random = np.random.default_rng(0)
+    draws = {"small": 0.008 + 1e-5 * random.normal(size=4000), "cut": np.abs(0.005 * random.normal(size=4000)),
+             "inside": 0.5 + 0.1 * random.normal(size=4000)}  # fmt: skip
+    target = SimpleNamespace(places=lambda z: z, free=3)
+    found = cut_off(
+        SimpleNamespace(target=target, priors=dict.fromkeys(draws)), np.stack([*draws.values()], axis=1)[None]
+    )
+    assert found == ("cut",)

@@ -1,13 +1,17 @@
 """What a user reads on the terminal: sentences, tables, amounts."""
 
 import dataclasses
+from types import SimpleNamespace
 
 import pytest
 
-from fitting.report import comparison_report, console, diagnosis_report, fit_report
+from fitting.console.study import Study
+from fitting.records import OF_MOTION
+from fitting.report import comparison_report, console, diagnosis_report, fit_report, to_type
 from fitting.showing.next_step import after_diagnosis
 from fitting.showing.sentences import (
     amount,
+    judged,
     kind_in_words,
     p_in_words,
     unlikely_size,
@@ -114,3 +118,42 @@ def test_amounts_are_written_without_powers_of_ten(value, unit, shown):
 def test_a_value_goes_as_far_as_its_error():
     assert with_error(0.00710014, 0.000032, "m") == ("7.100 mm", "0.032 mm")
     assert with_error(0.5, float("nan"), "1") == ("0.5", "")
+
+
+def test_of_several_the_one_that_leads_is_added_first(diagnosis):
+    either = dataclasses.replace(diagnosis, verdict="one of", explanations=(("tip",), ("linear_spring",)))
+    assert diagnosis.leading.effects == ("linear_spring",)
+    assert after_diagnosis(either, ["here"]) == "mckibben add here linear_spring"
+    assert after_diagnosis(dataclasses.replace(either, leading=None), ["here"]) == "mckibben add here tip"
+
+
+def test_a_command_is_not_broken_however_narrow_the_terminal_is():
+    command = "mckibben simulate here --noise '0.139 lbf' " + "--turns 0,0.24,0.1,0.24 " * 8
+    narrow = console()
+    narrow.width = 40
+    with narrow.capture() as captured:
+        Study.print(SimpleNamespace(console=narrow), [to_type("REHEARSE", command)])
+    assert captured.get() == f"REHEARSE  {command}\n"
+
+
+def test_a_number_that_is_none_has_no_digits():
+    assert amount(float("inf"), "N") == "no number"
+    assert amount(float("nan"), "N") == "no number"
+
+
+def test_an_even_misfit_without_pressure_is_one_that_the_fit_hides_in_part(study):
+    """The table below it may change sign with pressure: that is what the fit made of it."""
+    flat = dataclasses.replace(study[1].fingerprint, odd_share=0.0, pressure_exponent_even=0.05)
+    words = kind_in_words(dataclasses.replace(study[1], fingerprint=flat))
+    assert "the same at every pressure; the fit makes up for some of it" in words
+    steep = dataclasses.replace(flat, pressure_exponent_even=2.0)
+    assert "pressure to the power 2" in kind_in_words(dataclasses.replace(study[1], fingerprint=steep))
+
+
+def test_motions_read_as_force_are_not_called_described(study):
+    """Their noise as force is coarse: how far they are missed is another question."""
+    good = dataclasses.replace(study[1], rmse=study[1].noise, noise_floor=None)
+    assert judged(good).startswith("The model describes these data")
+    read = judged(dataclasses.replace(good, noise_from=OF_MOTION))
+    assert read.startswith("Read as force")
+    assert "mckibben compare" in read

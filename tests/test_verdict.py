@@ -141,3 +141,17 @@ def test_no_p_is_smaller_than_one_of_all_flips():
     rows = ROWS + 100 * own @ np.array([1.0, -1.0, 1.0, -1.0, 0.0])
     ground = flips.Ground(SAMPLES, flips.units(SAMPLES, 0.0), omnibus.basis(SAMPLES), WHITE, 0)
     assert flips.judged(rows, same, apart, COLUMNS, ground).p == pytest.approx(1 / (1 + flips.FLIPS))
+
+
+def test_what_one_group_alone_knows_stays_when_that_group_is_left_out():
+    """Where the others say nothing of a parameter, one step from the whole fit leaves it where it was."""
+    random = np.random.default_rng(6)
+    slopes = random.normal(size=(60, 2))
+    group = np.repeat([0, 1, 2], 20)
+    slopes[group != 2, 1] = 1e-12 * random.normal(size=40)  # next to nothing, as rounding leaves it
+    target = random.normal(size=60)
+    rows = slopes @ np.linalg.lstsq(slopes, target, rcond=1e-10)[0] - target
+    left = held_out.left_out_rows(rows, slopes, np.zeros(0), np.zeros((0, 2)), group)
+    assert np.max(np.abs(left)) < 2 * np.max(np.abs(rows))
+    known = np.linalg.lstsq(slopes[group != 0], target[group != 0], rcond=1e-10)[0]
+    np.testing.assert_allclose(left[group == 0], (slopes @ known - target)[group == 0], rtol=1e-6)

@@ -26,7 +26,7 @@ def command(alike: bool, **given: Any) -> None:
     study = begin(given)
     from fitting.compare import compare
     from fitting.console.task import as_known
-    from fitting.report import comparison_report, headed, lines
+    from fitting.report import comparison_report, headed, lines, to_type
     from fitting.results import comparison_result, fit_result
     from fitting.showing.alike_words import alike_report, alike_result, known_report, known_result
     from fitting.showing.next_step import after_comparison
@@ -44,7 +44,7 @@ def command(alike: bool, **given: Any) -> None:
     study.print(known_report(fit))
     study.print([] if can_be_known is None else alike_report(can_be_known))
     after = after_comparison(found, study.task.experiments, study.asked.data)
-    study.print([headed("", ""), headed("NEXT", after)] if after else [])
+    study.print([headed("", ""), to_type("NEXT", after)] if after else [])
     study.write(comparison_result(found) | {"fit": fit_result(fit), "known": known_result(fit)} | more)
     if study.asked.html:
         from fitting.showing.page import write_page

@@ -27,7 +27,7 @@ def command(propose: bool, **given: Any) -> None:
     from fitting.console.diagnosing import candidates_of, diagnosed, following, in_newtons
     from fitting.diagnose import of_force
     from fitting.diagnosis.proposal import proposal_in_words, proposal_result, proposed, require_sparse_regression
-    from fitting.report import diagnosis_report, headed, lines
+    from fitting.report import diagnosis_report, headed, lines, to_type
     from fitting.results import diagnosis_result
     from fitting.showing.next_step import after_diagnosis
     from fitting.showing.sentences import error_in_words, measurement_in_words
@@ -44,7 +44,7 @@ def command(propose: bool, **given: Any) -> None:
     study.print([headed("ERROR", error_in_words(compared))])
     study.print([headed("MEASURE", " ".join(measurement_in_words(planned)))] if planned else [])
     after = after_diagnosis(found, study.asked.data)
-    study.print([headed("NEXT", after)] if after else [])
+    study.print([to_type("NEXT", after)] if after and form is None else [])
     if form:
         study.print([headed("PROPOSAL", proposal_in_words(form))])
         study.console.print(form.command(study.asked.data), soft_wrap=True)  # to be pasted: in one line

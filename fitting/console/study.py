@@ -34,9 +34,11 @@ class Study:
     begun: float
 
     def print(self, shown: Sequence["RenderableType"]) -> None:
-        """Print tables and lines."""
+        """Print tables and lines; commands to be pasted are not broken, however narrow the terminal is."""
+        from rich.text import Text
+
         for thing in shown:
-            self.console.print(thing)
+            self.console.print(thing, soft_wrap=isinstance(thing, Text))
 
     def write(self, result: dict[str, Any]) -> None:
         """Write `--json`, with what it takes to get the same again."""

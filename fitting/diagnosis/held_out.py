@@ -26,11 +26,12 @@ def left_out_rows(
 ) -> np.ndarray:
     """Rows of each group under the parameters fitted without it, in one Gauss-Newton step from the whole fit."""
     whole = slopes.T @ slopes + prior_slopes.T @ prior_slopes
+    # of the whole: what the others know nothing of then counts as nothing, and stays where the whole fit has it
+    scale = 1 / np.sqrt(np.maximum(np.diag(whole), 1e-300))
     out = rows.copy()
     for g in np.unique(group):
         mine = group == g
         rest = whole - slopes[mine].T @ slopes[mine]
-        scale = 1 / np.sqrt(np.maximum(np.diag(rest), 1e-300))
         gradient = -slopes[mine].T @ rows[mine]  # at the optimum of all rows the others' gradient is minus this one's
         step = scale * (np.linalg.pinv(rest * np.outer(scale, scale), rcond=1e-12, hermitian=True) @ (scale * gradient))
         out[mine] = rows[mine] - slopes[mine] @ step

@@ -88,12 +88,12 @@ def leading_of(
     if not _of_one_kind(world, equals, named[0], trials):
         return None
     others = [added for added in order if added not in equals]
-    whole, left = np.mean(examiner.left_out(base) ** 2), np.mean(rows[named[0]] ** 2)
+    whole, left = world.rmse(examiner.left_out(base)), world.rmse(rows[named[0]])
     return Leading(
         tuple(min(added) for added in named),
-        float(1 - left / whole),
-        world.rmse(rows[named[0]]),
-        world.rmse(rows[others[0]]) if others else world.rmse(examiner.left_out(base)),
+        float(1 - (left / whole) ** 2),
+        left,
+        world.rmse(rows[others[0]]) if others else whole,
     )
 
 

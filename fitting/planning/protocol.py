@@ -14,7 +14,7 @@ from fitting.diagnosis.record import Diagnosis
 from fitting.next_measurement import NextMeasurement, measurements, remaining
 from fitting.planning.candidates import Shown, shown, simulation
 from fitting.planning.sharper import sharper
-from fitting.report import headed, lines
+from fitting.report import headed, lines, to_type
 from fitting.results import measurement_result
 from fitting.showing.columns import columns
 from fitting.showing.sentences import effect_set, percent
@@ -94,7 +94,7 @@ def plan_report(plan: Plan) -> list[RenderableType]:
         shown += [headed(f"RECORD {number + 1}", f"{step.what}. It takes {duration(step.seconds)}.", "bold")]
         shown += [headed("", f"Why: {step.why}.")]
         shown += [headed("NEEDS", step.needs, "yellow")] if step.needs else []
-        shown += [headed("REHEARSE", command)] if command else []
+        shown += [to_type("REHEARSE", command)] if command else []
     if len(plan.steps) > 1:
         shown.append(headed("ORDER", f"as listed, {duration(REST)} of rest without pressure between recordings"))
     cured = [f"{effect_set(a)} or {effect_set(b)}: nothing here separates them" for a, b in plan.tied]

@@ -28,6 +28,7 @@ from fitting.sampling.target import Posed
 from fitting.solving.uncertainty import clusters
 
 GATED = 3500  # readings that the test for anything missing looks at, as in a diagnosis
+REACHED = 4.0  # standard deviations of the draws within which the end has to lie
 NEAR_END, MANY = 0.01, 0.05  # more than this share of the draws so near an end of the range: the range cuts them off
 
 
@@ -139,4 +140,6 @@ def cut_off(what: Posed, z: np.ndarray) -> tuple[str, ...]:
     """The parameters that an end of their range cuts off."""
     place = what.target.places(z.reshape(-1, z.shape[-1]))[:, : what.target.free]
     near = np.mean((place < NEAR_END) | (place > 1 - NEAR_END), axis=0)
-    return tuple(name for name, share in zip(what.priors, near, strict=True) if share > MANY)
+    middle, spread = np.mean(place, axis=0), np.maximum(np.std(place, axis=0), 1e-300)
+    reached = np.minimum(middle, 1 - middle) < REACHED * spread  # small in its range is not yet cut off
+    return tuple(name for name, cut in zip(what.priors, (near > MANY) & reached, strict=True) if cut)

@@ -8,6 +8,7 @@ import dataclasses
 import html
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -63,7 +64,11 @@ class Frame:
         at = self.window.points(self.panel.along[part], values[part])
         if self.panel.is_few:
             return "".join(f"M{a - 3:.1f} {b:.1f}h6m-3 -3v6" for a, b in at)
-        return "M" + "L".join(f"{a:.1f} {b:.1f}" for a, b in at) if at else ""
+        if not at:
+            return ""
+        gaps = np.cumsum(np.isnan(values))[part]  # a line stops where there is no model, and goes on behind
+        pens = ["M", *("L" if here == before else "M" for before, here in pairwise(gaps))]
+        return "".join(f"{pen}{a:.1f} {b:.1f}" for pen, (a, b) in zip(pens, at, strict=True))
 
     def dots(self, part: np.ndarray) -> str:
         """The readings as dots."""

@@ -21,7 +21,9 @@ def after_comparison(c: Comparison, experiments: Sequence[Experiment], data: Seq
 def after_diagnosis(d: Diagnosis, data: Sequence[str]) -> str | None:
     """The effect to add, or a form for what none explains; None where nothing is to be added."""
     if d.verdict in ("missing", "one of") and d.explanations:
-        return f"mckibben add {typed(data)} {' '.join(d.explanations[0])}"
+        first = d.leading.effects if d.leading is not None else ()
+        chosen = next((names for names in d.explanations if names == first[:1]), d.explanations[0])
+        return f"mckibben add {typed(data)} {' '.join(chosen)}"
     if d.leading is not None:
         return f"mckibben add {typed(data)} {d.leading.effects[0]}"
     if d.verdict == "not in the library":

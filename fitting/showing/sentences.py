@@ -11,7 +11,7 @@ from fitting.compare import Comparison
 from fitting.diagnosis.fingerprint import Fingerprint
 from fitting.diagnosis.record import Diagnosis, Evidence
 from fitting.least_squares import Fit
-from fitting.records import Experiment
+from fitting.records import OF_MOTION, Experiment
 
 if TYPE_CHECKING:
     from fitting.next_measurement import NextMeasurement
@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 SLOW = 6.0  # times the scatter of neighbouring readings: so much may still be noise that changes slowly
 NEAR_FLOOR = 1.5  # times the floor: what is left is hardly more than noise
 MOSTLY = 0.8
+FLAT = 0.15  # an exponent that is none
 FOUND = ("missing", "one of", "not in the library")
 UNLIKELY = 0.3  # of full scale: no effect that is known leaves so much
 
@@ -30,6 +31,8 @@ def amount(value: float | None, unit: str) -> str:
 
 def rounded(value: float, unit: str, digits: int = 3) -> str:
     """A value with this many figures, and never fewer than it has before the point: '1063 N', not '1.06e+03 N'."""
+    if not math.isfinite(value):
+        return "no number"
     _, size = units.shown_in(unit, abs(value))
     shown = abs(float(f"{value / size:.{digits}g}"))
     before = math.floor(math.log10(shown)) + 1 if shown else 0
@@ -105,6 +108,11 @@ def judged(c: Comparison) -> str:
     readings, numbers = sum(score.count for score in c.by_recording), len(c.fit.free)
     if readings <= numbers:
         return f"{readings} readings cannot judge a model with {numbers} fitted numbers: record more."
+    if not fails(c) and OF_MOTION in c.noise_from:
+        return (
+            f"Read as force, the motions are described to their noise there, {amount(c.noise, c.unit)}. That is "
+            "coarse: how far the motions themselves are missed is said by 'mckibben compare'."
+        )
     if not fails(c):
         return f"The model describes these data nearly to their noise: {amount(c.rmse, c.unit)} of error left."
     times = f"{c.rmse / c.floor:.0f} times" if c.rmse > 2.5 * c.floor else f"{c.rmse / c.floor:.1f} times"
@@ -135,7 +143,11 @@ def _parity(traces: Fingerprint) -> str:
 
 def _even(traces: Fingerprint) -> list[str]:
     n = traces.pressure_exponent_even
-    return [] if n is None else [f"what is even goes as pressure to the power {n:.2g}{_meaning(n)}"]
+    if n is None:
+        return []
+    if abs(n) < FLAT:  # what is left is not: elsewhere the model's own parameters hide it
+        return ["what is missing of the even part is the same at every pressure; the fit makes up for some of it"]
+    return [f"what is even goes as pressure to the power {n:.2g}{_meaning(n)}"]
 
 
 def _odd(traces: Fingerprint) -> list[str]:
@@ -145,7 +157,7 @@ def _odd(traces: Fingerprint) -> list[str]:
 
 
 def _meaning(exponent: float) -> str:
-    return ": does not depend on it" if abs(exponent) < 0.15 else " (in proportion)" if abs(exponent - 1) < 0.1 else ""
+    return ": does not depend on it" if abs(exponent) < FLAT else " (in proportion)" if abs(exponent - 1) < 0.1 else ""
 
 
 def _drift(traces: Fingerprint) -> list[str]:
