@@ -162,6 +162,7 @@ def test_add_lets_the_error_fall_and_drop_lets_it_rise(data, tmp_path):
     out = tmp_path / "a.json"
     words = run("add", data, "linear_spring", "--json", out, "--starts", 2).stdout
     assert "+ linear_spring: error" in words
+    assert f"NEXT      mckibben diagnose {data}\n" in words
     found = json.loads(out.read_text())
     assert found["rmse_N"] < 0.2 * found["before"]["rmse_N"]
     assert found["held_out_rmse_N"] < 0.2 * found["before"]["held_out_rmse_N"]

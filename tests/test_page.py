@@ -59,18 +59,20 @@ def test_the_command_on_the_page_can_be_pasted(study, diagnosis):
     task, c = study
     folder = Path("my muscle №1")
     named = dataclasses.replace(task, experiments=[dataclasses.replace(task.experiments[0], folder=folder)])
+    unsure = dataclasses.replace(diagnosis, verdict="inconclusive", explanations=(), leading=None)
     nobodys = dataclasses.replace(diagnosis, verdict="not in the library", explanations=(), leading=None)
     told = [
         re.search(r"<p>([^<]*:|[^<]*\?) <code>(mckibben [^<]*)</code></p>", page(named, c, d))
-        for d in (diagnosis, nobodys, None)
+        for d in (diagnosis, nobodys, unsure, None)
     ]
     assert [shlex.split(html.unescape(one[2])) for one in told if one] == [
         ["mckibben", "add", str(folder), "linear_spring"],
         ["mckibben", "diagnose", str(folder), "--propose"],
+        ["mckibben", "plan", str(folder)],
         ["mckibben", "diagnose", str(folder)],
     ]
     assert [one[1] for one in told if one] == [
-        "Put it into the model:", "Look for a form of it:", "Which effect is missing?",
+        "Put it into the model:", "Look for a form of it:", "Ask what to record:", "Which effect is missing?",
     ]  # fmt: skip
 
 

@@ -16,6 +16,7 @@ from fitting.least_squares import Fit
 from fitting.reading.own_effects import named
 from fitting.report import fit_report, headed, steps_report
 from fitting.results import comparison_result, fit_result
+from fitting.showing.next_step import after_change
 from fitting.showing.page import write_page
 from fitting.showing.sentences import amount, percent
 from fitting.solving.evaluate import left_out_rmse
@@ -92,7 +93,8 @@ def run(study: Study, names: Sequence[str], how: Callable[[Task, Sequence[str]],
     unit = found.comparison.unit
     study.print([headed("RESULT", told_in_words(found, unit), "bold"), *steps_report(found.stages, unit)])
     study.print(fit_report(found.after))
-    study.print(save(study, found.after))
+    after = after_change(study.task.experiments, study.asked.data, study.asked.save)
+    study.print(save(study, found.after, after))
     study.write(change_result(found))
     if study.asked.html:
         write_page(study.asked.html, changed, found.comparison, stages=found.stages)

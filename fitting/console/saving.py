@@ -9,11 +9,11 @@ from fitting.console.task import MODEL_FILE
 from fitting.errors import InputError
 from fitting.least_squares import Fit
 from fitting.reading.model_file import is_edited, write_model
-from fitting.report import headed
+from fitting.report import headed, to_type
 
 
-def save(study: Study, fit: Fit) -> list[RenderableType]:
-    """Write the fitted model, and say where it went or why it did not."""
+def save(study: Study, fit: Fit, after: str | None = None) -> list[RenderableType]:
+    """Write the fitted model, and say where it went (and what comes `after` that) or why it did not."""
     if study.asked.no_save:
         return []
     if not fit.converged:
@@ -22,7 +22,7 @@ def save(study: Study, fit: Fit) -> list[RenderableType]:
     why = write_model(path, fit, study.task.experiments)
     if why is None:
         how = f"--model {path} takes it up" if study.asked.save else "the next command on these data begins from it"
-        return [headed("SAVED", f"{path}; {how}")]
+        return [headed("SAVED", f"{path}; {how}"), *([to_type("NEXT", after)] if after else [])]
     if study.asked.save and not (path.exists() and is_edited(path)):  # what comes next will look for it there
         raise InputError(f"the model is not saved: {why}", cure="make room, or name another file with --save")
     return [headed("SAVED", f"nothing: {why}. Name another file with --save FILE", "yellow")]

@@ -13,13 +13,24 @@ def after_comparison(c: Comparison, experiments: Sequence[Experiment], data: Seq
     """The diagnosis, where the model fails; it reads forces, and motions as force, but no position without inertia."""
     if not fails(c):
         return None
-    if all(recording.test == "isotonic" for each in experiments for recording in each.recordings):
+    if _positions_alone(experiments):
         return f"mckibben add {typed(data)} EFFECT, one that you suspect (mckibben effects): 'diagnose' needs a force"
     return f"mckibben diagnose {typed(data)}"
 
 
+def after_change(experiments: Sequence[Experiment], data: Sequence[str], model: str | None) -> str | None:
+    """Whether anything is still missing; of a `model` that was saved elsewhere than with the data, by its file."""
+    if _positions_alone(experiments):
+        return None
+    return f"mckibben diagnose {typed(data)}" + (f" --model {typed([model])}" if model else "")
+
+
+def _positions_alone(experiments: Sequence[Experiment]) -> bool:
+    return all(recording.test == "isotonic" for each in experiments for recording in each.recordings)
+
+
 def after_diagnosis(d: Diagnosis, data: Sequence[str]) -> str | None:
-    """The effect to add, or a form for what none explains; None where nothing is to be added."""
+    """The effect to add, a form for what none explains, what to record where the data say too little; else None."""
     if d.verdict in ("missing", "one of") and d.explanations:
         first = d.leading.effects if d.leading is not None else ()
         chosen = next((names for names in d.explanations if names == first[:1]), d.explanations[0])
@@ -28,7 +39,7 @@ def after_diagnosis(d: Diagnosis, data: Sequence[str]) -> str | None:
         return f"mckibben add {typed(data)} {d.leading.effects[0]}"
     if d.verdict == "not in the library":
         return f"mckibben diagnose {typed(data)} --propose"
-    return None
+    return f"mckibben plan {typed(data)}" if d.verdict == "inconclusive" else None
 
 
 def typed(names: Iterable[str]) -> str:

@@ -42,6 +42,10 @@ if TYPE_CHECKING:
     from fitting.next_measurement import NextMeasurement
 
 
+# of the command that comes next
+HEADINGS = {"add": "Put it into the model:", "diagnose": "Look for a form of it:", "plan": "Ask what to record:"}
+
+
 def write_page(
     path: str,
     task: Task,
@@ -116,8 +120,7 @@ def _typed(c: Comparison, d: Diagnosis | None, task: Task) -> tuple[str, str] | 
         command = after_comparison(c, task.experiments, folders)
         return ("Which effect is missing?", command) if command else None
     command = None if _is_added(d, task) else after_diagnosis(d, folders)
-    heading = "Put it into the model:" if command and command.startswith("mckibben add") else "Look for a form of it:"
-    return (heading, command) if command else None
+    return (HEADINGS[command.split()[1]], command) if command else None
 
 
 def _lead(c: Comparison, d: Diagnosis | None, stages: Sequence[Stage]) -> list[str]:
