@@ -29,6 +29,7 @@ from fitting.showing.sentences import (
     remark,
     unlikely_size,
     verdict_in_words,
+    worst_in_words,
 )
 
 WIDTH = 110  # where the output is no terminal
@@ -75,7 +76,7 @@ def comparison_report(c: Comparison) -> list[RenderableType]:
     shown: list[RenderableType] = [
         headed("RESULT", judged(c), "bold"),
         headed("ERROR", error_in_words(c)),
-        *([headed("WHERE", f"Worst at {c.worst}.")] if fails(c) else []),
+        *([headed("WHERE", worst_in_words(c))] if fails(c) else []),
         headed("KIND", kind_in_words(c)),
         *lines("WARNING", unlikely_size(c), "yellow"),
     ]

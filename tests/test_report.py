@@ -5,6 +5,7 @@ from types import SimpleNamespace
 
 import pytest
 
+from fitting.compare import Row, Table
 from fitting.console.study import Study
 from fitting.records import OF_MOTION
 from fitting.report import comparison_report, console, diagnosis_report, fit_report, to_type
@@ -17,6 +18,7 @@ from fitting.showing.sentences import (
     unlikely_size,
     verdict_in_words,
     with_error,
+    worst_in_words,
 )
 
 
@@ -157,3 +159,21 @@ def test_motions_read_as_force_are_not_called_described(study):
     read = judged(dataclasses.replace(good, noise_from=OF_MOTION))
     assert read.startswith("Read as force")
     assert "mckibben compare" in read
+
+
+def test_one_run_that_is_off_alone_is_named(study):
+    """Not an effect but a recording to look at; and not where others are off as well, or runs are too few."""
+    rows = [Row(f"run {k}", 100, size, 0.0, 2 * size) for k, size in enumerate((1.0, 1.2, 9.0, 1.1))]
+    c = dataclasses.replace(study[1], rmse=5.0, noise=0.3, noise_floor=None)
+    told = lambda rows, rmse=5.0: worst_in_words(  # noqa: E731
+        dataclasses.replace(c, rmse=rmse, tables=(Table("run", tuple(rows)),))
+    )
+    assert "run 2 by 9 N, no other run by more than 1.2 N" in told(rows)
+    assert "alone" not in told([*rows, Row("run 4", 100, 4.0, 0.0, 8.0)])
+    assert "alone" not in told(rows[1:])
+    assert "alone" not in told(rows, rmse=0.3)
+
+
+def test_presumed_noise_judges_nothing(study):
+    within = dataclasses.replace(study[1], rmse=0.2, noise=0.3, noise_floor=None, noise_from="presumed")
+    assert "State the noise" in judged(within)

@@ -35,6 +35,7 @@ from fitting.showing.sentences import (
     measurement_in_words,
     percent,
     verdict_in_words,
+    worst_in_words,
 )
 from fitting.writing import write_text
 
@@ -181,7 +182,7 @@ def _stages(c: Comparison, d: Diagnosis | None) -> list[Stage]:
 def _where(c: Comparison) -> Section:
     return Section(
         "Where it fails",
-        sentences=(f"Worst at {c.worst}.", _sentence(kind_in_words(c))),
+        sentences=(worst_in_words(c), _sentence(kind_in_words(c))),
         picture="" if c.cells is None else _switched_maps(c),
         folded=tuple(_errors_by(table, c.unit) for table in c.tables),
         folded_title="Tables by pressure, contraction, branch, speed and run",

@@ -19,6 +19,8 @@ if TYPE_CHECKING:
 SLOW = 6.0  # times the scatter of neighbouring readings: so much may still be noise that changes slowly
 NEAR_FLOOR = 1.5  # times the floor: what is left is hardly more than noise
 MOSTLY = 0.8
+FEWEST_RUNS = 4  # of which one can be called odd
+ALONE = 3.0  # times the error of the next: one run alone is off
 FLAT = 0.15  # an exponent that is none
 FOUND = ("missing", "one of", "not in the library")
 UNLIKELY = 0.3  # of full scale: no effect that is known leaves so much
@@ -70,6 +72,23 @@ def data_in_words(experiments: Sequence[Experiment]) -> str:
     return f"{names}: {', '.join(tests)}; {len(runs)} runs, {weighted:,} samples that count"
 
 
+def worst_in_words(c: Comparison) -> str:
+    """Where the error is largest; and which run it is, if one alone is off."""
+    return " ".join([f"Worst at {c.worst}.", *_one_run(c)])
+
+
+def _one_run(c: Comparison) -> list[str]:
+    """What one run alone shows is seldom an effect: the recording, or what was done to the muscle in it."""
+    runs = next((table.rows for table in c.tables if table.title == "run"), ())
+    if len(runs) < FEWEST_RUNS or not fails(c):
+        return []
+    first, second = sorted(runs, key=lambda row: -row.rmse)[:2]
+    if first.rmse < ALONE * second.rmse:
+        return []
+    most = f"no other run by more than {amount(second.rmse, c.unit)}"
+    return [f"One run alone is off: {first.label} by {amount(first.rmse, c.unit)}, {most}. Look at that one first."]
+
+
 def error_in_words(c: Comparison) -> str:
     """How large the error is, and how large it could be for nothing but noise."""
     of_full = f"{amount(c.rmse, c.unit)} rms, {percent(c.share)} of full scale ({amount(c.full_scale, c.unit)})"
@@ -112,6 +131,11 @@ def judged(c: Comparison) -> str:
         return (
             f"Read as force, the motions are described to their noise there, {amount(c.noise, c.unit)}. That is "
             "coarse: how far the motions themselves are missed is said by 'mckibben compare'."
+        )
+    if not fails(c) and c.noise_floor is None and "presumed" in c.noise_from:
+        return (
+            f"The model is within the noise that is presumed here, {amount(c.noise, c.unit)}: "
+            f"{amount(c.rmse, c.unit)} of error left. State the noise in muscle.toml to have it judged."
         )
     if not fails(c):
         return f"The model describes these data nearly to their noise: {amount(c.rmse, c.unit)} of error left."
