@@ -43,6 +43,7 @@ ABSENT = {
     "warming_gain": {"g": 0.0},
     "speed_hump": {"A": 0.0},
     "striped_friction": {"A": 0.0},
+    "pressure_speed_spring": {"A": 0.0},
 }
 # What is physically sensible, and inside the range that a search may use; sizes stop there.
 RANGES = {
