@@ -24,6 +24,7 @@ from fitting.diagnose import diagnose, of_force
 from fitting.errors import InputError
 from fitting.reading.inverse_dynamics import FEWEST, INERTIA, as_force
 from fitting.recordings import read_experiment
+from fitting.records import OF_MOTION
 from mckibben_jax.effect import name_of
 from mckibben_jax.effects import LIBRARY, CoulombFriction, IdealCylinder
 
@@ -99,6 +100,7 @@ def test_noise_is_that_of_the_position_times_the_mass(tmp_path):
     quiet, loud = (as_force(released(tmp_path / str(sd), noise=sd)[0])[0] for sd in (2e-5, 2e-4))
     level = lambda data: np.median([r.noise for r in data.recordings for _ in r.runs])  # noqa: E731
     assert level(quiet) < level(loud)
+    assert {recording.noise_from for recording in quiet.recordings} == {OF_MOTION}  # nobody stated it
 
 
 # ------------------------------------------------------------------------------------------------ what is set aside

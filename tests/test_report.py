@@ -79,6 +79,8 @@ def test_commands_can_be_pasted_whatever_the_folder_is_called(diagnosis):
     assert after_diagnosis(diagnosis, ["Müskel №1 – größe 20°"]) == "mckibben add 'Müskel №1 – größe 20°' linear_spring"
     nobodys = dataclasses.replace(diagnosis, verdict="not in the library", leading=None, explanations=())
     assert after_diagnosis(nobodys, ["here"]) == "mckibben diagnose here --propose"
+    assert after_diagnosis(nobodys, ["here"], proposed=True) is None
+    assert after_diagnosis(diagnosis, ["here"], proposed=True) == "mckibben add here linear_spring"
 
 
 @pytest.mark.parametrize(("factor", "said"), [(9.81, "0.1 times"), (0.25, "4 times"), (1.0, None)])

@@ -29,8 +29,10 @@ def _positions_alone(experiments: Sequence[Experiment]) -> bool:
     return all(recording.test == "isotonic" for each in experiments for recording in each.recordings)
 
 
-def after_diagnosis(d: Diagnosis, data: Sequence[str]) -> str | None:
-    """The effect to add, a form for what none explains, what to record where the data say too little; else None."""
+def after_diagnosis(d: Diagnosis, data: Sequence[str], proposed: bool = False) -> str | None:
+    """The effect to add, a form for what none explains (unless one was `proposed` already), what to record where the
+    data say too little; else None.
+    """
     if d.verdict in ("missing", "one of") and d.explanations:
         first = d.leading.effects if d.leading is not None else ()
         chosen = next((names for names in d.explanations if names == first[:1]), d.explanations[0])
@@ -38,7 +40,7 @@ def after_diagnosis(d: Diagnosis, data: Sequence[str]) -> str | None:
     if d.leading is not None:
         return f"mckibben add {typed(data)} {d.leading.effects[0]}"
     if d.verdict == "not in the library":
-        return f"mckibben diagnose {typed(data)} --propose"
+        return None if proposed else f"mckibben diagnose {typed(data)} --propose"
     return f"mckibben plan {typed(data)}" if d.verdict == "inconclusive" else None
 
 

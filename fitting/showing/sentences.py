@@ -169,7 +169,7 @@ def _even(traces: Fingerprint) -> list[str]:
     n = traces.pressure_exponent_even
     if n is None:
         return []
-    if abs(n) < FLAT:  # what is left is not: elsewhere the model's own parameters hide it
+    if abs(n) < FLAT:  # the table of what is left shows otherwise: the fit hides a part that goes with pressure
         return ["what is missing of the even part is the same at every pressure; the fit makes up for some of it"]
     return [f"what is even goes as pressure to the power {n:.2g}{_meaning(n)}"]
 
