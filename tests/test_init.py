@@ -7,8 +7,7 @@ from fitting.errors import InputError
 from fitting.reading.init import muscle_file, write_muscle_file
 from fitting.recordings import read_experiment
 
-# another process may be writing the compiled program that jax wants to read: it compiles again, with a warning
-pytestmark = pytest.mark.filterwarnings("error", "ignore:Error reading persistent compilation cache")
+pytestmark = pytest.mark.filterwarnings("error")
 
 
 def test_init_writes_a_file_to_fill_in_and_never_overwrites(tmp_path):

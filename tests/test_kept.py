@@ -1,6 +1,5 @@
 """Traced programs are found again by another process, and never where they could be wrong."""
 
-import os
 import threading
 import time
 
@@ -10,11 +9,11 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from fitting.console.prepare import prune
 from fitting.diagnosis.universe import universe
 from fitting.recordings import read_experiment
 from fitting.residuals import thinned
 from fitting.solving import kept as keeping
+from fitting.solving import store
 from fitting.solving.kept import Kept, kept
 from mckibben_jax.effects import CoulombFriction, IdealCylinder, Tip
 
@@ -113,7 +112,7 @@ def test_where_nothing_can_be_written_it_goes_on(folder, monkeypatch):
     def full(*_):
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr(keeping, "replaced", full)
+    monkeypatch.setattr(store, "replaced", full)
     assert float(Counted().process()(np.arange(5.0))["sum"]) == 20.0
 
 
@@ -177,14 +176,3 @@ def test_a_fit_by_a_kept_program_is_the_fit_without(folder, monkeypatch):
     np.testing.assert_array_equal(read.rows, written.rows)
     np.testing.assert_allclose(read.vector, plain.vector, rtol=1e-6)
     assert read.cost == pytest.approx(plain.cost, rel=1e-9)
-
-
-def test_a_store_that_grows_too_large_loses_its_oldest_half(tmp_path):
-    """Nothing below the limit; above it the oldest entries until half of what is allowed is left."""
-    for age in range(10):
-        (tmp_path / f"program{age}").write_bytes(bytes(100))
-        os.utime(tmp_path / f"program{age}", (1e9 - age, 1e9 - age))
-    prune(tmp_path, most=1000)
-    assert len(list(tmp_path.iterdir())) == 10
-    prune(tmp_path, most=999)
-    assert {entry.name for entry in tmp_path.iterdir()} == {f"program{age}" for age in range(4)}

@@ -11,10 +11,10 @@ from typing import Any
 
 import jax
 
-from fitting.console.prepare import keep_compiled
 from fitting.console.task import Task, fitted
 from fitting.errors import InputError
 from fitting.results import comparison_result, diagnosis_result, fit_result, provenance
+from fitting.solving.store import keep_compiled
 from fitting.units import own_units, spoken
 
 FIT, DIAGNOSE = "fit", "diagnose"

@@ -9,7 +9,6 @@ traced anew each time.
 
 import hashlib
 import inspect
-import os
 import sys
 from collections.abc import Callable, Iterator
 from functools import cache, update_wrapper
@@ -23,7 +22,7 @@ import jax
 from jax import export
 from jax.core import Tracer
 
-from fitting.writing import replaced
+from fitting.solving import store
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -166,22 +165,14 @@ def _of_ours(named: type) -> bool:
 
 
 def _read(place: Path) -> export.Exported | None:
-    """The program there; None where there is none, or a torn one."""
+    """The program there; None where there is none, a torn one, or one that this jax cannot read."""
+    written = store.read(place)
     try:
-        content = place.read_bytes()
-        check, written = content[:32], content[32:]
-        if CHECK(written).digest() != check:
-            return None
-        os.utime(place)  # what is used is deleted last
-        return export.deserialize(bytearray(written))
-    except (OSError, ValueError):
+        return None if written is None else export.deserialize(bytearray(written))
+    except ValueError:
         return None
 
 
 def _write(place: Path, program: export.Exported) -> None:
     """Keep a program; where that cannot be, the next process traces again."""
-    written = bytes(program.serialize())
-    try:
-        replaced(place, lambda new: new.write_bytes(CHECK(written).digest() + written))
-    except OSError:
-        return
+    store.write(place, bytes(program.serialize()))
