@@ -217,7 +217,8 @@ def _estimate(world: Universe, trial: Trial, name: str) -> dict[str, tuple[float
     """An effect's parameters as fitted, SI, each with its robust standard error."""
     if not len(trial.free):
         return {}
-    _, robust = covariances(trial.slopes, trial.rows, trial.prior_slopes, clusters(world.samples))
+    cluster = clusters(world.samples, np.vstack([trial.slopes, trial.prior_slopes]))
+    _, robust = covariances(trial.slopes, trial.rows, trial.prior_slopes, cluster)
     names = [entry for entry in world.layout.of_effect(name) if entry in trial.free]
     found = {}
     for entry, i in zip(names, world.layout.at(names), strict=True):

@@ -230,7 +230,7 @@ def _conclude(
     rows, slopes = np.asarray(found.rows), np.asarray(found.slopes)
     per_unit = slopes / np.asarray(subset.slope(place))
     data, priors = per_unit[: len(samples)], per_unit[len(samples) :]
-    covariance, robust = covariances(data, rows[: len(samples)], priors, clusters(samples))
+    covariance, robust = covariances(data, rows[: len(samples)], priors, clusters(samples, per_unit))
     return Fit(
         layout=layout,
         problem=given,

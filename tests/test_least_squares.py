@@ -73,9 +73,9 @@ def test_errors_shared_by_a_run_widen_the_error_and_shared_errors_never_narrow_i
     """Twelve runs of two loops with an offset each: clusters are runs, and the mean is as uncertain as twelve say."""
     rng = np.random.default_rng(1)
     run, loop = np.repeat(np.arange(12), 20), np.tile(np.repeat([0, 1], 10), 12)
-    number = clusters(Namespace(run=run, loop=loop))
+    number = clusters(Namespace(run=run, loop=loop), np.ones((240, 1)))
     assert number.max() + 1 == 12
-    assert clusters(Namespace(run=run[:100], loop=loop[:100])).max() + 1 == 10  # few runs: loops
+    assert clusters(Namespace(run=run[:100], loop=loop[:100]), np.ones((100, 1))).max() + 1 == 10  # few runs: loops
     offsets = rng.standard_normal(12)
     rows = 0.1 * rng.standard_normal(240) + offsets[run]
     rows -= rows.mean()
@@ -84,6 +84,28 @@ def test_errors_shared_by_a_run_widen_the_error_and_shared_errors_never_narrow_i
     alternating = np.tile([1.0, -1.0], 120)
     plain, robust = covariances(np.ones((240, 1)), alternating, np.zeros((0, 1)), number)
     np.testing.assert_allclose(robust, plain)
+
+
+def test_what_one_run_alone_decides_is_judged_by_its_loops():
+    """Of what is in the third of nine runs only, the others know nothing: three loops of it are off by as much each."""
+    rng = np.random.default_rng(2)
+    run, loop = np.repeat(np.arange(9), 30), np.tile(np.repeat([0, 1, 2], 10), 9)
+    samples, mine = Namespace(run=run, loop=loop), run == 2
+    design = np.column_stack([np.ones(270), np.where(mine, 1.0, 0.0)])
+    assert clusters(samples, design).max() + 1 == 8 + 3
+    error = rng.standard_normal((2000, 27))[:, 3 * run + loop]  # the same throughout a loop
+    slope, at = np.linalg.pinv(design), clusters(samples, design)
+    spread = np.std(error @ slope[1])
+
+    def width(cluster):
+        left = [one - design @ (slope @ one) for one in error[:200]]
+        robust = [covariances(design, rows, np.zeros((0, 2)), cluster)[1][1, 1] for rows in left]
+        return np.sqrt(np.mean(robust))
+
+    assert width(at) == pytest.approx(spread, rel=0.3)
+    assert width(run) < 0.6 * spread
+    known = np.vstack([design, [[0.0, 1e3]]])  # a prior that knows it better: no run decides anything
+    assert clusters(samples, known).max() + 1 == 9
 
 
 def test_a_prior_enters_the_covariance():

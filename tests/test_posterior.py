@@ -248,8 +248,8 @@ def test_a_test_that_was_not_made_is_said():
     """Positions alone are not tested for anything missing; silence would read as a clean bill."""
     found, _ = straight_line()
     what, tested = begun(found), Missing(0.5, 0.01, False, "signs of loops")
-    assert not any("was not tested" in note for note in notes(found, what, (), tested))
-    assert any("was not tested" in note for note in notes(found, what, (), None))
+    assert not any("was not tested" in note for note in notes(found, what, (), tested, 9))
+    assert any("was not tested" in note for note in notes(found, what, (), None, 9))
 
 
 def test_thinning_keeps_the_noise_and_widens_what_is_independent():

@@ -1,11 +1,9 @@
 """What speaks against a posterior although its chains may be perfect, and what else there is to know of it."""
 
-import numpy as np
 
 from fitting.least_squares import Fit
 from fitting.sampling.record import Missing, Quantity
 from fitting.sampling.target import Posed
-from fitting.solving.uncertainty import clusters
 
 ROBUST_EXCESS = 1.5  # times the posterior's standard deviation: the model leaves errors that loops share
 MISFIT_EXCESS = 2.0  # times the noise of a reading: something is missing from the model
@@ -61,8 +59,8 @@ def against_priors(found: dict[str, Quantity], what: Posed) -> list[str]:
     return told
 
 
-def notes(fit: Fit, what: Posed, cut: tuple[str, ...], missing: Missing | None) -> tuple[str, ...]:
-    """What to know, without doubt in it."""
+def notes(fit: Fit, what: Posed, cut: tuple[str, ...], missing: Missing | None, loops: int) -> tuple[str, ...]:
+    """What to know, without doubt in it; `loops` are those that the robust error goes by."""
     told = [one.told(label) for label, one in zip(what.labels, what.noise, strict=True)]
     if missing is None:
         told.append("no force was measured: whether anything is missing from the model was not tested here")
@@ -73,7 +71,6 @@ def notes(fit: Fit, what: Posed, cut: tuple[str, ...], missing: Missing | None) 
         )
     if what.integration:
         told.append(what.integration)
-    loops = len(np.unique(clusters(what.samples)))
     if loops < FEW_LOOPS:
         told.append(f"{loops} loops only: the robust error says little")
     if cut:

@@ -33,7 +33,7 @@ def posed(
     priors = {name: _prior(fit, name, stated or {}) for name in fit.free}
     subset = _narrowed(subset_of(fit.layout, fit.vector, fit.free), fit, priors)
     place = subset.place(subset.full)
-    at = _kept(fit.samples, samples)
+    at = among(fit.samples, samples)
     residual, slopes = (fit.residual / fit.samples.sigma)[at], fit.slopes[at] * np.asarray(subset.slope(place))
     found = chosen(residual, samples, noise)
     components = noise_of_rows(samples, [one.parts for one in found], [one.values[0] for one in found])
@@ -51,7 +51,7 @@ def posed(
     return _well_integrated(whole) if target.moves else whole.moved(*at_mode(target))
 
 
-def _kept(every: Samples, some: Samples) -> np.ndarray:
+def among(every: Samples, some: Samples) -> np.ndarray:
     """Where each of some samples stands among all."""
     place = {key: i for i, key in enumerate(zip(every.run.tolist(), every.row.tolist(), strict=True))}
     return np.array([place[key] for key in zip(some.run.tolist(), some.row.tolist(), strict=True)], int)

@@ -14,6 +14,7 @@ from fitting.records import Experiment
 from fitting.residuals import Samples
 from fitting.sampling.doubts import doubts, notes
 from fitting.sampling.evaluation import prior_curvature, slopes_at
+from fitting.sampling.posing import among
 from fitting.sampling.predict import bands
 from fitting.sampling.record import (
     Draws,
@@ -44,8 +45,9 @@ def concluded(
 ) -> Posterior:
     """The record of chains z (ensemble, step, walker, coordinate); `unreliable` is what else speaks against them."""
     natural = what.target.natural(z)
+    cluster = clusters(fit.samples, fit.slopes)[among(fit.samples, what.samples)]
     told = unsettled(what.names, natural, ended) if unreliable is None else unreliable
-    found = quantities(fit, what, natural, robust_share(what, z))
+    found = quantities(fit, what, natural, robust_share(what, z, cluster))
     missing = anything_missing(fit, seed)
     doubted = doubts(fit, found, what, missing)
     some, time = z.reshape(-1, z.shape[-1]), correlation_steps(natural)
@@ -62,23 +64,23 @@ def concluded(
         settled=not told,
         missing=missing,
         warnings=(*told, *doubted),
-        notes=notes(fit, what, cut_off(what, z), missing),
+        notes=notes(fit, what, cut_off(what, z), missing, len(np.unique(cluster))),
         calibrated=not doubted,
     )
 
 
-def robust_share(what: Posed, z: np.ndarray) -> np.ndarray:
-    """Standard deviation robust to what a loop shares, as a multiple of the posterior's, for every coordinate.
+def robust_share(what: Posed, z: np.ndarray, cluster: np.ndarray) -> np.ndarray:
+    """Standard deviation robust to what a cluster shares, as a multiple of the posterior's, for every coordinate.
 
-    The sandwich C M C: C is the posterior's covariance, M the spread of the likelihood's slopes from loop to loop and
-    the curvature of the prior, all in z.
+    The sandwich C M C: C is the posterior's covariance, M the spread of the likelihood's slopes from cluster to cluster
+    and the curvature of the prior, all in z.
     """
     flat = z.reshape(-1, z.shape[-1])
     centre, spread = flat.mean(axis=0), np.atleast_2d(np.cov(flat.T))
-    loop = clusters(what.samples)
-    count = loop.max() + 1
+    number = np.unique(cluster, return_inverse=True)[1]
+    count = number.max() + 1
     slopes = np.zeros((count, len(centre)))
-    np.add.at(slopes, loop, np.nan_to_num(slopes_at(what.target, centre).terms.T))
+    np.add.at(slopes, number, np.nan_to_num(slopes_at(what.target, centre).terms.T))
     slopes -= slopes.mean(axis=0)
     between = slopes.T @ slopes * (count / max(count - 1, 1))
     middle = between + prior_curvature(what.target, centre)

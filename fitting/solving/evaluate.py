@@ -42,7 +42,7 @@ def evaluate(
     place = subset.place(subset.full)
     per_unit = slopes / np.asarray(subset.slope(place))
     count = len(samples)
-    covariance, robust = covariances(per_unit[:count], rows[:count], per_unit[count:], clusters(samples))
+    covariance, robust = covariances(per_unit[:count], rows[:count], per_unit[count:], clusters(samples, per_unit))
     return Fit(
         layout=layout,
         problem=given,

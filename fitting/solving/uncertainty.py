@@ -10,13 +10,21 @@ ENOUGH_RUNS = 8  # fewer say too little about what runs share
 ALONE = 0.9  # of what is known of a direction: a cluster that gives so much cannot be judged by the others
 
 
-def clusters(samples: Samples) -> np.ndarray:
+def clusters(samples: Samples, slopes: np.ndarray) -> np.ndarray:
     """Number of the cluster that each row belongs to, in which errors are alike: its run; its closed loop where runs
-    are few."""
+    are few, or where its run alone decides a parameter.
+
+    `slopes` (rows, and those of priors if any; k) are those of the free parameters in standard deviations. Left at what
+    a run wants that alone decides something, its errors show in its loops only.
+    """
     runs = np.unique(samples.run, return_inverse=True)[1]
-    if runs.max(initial=-1) + 1 >= ENOUGH_RUNS:
-        return runs
-    return np.unique(np.stack([samples.run, samples.loop]), axis=1, return_inverse=True)[1]
+    loops = np.unique(np.stack([samples.run, samples.loop]), axis=1, return_inverse=True)[1]
+    if runs.max(initial=-1) + 1 < ENOUGH_RUNS:
+        return loops
+    root = _root_of_inverse(slopes.T @ slopes)
+    data = slopes[: len(runs)] @ root
+    decides = np.array([np.linalg.norm(data[runs == run], 2) ** 2 > ALONE for run in range(runs.max() + 1)])
+    return np.unique(np.where(decides[runs], len(decides) + loops, runs), return_inverse=True)[1]
 
 
 def covariances(
