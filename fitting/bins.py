@@ -9,6 +9,7 @@ from fitting.units import shown_in
 MOST_LEVELS = 12
 APART = 0.02  # of the span: levels closer than this are one
 WIDE = 0.05  # of the span: a level that spreads further is none
+NOTHING = 1e-4  # of the largest level: a smaller one is called 0
 
 
 @dataclass(frozen=True)
@@ -34,9 +35,10 @@ class Bins:
         tail = f" {unit}" if unit else ""
         lower, upper = self.lower[group] / size, self.upper[group] / size
         if self.are_levels:
-            return f"{_rounded((lower + upper) / 2)}{tail}"
+            level = self.centre[group]
+            return f"{_rounded(level / size if abs(level) > NOTHING * np.max(np.abs(self.centre)) else 0.0)}{tail}"
         places = max(0, 1 - int(np.floor(np.log10(max(upper - lower, 1e-12)))))
-        return f"{lower:.{places}f} to {upper:.{places}f}{tail}"
+        return f"{lower:z.{places}f} to {upper:z.{places}f}{tail}"
 
 
 def bins(values: np.ndarray, steps: int = 6) -> Bins:

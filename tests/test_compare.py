@@ -7,11 +7,12 @@ import pytest
 from small_muscle import loops, surface, write
 
 from fitting.bins import bins
-from fitting.compare import compare, repetitions
+from fitting.compare import Row, compare, repetitions
 from fitting.console.baseline import baseline
 from fitting.least_squares import fit
 from fitting.recordings import read_experiment
 from fitting.residuals import Samples
+from fitting.showing.cells import error_cells
 from fitting.showing.next_step import after_comparison
 from fitting.solving.evaluate import evaluate, left_out_rmse
 
@@ -124,6 +125,11 @@ def test_evaluating_a_fit_gives_the_fit(tmp_path):
     assert again.rmse == pytest.approx(found.rmse)
 
 
+def test_a_mean_of_nearly_nothing_has_no_sign():
+    cells = error_cells([Row("all", 3, 1.0, -0.001, 2.0)], "N")[1]
+    assert cells == [("all", "3", "1.00", "0.00", "2.00")]
+
+
 def test_runs_left_out_are_foretold_worse_than_runs_that_were_fitted(spring):
     assert left_out_rmse(spring.fit) > spring.rmse
 
@@ -134,6 +140,9 @@ def test_runs_left_out_are_foretold_worse_than_runs_that_were_fitted(spring):
         ([1e5, 1.001e5, 3e5, 3e5, 5e5], 3, "100 kPa"),
         (list(np.linspace(0, 1e5, 50)), 6, "0 to 17 kPa"),
         ([2e5] * 4, 1, "200 kPa"),
+        ([0.4, 0.5, 2e5, 3e5], 3, "0 kPa"),  # what a vented gauge reads
+        ([-0.4, -0.5, 2e5, 3e5], 3, "0 kPa"),
+        (list(np.linspace(-10.0, 1e5, 50)), 6, "0 to 17 kPa"),
     ],
 )
 def test_values_are_sorted_by_levels_or_by_steps(values, levels, label):

@@ -12,7 +12,7 @@ def error_cells(rows: Sequence[Row], unit: str) -> tuple[str, list[tuple[str, ..
     """The unit that errors are shown in, and of each row: group, samples, rms, mean, largest; all to the same digit."""
     name, size = units.shown_in(unit, max(row.rmse for row in rows))
     after = places(row.rmse / size for row in rows)
-    shown = lambda row: (f"{value / size:.{after}f}" for value in (row.rmse, row.bias, row.largest))  # noqa: E731
+    shown = lambda row: (f"{value / size:z.{after}f}" for value in (row.rmse, row.bias, row.largest))  # noqa: E731
     return name, [(row.label, str(row.count), *shown(row)) for row in rows]
 
 
