@@ -1,6 +1,8 @@
 """Speed over load: Hill's numbers from motions whose speeds are known in closed form."""
 
+import io
 import json
+import re
 from dataclasses import replace
 from types import SimpleNamespace
 
@@ -8,14 +10,15 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 from folders import folder_of
+from rich.console import Console
 from scipy.constants import g
 
 from fitting.cli import main
 from fitting.errors import InputError
 from fitting.recordings import read_experiment
-from fitting.releases.hill import Reading, curves, dry_curve, hill_curve, releases, straight_part
+from fitting.releases.hill import Reading, by_pressure, curves, dry_curve, hill_curve, releases, straight_part
 from fitting.releases.motion import Motions
-from fitting.releases.words import said_of_viscosity
+from fitting.releases.words import hill_report, said_of_viscosity
 
 ISOMETRIC, CURVATURE, LARGEST = 900.0, 0.3, 1.6  # N, 1, m/s
 STROKE, FRICTION = 0.09, 40.0  # m, N
@@ -36,12 +39,19 @@ def dry_motion(load):
     return reach * (1 - np.cos(np.clip(clock * TIME, 0, np.pi)))
 
 
-def recorded(path, motion, loads=LOADS, noise=0.0):
+def printed(shown):
+    """What a terminal of 120 columns shows."""
+    console = Console(width=120, file=io.StringIO())
+    console.print(*shown)
+    return console.file.getvalue()
+
+
+def recorded(path, motion, loads=LOADS, noise=0.0, pressure=lambda load: 5):
     """The folder of quick releases of a motion."""
     scatter, rows = np.random.default_rng(3), ["run,time [s],pressure [bar],displacement [mm],load [N]"]
     for run, load in enumerate(loads):
         place = 1e3 * motion(load) + scatter.normal(0, noise, len(TIME))
-        rows += [f"{run},{t:.4f},5,{x:.5f},{load:.3f}" for t, x in zip(TIME, place, strict=True)]
+        rows += [f"{run},{t:.4f},{pressure(load)},{x:.5f},{load:.3f}" for t, x in zip(TIME, place, strict=True)]
     path.mkdir(exist_ok=True)
     return folder_of(path, "\n".join(rows) + "\n", test="quick release")
 
@@ -91,10 +101,23 @@ def test_the_straight_part_is_where_the_position_is_straight(noise):
 def test_too_few_loads_and_no_release_are_said(tmp_path):
     with pytest.raises(InputError, match="needs 4 loads"):
         curves([read_experiment(recorded(tmp_path / "few", hill_motion, LOADS[:3]))])
+    with pytest.raises(InputError, match=re.escape("at most 3 (at 500 kPa)")):
+        curves([read_experiment(recorded(tmp_path / "few", hill_motion, LOADS[:3]))])
     with pytest.raises(InputError, match="does not move in any run"):
         read_experiment(recorded(tmp_path / "still", lambda load: 0 * TIME))
     with pytest.raises(InputError, match="no quick release"):
         releases([])
+
+
+def test_a_pressure_with_too_few_loads_is_left_out_and_said(tmp_path):
+    """The two heaviest at 3 bar: the curve is that of the five others."""
+    folder = recorded(tmp_path / "some", hill_motion, pressure=lambda load: 3 if load > 550 else 5)
+    experiments = [read_experiment(folder)]
+    (one,) = curves(experiments)
+    assert [r.load for r in one.hill.readings] == list(LOADS[:5])
+    told = printed(hill_report((one,), None, by_pressure(experiments)))
+    assert "2 releases at 300 kPa: 2 loads there, and a curve needs 4" in told
+    assert "LEFT OUT" not in printed(hill_report((one,), None, by_pressure(experiments)[-1:]))
 
 
 def test_the_errors_are_as_large_as_the_scatter(tmp_path):

@@ -25,14 +25,14 @@ from fitting.console.study import begin
 def command(no_motion: bool, **given: Any) -> None:
     """Speed over load from quick releases: Hill's a/F0 and b, and whether dry friction alone gives the same curve."""
     study = begin(given)
-    from fitting.releases.hill import curves
+    from fitting.releases.hill import by_pressure, curves
     from fitting.releases.motion import motions
     from fitting.releases.words import hill_report, hill_result
 
     with study.working("reading speeds, fitting motions"):
         found = curves(study.task.experiments)
         moved = None if no_motion else motions(study.task, found)
-    shown = hill_report(found, moved)
+    shown = hill_report(found, moved, by_pressure(study.task.experiments))
     study.print(shown)
     study.write(hill_result(found, moved))
     if study.asked.html:

@@ -12,6 +12,7 @@ import numpy as np
 from scipy.optimize import curve_fit
 from scipy.signal import savgol_filter
 
+from fitting import units
 from fitting.bins import bins
 from fitting.errors import InputError
 from fitting.reading.noise import noise_of
@@ -157,11 +158,8 @@ def readings(runs: Sequence[Run], noise: float) -> tuple[Reading, ...]:
 
 
 def hill_curve(read: Sequence[Reading]) -> HillCurve:
-    """Hill's law through speeds over loads: isometric force, a/F0 and V_max by least squares of the speeds."""
+    """Hill's law by least squares of the speeds at four loads or more: isometric force, a/F0 and V_max."""
     load, speed = _columns(read)
-    if len(np.unique(load)) < FEWEST_LOADS:
-        raise InputError(f"Hill's curve needs {FEWEST_LOADS} loads, here are {len(np.unique(load))}",
-                         cure="record quick releases under more loads")  # fmt: skip
 
     def law(load: np.ndarray, isometric: float, log_curvature: float, largest: float) -> np.ndarray:
         curvature = np.exp(log_curvature)
@@ -213,9 +211,9 @@ def releases(experiments: Sequence[Experiment]) -> tuple[Experiment, ...]:
     return tuple(kept)
 
 
-def curves(experiments: Sequence[Experiment]) -> tuple[Curves, ...]:
-    """Speed over load, one pair of curves for each data set and pressure."""
-    found: list[Curves] = []
+def by_pressure(experiments: Sequence[Experiment]) -> tuple[tuple[Reading, ...], ...]:
+    """The readings of each data set at each pressure."""
+    found: list[tuple[Reading, ...]] = []
     for experiment in releases(experiments):
         runs = [run for recording in experiment.recordings for run in recording.runs]
         read = readings(runs, max(noise_of(recording) for recording in experiment.recordings))
@@ -223,6 +221,25 @@ def curves(experiments: Sequence[Experiment]) -> tuple[Curves, ...]:
             raise InputError("no release moves its load", experiment.folder, cure="record releases under lighter loads")
         groups = bins(np.array([reading.pressure for reading in read]))
         for k in range(len(groups)):
-            group = [reading for reading, of in zip(read, groups.of, strict=True) if of == k]
-            found.append(Curves(hill_curve(group), dry_curve(group)))
+            found.append(tuple(reading for reading, of in zip(read, groups.of, strict=True) if of == k))
     return tuple(found)
+
+
+def loads_of(read: Sequence[Reading]) -> int:
+    """Under how many loads these were released."""
+    return len(np.unique([reading.load for reading in read]))
+
+
+def curves(experiments: Sequence[Experiment]) -> tuple[Curves, ...]:
+    """Speed over load, one pair of curves for each data set and pressure under which there are loads enough.
+
+    InputError where there are too few under every pressure.
+    """
+    groups = by_pressure(experiments)
+    enough = [read for read in groups if loads_of(read) >= FEWEST_LOADS]
+    if not enough:
+        most = max(groups, key=loads_of)
+        at = units.show(float(np.mean([reading.pressure for reading in most])), "Pa", digits=3)
+        raise InputError(f"Hill's curve needs {FEWEST_LOADS} loads at one pressure; here are at most "
+                         f"{loads_of(most)} (at {at})", cure="record quick releases under more loads")  # fmt: skip
+    return tuple(Curves(hill_curve(read), dry_curve(read)) for read in enough)

@@ -3,10 +3,11 @@
 from collections.abc import Sequence
 from typing import Any
 
+import numpy as np
 from rich.console import RenderableType
 
 from fitting import units
-from fitting.releases.hill import Curves, HillCurve
+from fitting.releases.hill import FEWEST_LOADS, Curves, HillCurve, Reading, loads_of
 from fitting.releases.motion import Motions
 from fitting.report import headed, lines
 from fitting.showing.columns import columns
@@ -23,15 +24,23 @@ ALIKE = (
 ANIMALS = "0.12 to 0.4 in animals"  # Klute et al. 2002, by Tondu 2012 beside eq 46
 
 
-def hill_report(curves: Sequence[Curves], motions: Motions | None) -> list[RenderableType]:
-    """Hill's numbers, what else gives them, and the readings they rest on."""
+def hill_report(
+    curves: Sequence[Curves], motions: Motions | None, groups: Sequence[Sequence[Reading]] = ()
+) -> list[RenderableType]:
+    """Hill's numbers, what else gives them, and the readings they rest on; of `groups` of readings those too small."""
     shown: list[RenderableType] = []
     for one in curves:
         shown.append(headed("HILL", _numbers(one.hill), "bold"))
         shown.append(headed("DRY", _dry(one)))
         shown += lines("WARNING", [ALIKE], "yellow") if one.alike else []
+    shown += lines("LEFT OUT", [_few(read) for read in groups if loads_of(read) < FEWEST_LOADS], "yellow")
     shown += [] if motions is None else _motion(motions, max(r.speed for one in curves for r in one.hill.readings))
     return [*shown, headed("", ""), _table(curves)]
+
+
+def _few(read: Sequence[Reading]) -> str:
+    pressure = units.show(float(np.mean([reading.pressure for reading in read])), "Pa")
+    return f"{len(read)} releases at {pressure}: {loads_of(read)} loads there, and a curve needs {FEWEST_LOADS}."
 
 
 def _numbers(c: HillCurve) -> str:
