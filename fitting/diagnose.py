@@ -16,6 +16,7 @@ from fitting.diagnosis.held_out import difference
 from fitting.diagnosis.likes import foretelling, leading_of, plausible, simplest, unrivalled
 from fitting.diagnosis.record import HELPS, Diagnosis, Evidence, Explanation
 from fitting.diagnosis.search import Progress, Search
+from fitting.diagnosis.stand_ins import stand_ins
 from fitting.diagnosis.universe import Trial, Universe, universe
 from fitting.errors import InputError
 from fitting.least_squares import fit
@@ -146,7 +147,17 @@ def _verdict(search: Search) -> Diagnosis:
         baseline=search.baseline,
         residual=search.base.rows * world.samples.sigma,
         notes=(*notes, *search.sifted, *search.notes),
+        stand_ins=_stand_ins(search),
     )
+
+
+def _stand_ins(search: Search) -> tuple[tuple[str, str], ...]:
+    """What would do as well in place of an effect of the model, where nothing is found missing from it."""
+    if not search.base_stands:
+        return ()
+    world, gate = search.world, search.gate
+    unseen = [name for name in world.candidates if frozenset([name]) in search.trials and gate.of(name).limit is None]
+    return stand_ins(world, search.base, search.trials, unseen, gate.noise_rms)
 
 
 def _chosen(

@@ -27,6 +27,7 @@ from fitting.showing.sentences import (
     most_alike,
     p_in_words,
     remark,
+    stand_ins_in_words,
     unlikely_size,
     verdict_in_words,
     worst_in_words,
@@ -154,6 +155,7 @@ def diagnosis_report(d: Diagnosis, unit: str = "N") -> list[RenderableType]:
     leading = leading_in_words(d, unit)
     shown += [headed("LEADING", leading)] if leading else []
     shown.append(headed("SURE", p_in_words(d)))
+    shown += lines("OR ELSE", stand_ins_in_words(d))
     shown += lines("ALIKE", (f"{' = '.join(group)}: these data cannot tell them apart" for group in d.classes))
     shown += lines("NEAREST", (f"{effect_set(e.effects)}: {amount(e.rmse, unit)}" for e in d.nearest))
     return [*shown, *_evidence(d, unit)]

@@ -116,6 +116,7 @@ def diagnosis_result(d: Diagnosis, c: Comparison, planned: "NextMeasurement | No
         },
         "explanations": [list(names) for names in d.explanations],
         "classes": [list(names) for names in d.classes],
+        "stand_ins": [{"effect": mine, "instead": other} for mine, other in d.stand_ins],
         "rmse_N": c.rmse,  # over all samples; the diagnosis itself may have looked at fewer
         "held_out_rmse_N": d.held_out_rmse,
         "noise_floor_N": d.noise_floor if c.noise_floor is None else c.noise_floor,

@@ -73,3 +73,4 @@ class Diagnosis:
     residual: np.ndarray  # of the baseline, as its samples
     faint: tuple[str, ...] = ()  # effects that could hide here at more than the noise of a reading
     notes: tuple[str, ...] = ()
+    stand_ins: tuple[tuple[str, str], ...] = ()  # effect of the model, and one that would do the same in its place

@@ -12,7 +12,7 @@ from fitting.showing.alike_groups import ALIKE, groups, groups_html, named_by
 from fitting.showing.catalogue import first_sentence, meaning
 from fitting.showing.effect_bars import effect_bars
 from fitting.showing.parts import Grid, Line, Section
-from fitting.showing.sentences import amount, effect_set, most_alike, p_in_words, remark
+from fitting.showing.sentences import amount, effect_set, most_alike, p_in_words, remark, stand_ins_in_words
 from mckibben_jax.effect import Effect
 from mckibben_jax.parameter import parameters
 
@@ -47,7 +47,7 @@ def effects(d: Diagnosis, c: Comparison, task: Task) -> Section:
     unseen = Grid(("cannot be seen", "why"), tuple(Line((", ".join(v), k)) for k, v in blind.items()), words=(1,))
     return Section(
         "Which effects could explain it",
-        sentences=(p_in_words(d),),
+        sentences=(p_in_words(d), *stand_ins_in_words(d)),
         picture=effect_bars(d, floor, unit) if helping or idle else "",
         terms=TERMS,
         tables=(grid,) if helping else (),

@@ -268,6 +268,17 @@ def p_in_words(d: Diagnosis) -> str:
     return test + (" It sees nothing, but the error is many times the noise." if unseen else "")
 
 
+def stand_ins_in_words(d: Diagnosis) -> list[str]:
+    """What these data cannot tell from an effect that the model has."""
+    found: dict[str, list[str]] = {}
+    for mine, other in d.stand_ins:
+        found.setdefault(mine, []).append(other)
+    return [
+        f"{' or '.join(others)} in place of {mine} would predict the same: these data cannot tell which it is."
+        for mine, others in found.items()
+    ]
+
+
 def measurement_in_words(planned: "NextMeasurement") -> list[str]:
     """What to record next and why, and how surely it decides."""
     return [f"{planned.what}: {planned.why}.", f"It tells them apart in {percent(planned.power)} of the cases."]

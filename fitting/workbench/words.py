@@ -19,6 +19,7 @@ from fitting.showing.sentences import (
     most_alike,
     p_in_words,
     remark,
+    stand_ins_in_words,
 )
 from fitting.workbench.session import Session, Step, in_own_units, where_we_are
 
@@ -83,8 +84,9 @@ def headline(session: Session) -> str:
         told = meanings(step.diagnosis, step.task)
         lines += [f"<p><b>{html.escape(name)}</b>: {html.escape(words)}</p>" for name, words in told]
     if step.diagnosis is not None and step.comparison is not None:
-        leading = leading_in_words(step.diagnosis)
-        lines += [f"<p>{html.escape(text)}</p>" for text in (leading, p_in_words(step.diagnosis)) if text]
+        found = step.diagnosis
+        said = (leading_in_words(found), p_in_words(found), *stand_ins_in_words(found))
+        lines += [f"<p>{html.escape(text)}</p>" for text in said if text]
     if step.fit is not None:
         lines += [f"<p>{html.escape(text)}</p>" for text in fit_in_words(step.fit)]
     return f'<div class="bench" role="status">{"".join(lines)}</div>'
