@@ -1,5 +1,7 @@
 """Results in words and tables, for the terminal."""
 
+import os
+import sys
 from collections.abc import Iterable, Sequence
 
 from rich.console import Console, RenderableType
@@ -39,10 +41,19 @@ LABEL = 9
 MOST_RUNS = 12
 
 
+class Lasting(Console):
+    """A console whose reader may leave (`| head`): what was computed is saved all the same."""
+
+    def on_broken_pipe(self) -> None:
+        """Say nothing any more."""
+        self.quiet = True
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+
+
 def console(quiet: bool = False) -> Console:
     """The terminal; a file or pipe is written to at a fixed width."""
-    plain = Console(highlight=False, markup=False, quiet=quiet)
-    return plain if plain.is_terminal else Console(highlight=False, markup=False, quiet=quiet, width=WIDTH)
+    plain = Lasting(highlight=False, markup=False, quiet=quiet)
+    return plain if plain.is_terminal else Lasting(highlight=False, markup=False, quiet=quiet, width=WIDTH)
 
 
 def headed(label: str, text: str, style: str = "") -> RenderableType:

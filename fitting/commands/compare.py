@@ -43,7 +43,7 @@ def command(alike: bool, **given: Any) -> None:
     study.print(comparison_report(found))
     study.print(known_report(fit))
     study.print([] if can_be_known is None else alike_report(can_be_known))
-    after = after_comparison(found, study.task.experiments, study.asked.data)
+    after = after_comparison(found, study.task.experiments, study.asked.again)
     study.print([headed("", ""), to_type("NEXT", after)] if after else [])
     study.write(comparison_result(found) | {"fit": fit_result(fit), "known": known_result(fit)} | more)
     if study.asked.html:

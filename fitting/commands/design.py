@@ -8,7 +8,7 @@ import click
 
 from fitting.console.options import Command, output_options
 from fitting.console.prepare import prepare
-from fitting.console.study import NOT_CONVERGED, check_places, errors_for_machines, progress_bar
+from fitting.console.study import NOT_CONVERGED, check_place, check_places, errors_for_machines, progress_bar
 
 
 @click.command("design", cls=Command)
@@ -34,7 +34,8 @@ def command(
         order = read_order(spec, library(effect_file))
         draws = read_draws(posterior, order.task) if posterior else {}
         if save and not (order.second and Path(save).is_dir()):  # a trade-off is saved into a folder
-            check_places(save)
+            check_place(save)
+            _left_alone(Path(save))
         with progress_bar("designing", given["quiet"]):
             found = answer(order, draws, given["seed"])
         print_out(given, [found.words])
@@ -44,3 +45,12 @@ def command(
             found.save(Path(save))
     write_out(given, "Design", [found.words], found.result)
     sys.exit(0 if found.converged else NOT_CONVERGED)
+
+
+def _left_alone(path: Path) -> None:
+    """Refuse to replace what a person has written."""
+    from fitting.errors import InputError
+    from fitting.reading.model_file import is_edited
+
+    if path.is_file() and is_edited(path):
+        raise InputError("the file was written or edited by hand and is left alone", path, cure="name another file")

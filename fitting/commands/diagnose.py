@@ -43,11 +43,11 @@ def command(propose: bool, **given: Any) -> None:
     study.print(lines("NOTE", of_force(study.task.experiments)[1]))
     study.print([headed("ERROR", error_in_words(compared))])
     study.print([headed("MEASURE", " ".join(measurement_in_words(planned)))] if planned else [])
-    after = after_diagnosis(found, study.asked.data, propose)
+    after = after_diagnosis(found, study.asked.again, propose)
     study.print([to_type("NEXT", after)] if after else [])
     if form:
         study.print([headed("PROPOSAL", proposal_in_words(form))])
-        study.console.print(form.command(study.asked.data), soft_wrap=True)  # to be pasted: in one line
+        study.console.print(form.command(study.asked.again), soft_wrap=True)  # to be pasted: in one line
     study.write(diagnosis_result(found, compared, planned) | ({"proposal": proposal_result(form)} if form else {}))
     if study.asked.html:
         from fitting.showing.page import write_page

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from fitting.console.options import CHAINS, Command, data_argument, fit_options, output_options, study_options
-from fitting.console.study import Study, begin, check_places
+from fitting.console.study import Study, begin, check_place, check_places
 
 if TYPE_CHECKING:
     from fitting.console.study import Progress
@@ -88,7 +88,7 @@ def _place_of_chains(study: Study, given: dict[str, Any]) -> str | None:
     if given["no_chains"]:
         return None
     if given["chains"]:
-        check_places(given["chains"])
+        check_place(given["chains"])
         return given["chains"]
     folder = study.task.experiments[0].folder
     if os.access(folder, os.W_OK):

@@ -6,7 +6,7 @@ from typing import Any
 import click
 
 from fitting.console.options import Command, output_options
-from fitting.console.study import errors_for_machines
+from fitting.console.study import check_places, errors_for_machines
 
 # as fitting.records has them, which would load jax for `--help`
 KINDS = ("loop", "isometric", "static", "isotonic", "quick release", "step")
@@ -36,6 +36,7 @@ def command(**given: Any) -> None:
     from fitting.showing.next_step import typed
 
     prepare()
+    check_places(given["json"], given["html"])
     with errors_for_machines(given["json"]):
         from fitting.console.simulation_orders import simulated
 

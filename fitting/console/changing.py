@@ -93,7 +93,7 @@ def run(study: Study, names: Sequence[str], how: Callable[[Task, Sequence[str]],
     unit = found.comparison.unit
     study.print([headed("RESULT", told_in_words(found, unit), "bold"), *steps_report(found.stages, unit)])
     study.print(fit_report(found.after))
-    after = after_change(study.task.experiments, study.asked.data, study.asked.save)
+    after = after_change(study.task.experiments, study.asked.data_again, study.asked.save)
     study.print(save(study, found.after, after))
     study.write(change_result(found))
     if study.asked.html:

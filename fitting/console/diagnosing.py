@@ -8,6 +8,7 @@ from fitting.console.study import Progress
 from fitting.console.task import Task
 from fitting.diagnose import diagnose, of_force
 from fitting.diagnosis.record import Diagnosis
+from fitting.errors import InputError
 from fitting.next_measurement import NextMeasurement, next_measurement
 from fitting.reading.own_effects import named
 from fitting.records import force_was_measured
@@ -22,6 +23,9 @@ def candidates_of(task: Task, names: Sequence[str], rivals: bool = False) -> tup
     None where that is what `diagnose` looks at anyway.
     """
     if names:
+        if set(names) <= set(task.names):
+            cure = f"name what it has not, or 'mckibben drop ... {names[0]}' first"
+            raise InputError(f"the model has {' and '.join(names)} already", value="--candidates", cure=cure)
         return tuple(kind() for kind in named(names, task.library))
     if not rivals and len(task.library) == len(LIBRARY) + len(SUPPLIES):
         return None

@@ -33,9 +33,11 @@ def print_out(given: Given, shown: "Shown") -> None:
 
 def write_out(given: Given, title: str, shown: "Shown", result: Any, pictures: "Sequence[Section]" = ()) -> None:
     """Write the result for machines, and the page under its pictures, where they were asked for."""
+    from fitting.console.study import check_places
     from fitting.results import write_json
     from fitting.showing.parts import write_words
 
+    check_places(given["json"], given["html"])
     if given["json"]:
         write_json(given["json"], result)
     if given["html"]:

@@ -69,6 +69,25 @@ class Asked:
     json: str | None = None
     html: str | None = None
 
+    @property
+    def data_again(self) -> tuple[str, ...]:
+        """What names the same data once more, on another command."""
+        options = {"--muscle": self.muscle, "--test": self.test, "--effect-file": self.effect_file}
+        return (*(word for name, value in options.items() if value for word in (name, value)), *self.data)
+
+    @property
+    def again(self) -> tuple[str, ...]:
+        """What names the same data and the same model."""
+        lists = {"--effects": self.effects, "--fix": self.fix, "--free": self.free, "--own": self.own}
+        each = {"--set": self.settings, "--define": self.define}
+        return (
+            *(("--model", self.model) if self.model else ()),
+            *(("--baseline",) if self.baseline else ()),
+            *(word for name, values in each.items() for value in values for word in (name, value)),
+            *(word for name, values in lists.items() if values for word in (name, *values)),
+            *self.data_again,
+        )
+
     @classmethod
     def of(cls, given: dict[str, Any]) -> "Asked":
         """From click's keyword arguments; those of a single command are left to it."""
@@ -114,7 +133,8 @@ candidate_options = bundle(
 )
 
 fit_options = bundle(
-    click.option("--starts", default=8, show_default=True, metavar="N", help="Places that the search begins from."),
+    click.option("--starts", type=click.IntRange(1), default=8, show_default=True, metavar="N",
+                 help="Places that the search begins from."),
 )
 
 shooting_option = click.option(
@@ -130,8 +150,9 @@ save_options = bundle(
 output_options = bundle(
     click.option("--json", metavar="FILE", help="Write the result for machines, in SI units."),
     click.option("--html", metavar="FILE", help="Write the result as a page that needs no network."),
-    click.option("--seed", default=0, show_default=True, metavar="N", help="Seed of everything random."),
+    click.option("--seed", type=click.IntRange(0), default=0, show_default=True, metavar="N",
+                 help="Seed of everything random."),
     click.option("--quiet", is_flag=True, help="Print nothing but errors."),
-)
+)  # fmt: skip
 
 study_options = bundle(data_options, model_options)

@@ -1,6 +1,6 @@
 """From what was typed after `simulate` to courses of the rig."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -33,24 +33,38 @@ def simulated(folder: Path, given: dict[str, Any]) -> Told:
     noise = None
     if given["noise"]:
         noise = units.to_si(given["noise"], "N" if test in FORCE_TESTS else "m", "--noise")
+        check("--noise", [noise], given["noise"], 0.0)
     return write_data_set(folder, whole, test, courses, noise, given["seed"])
 
 
 def _courses(test: str, whole: Model, given: dict[str, Any]) -> list[Course]:
     pressures = _list(given["pressure"], "Pa", "--pressure")
+    check("--pressure", pressures, given["pressure"], -units.ATMOSPHERE)
     moving = test in ("quick release", "step")
     rate = units.to_si(given["rate"] or ("500 Hz" if moving else "50 Hz"), "1/s", "--rate")
     duration = units.to_si(given["duration"] or ("1 s" if moving else "5 s"), "s", "--duration")
+    check("--rate", [rate], given["rate"], 0.0, itself=False)
+    check("--duration", [duration], given["duration"], 0.0, itself=False)
     if test == "loop":
         speed = units.to_si(given["speed"], "m/s", "--speed")
+        check("--speed", [speed], given["speed"], 0.0, itself=False)
         return loop_courses(whole.muscle, pressures, _list(given["turns"], "1", "--turns"), speed, rate)
     if test == "isometric":
         return isometric_courses(_list(given["contraction"] or "0", "1", "--contraction"), pressures, duration, rate)
     if test == "static":
         return static_courses(_list(given["contraction"] or STATIONS, "1", "--contraction"), pressures)
     loads = _list(given["load"], "N", "--load", units.load_to_si)
+    check("--load", loads, given["load"], 0.0, itself=False)
     loaded = {"quick release": release_courses, "step": step_courses, "isotonic": isotonic_courses}
     return loaded[test](pressures, loads, duration, rate)
+
+
+def check(what: str, values: Sequence[float], typed: Any, least: float, itself: bool = True) -> None:
+    """Refuse what no rig can do: values (SI) below the least, or at it unless the least `itself` may be."""
+    if min(values) < least or (min(values) == least and not itself):
+        bound = "a vacuum" if least else "0"
+        problem = f"{what} goes below {bound}" if itself else f"{what} is not above {bound}"
+        raise InputError(problem, value=typed, cure="give what a rig can do")
 
 
 def _list(text: str, unit: str, what: str, read: Callable[..., float] = units.to_si) -> list[float]:

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from fitting.console.task import Task
 
 NOT_CONVERGED = 3
+NO_RESULT = (".csv", ".tsv", ".toml", ".py")  # what people write, and no command hands out where it likes
 Progress = Callable[[str, float], None]
 
 
@@ -68,7 +69,8 @@ def begin(given: dict[str, Any]) -> Study:
     from fitting.console.task import task_of
     from fitting.report import console, opening
 
-    check_places(asked.json, asked.html, asked.save)
+    check_places(asked.json, asked.html)
+    check_place(asked.save)
     with errors_for_machines(asked.json):
         task = task_of(asked)
     click.get_current_context().with_resource(spoken(own_units(u for e in task.experiments for u in e.units)))
@@ -78,16 +80,25 @@ def begin(given: dict[str, Any]) -> Study:
 
 
 def check_places(*paths: str | None) -> None:
-    """Refuse a result file that cannot be written before anything is computed for it."""
+    """Refuse results that cannot be written, or would replace a measurement, before anything is computed for them."""
     for path in paths:
-        if path and (Path(path).is_dir() or not os.access(Path(path).resolve().parent, os.W_OK)):
-            cure = "name a file in a folder that exists and may be written to"
-            raise InputError("the file cannot be written", path, cure=cure)
+        check_place(path)
+        if path and Path(path).suffix.lower() in NO_RESULT and Path(path).exists():
+            cure = "name another file, for example result.json"
+            raise InputError("the file is no result of this program and is left alone", path, cure=cure)
+
+
+def check_place(path: str | None) -> None:
+    """Refuse a file that cannot be written."""
+    if path and (Path(path).is_dir() or not os.access(Path(path).resolve().parent, os.W_OK)):
+        cure = "name a file in a folder that exists and may be written to"
+        raise InputError("the file cannot be written", path, cure=cure)
 
 
 @contextmanager
 def errors_for_machines(path: str | None) -> Iterator[None]:
     """Bad input also goes to `--json`, field by field."""
+    check_places(path)
     try:
         yield
     except InputError as error:

@@ -13,6 +13,7 @@ from fitting.console.program import program_version
 from fitting.designs.order import DesignOrder
 from fitting.designs.words import describe, front_in_words, odds_in_words
 from fitting.errors import InputError
+from fitting.reading.model_file import sealed
 from fitting.writing import write_text, write_whole
 from mckibben_jax.design import Design, Task, design, to_json
 from mckibben_jax.effect import name_of
@@ -114,7 +115,7 @@ def model_text(task: Task, found: Design) -> str:
             table[p.name] = _entry(getattr(effect, p.name), p.unit)
         effects.append(table)
     document["effect"] = effects
-    return tomlkit.dumps(document)
+    return sealed(tomlkit.dumps(document))
 
 
 def _entry(value: Any, unit: str) -> Any:

@@ -13,6 +13,7 @@ from fitting.errors import InputError, unknown_name
 from fitting.reading.model_file import read_model
 from fitting.reading.muscle_file import line_of, read_muscle_table, read_toml
 from fitting.reading.own_effects import library, named
+from fitting.reading.readings import CONTRACTIONS
 from mckibben_jax.design import DESIGN_BASELINE, Limit, Task
 from mckibben_jax.effect import Effect, name_of
 from mckibben_jax.merit import CONDITIONS, QUANTITIES, built, missing
@@ -133,10 +134,15 @@ def variables(file: File) -> dict[str, tuple[float, float]]:
         if not 0 <= low < high:
             raise InputError(f"the range of {name} does not rise from a positive value", path, row, value=ends,
                              cure="the smaller value comes first")  # fmt: skip
-        if name == "braid_angle" and high >= np.pi / 2:
-            raise InputError("braid_angle must stay below 90 deg", path, row, value=ends[1], cure="54.7 deg is enough")
+        check_angle(file, name, high, row, ends[1])
         ranges[name] = (low, high)
     return ranges
+
+
+def check_angle(file: File, name: str, high: float, row: int | None, typed: Any) -> None:
+    """Refuse a braid angle at which strands are rings."""
+    if name == "braid_angle" and high >= np.pi / 2:
+        raise InputError("braid_angle must stay below 90 deg", file.path, row, value=typed, cure="54.7 deg is enough")
 
 
 def _muscle(file: File, ranges: dict[str, tuple[float, float]], fitted: Muscle | None) -> Muscle:
@@ -214,9 +220,13 @@ def conditions(file: File, given: Any, quantity: str, row: int | None) -> dict[s
             problem = f"{quantity} needs to know at which {' or '.join(group)}"
             raise InputError(problem, path, row, cure=f"write at = {{ {example} }}")
     at = {key: file.si(value, CONDITIONS[key], f"{key} of {quantity}", row) for key, value in given.items()}
-    if not at.get("contraction", 0.0) < 1:
-        raise InputError(f"contraction of {quantity} is not below 1", path, row, value=given["contraction"],
-                         cure='write 0.1 or "10 %"')  # fmt: skip
+    low, high = CONTRACTIONS
+    if not low <= at.get("contraction", 0.0) <= high:
+        problem = f"contraction of {quantity} is outside {low:g} .. {high:g}, where no braided muscle goes"
+        raise InputError(problem, path, row, value=given["contraction"], cure='write 0.1 or "10 %"')
+    if at.get("pressure", 0.0) < -units.ATMOSPHERE:
+        raise InputError(f"pressure of {quantity} is below vacuum", path, row, value=given["pressure"],
+                         cure='write the pressure above the air around, for example "5 bar"')  # fmt: skip
     return at
 
 

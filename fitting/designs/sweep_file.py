@@ -11,6 +11,7 @@ from fitting.designs.file import (
     LARGEST_COUNT,
     File,
     Known,
+    check_angle,
     check_needs,
     conditions,
     constraints,
@@ -110,6 +111,7 @@ def _axis(file: File, name: str, axis: Any, unit: str) -> tuple[tuple[float, flo
     count = whole_number(file, "n", 100, axis)
     if low < 0 or high < low or (count > 1 and high == low):
         raise InputError(f"{name} in [grid] does not rise", file.path, file.line(name), value=axis, cure=cure)
+    check_angle(file, name, high, file.line(name), axis["to"])
     return (low, high), count
 
 

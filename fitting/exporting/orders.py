@@ -1,5 +1,7 @@
 """From what was typed after `export` to a file."""
 
+import keyword
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -9,6 +11,7 @@ from fitting import units
 from fitting.console.stored_model import stored_model
 from fitting.errors import InputError
 from fitting.exporting.files import Grid, free_contraction, python_module, table, without, write_table
+from fitting.reading.readings import CONTRACTIONS
 from fitting.writing import write_text
 from mckibben_jax.model import Model
 
@@ -39,8 +42,12 @@ def _check_place(file: Path, form: str) -> None:
     if file.suffix not in ENDINGS[form]:
         cure = f"name a file that ends in {' or '.join(ENDINGS[form])}"
         raise InputError(f"--to {form} writes no '{file.suffix}' file", file, cure=cure)
-    if form == "python" and not file.stem.isidentifier():
-        raise InputError("Python cannot import a file of this name", file, cure="use letters, digits and underscores")
+    name = file.stem
+    if form == "python" and (not name.isidentifier() or keyword.iskeyword(name) or name in sys.stdlib_module_names):
+        cure = "use letters, digits and underscores, and no word of Python's own"
+        raise InputError("Python cannot import a file of this name", file, cure=cure)
+    if form == "python" and name == "numpy":
+        raise InputError("a file of this name hides numpy, which it needs", file, cure="name another with --out")
     if file.exists():
         raise InputError("the file is there already and is left alone", file, cure="name another with --out")
 
@@ -49,6 +56,12 @@ def _grid(whole: Model, given: dict[str, Any]) -> Grid:
     pressures = _ends(given["pressure"], "Pa", "--pressure")
     top = free_contraction(whole, pressures[1])
     contractions = _ends(given["contraction"], "1", "--contraction") if given["contraction"] else (0.0, top)
+    low, high = CONTRACTIONS
+    if not low <= contractions[0] < contractions[1] <= high:
+        problem = f"--contraction leaves {low:g} .. {high:g}, where no braided muscle goes"
+        raise InputError(problem, value=given["contraction"], cure="for example --contraction 0,0.25")
+    if pressures[0] < -units.ATMOSPHERE:
+        raise InputError("--pressure goes below a vacuum", value=given["pressure"], cure="for example '0 bar,5 bar'")
     many, few = _counts(given["points"])
     return Grid(np.linspace(*contractions, many), np.linspace(*pressures, few))
 

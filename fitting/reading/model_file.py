@@ -218,7 +218,11 @@ def write_model(path: Path | str, fit: Fit, experiments: Sequence[Experiment]) -
 
 def model_text(fit: Fit, experiments: Sequence[Experiment]) -> str:
     """A fitted model as the text of its file."""
-    body = tomlkit.dumps(_document(fit, experiments))
+    return sealed(tomlkit.dumps(_document(fit, experiments)))
+
+
+def sealed(body: str) -> str:
+    """The text of a model file with the line by which it is known that nobody has edited it."""
     return SEAL + _digest(body) + "\n" + body
 
 
