@@ -4,7 +4,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from small_muscle import loops, surface, write
+from small_muscle import LENGTH, ideal, loops, surface, write
 
 from fitting.bins import bins
 from fitting.compare import Row, compare, repetitions
@@ -128,6 +128,25 @@ def test_evaluating_a_fit_gives_the_fit(tmp_path):
 def test_a_mean_of_nearly_nothing_has_no_sign():
     cells = error_cells([Row("all", 3, 1.0, -0.001, 2.0)], "N")[1]
     assert cells == [("all", "3", "1.00", "0.00", "2.00")]
+
+
+@pytest.mark.parametrize(("rest", "jitter"), [(6, 0.0), (30, 0.0), (30, 2e-5)])
+def test_friction_keeps_its_direction_while_a_loop_rests_at_its_ends(tmp_path, rest, jitter):
+    """Trapezoids: in a rest the muscle has not turned yet, and where it leaves it has."""
+    random, rows = np.random.default_rng(5), []
+    up, down, still = np.linspace(0, 0.2, 60), np.linspace(0.2, 0, 60), np.ones(rest)
+    course = np.concatenate([up, 0.2 * still, down, 0 * still] * 3)
+    moved = np.sign(np.diff(course, prepend=-1.0))
+    last = np.maximum.accumulate(np.where(moved != 0, np.arange(len(course)), 0))
+    for run, pressure in enumerate((1e5, 2e5, 4e5)):
+        force = ideal(course, pressure) - 0.012 * surface(course) * pressure * moved[last]
+        force += random.normal(0, 0.3, len(course))
+        read = course * LENGTH + random.normal(0, jitter, len(course))
+        rows += [(run, 0.05 * k, pressure, x, f) for k, (x, f) in enumerate(zip(read, force, strict=True))]
+    experiment = read_experiment(write(tmp_path, rows))
+    found = compare(fit([experiment], baseline(), starts=2), [experiment])
+    assert found.rmse < (0.33 if not jitter else 0.6)  # N, of 800: that much of it comes from the jitter
+    assert found.fit.values["coulomb_friction.f_s"] == pytest.approx(0.012, rel=0.01)
 
 
 def test_runs_left_out_are_foretold_worse_than_runs_that_were_fitted(spring):

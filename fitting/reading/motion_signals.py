@@ -9,6 +9,7 @@ from scipy.optimize import isotonic_regression
 
 WINDOW = 21  # samples in a local polynomial at most; longer windows average blocks first
 FEWEST = 5  # samples in a local polynomial at least
+BRIEF = 4  # samples that stay near a turning value without being a rest
 CHUNK = 100_000  # windows worked on at once: bounds the memory
 
 
@@ -103,14 +104,14 @@ def departures(signal: np.ndarray, turns: np.ndarray, threshold: float) -> np.nd
     """Where the signal leaves its turning values for good: the end of a rest there, or the extreme itself.
 
     Half the threshold away it has certainly left; a rest is told by the time until then being long against the time
-    for the second half, and is taken to end that second time earlier.
+    for the second half, and is taken to end that second time earlier. A few samples are no rest but a slow turn.
     """
     left = turns.copy()
     for k, (turn, stop) in enumerate(itertools.pairwise(np.append(turns, len(signal)))):
         away = np.abs(signal[turn:stop] - signal[turn])
         half, whole = (int(np.argmax(away > share * threshold)) for share in (0.5, 1.0))
         pace = max(whole - half, 1)
-        if half > 3 * pace:
+        if half > max(3 * pace, BRIEF):
             left[k] = turn + half - pace
     return left
 

@@ -48,7 +48,7 @@ def run_of(readings: Readings, test: str) -> Run:
 
 def _loop(r: Readings) -> Run:
     """Length is imposed: branches go by the length, and a sample whose direction is unknown carries no weight."""
-    branches = _by_length(r)
+    branches = _by_length(r, rests=True)
     speed = _speed(r, r.contraction, branches)
     pressure, pressure_rate = _pressure(r, branches)
     weight = _weight_away_from_edges(r, branches)
@@ -117,11 +117,13 @@ def _transient(r: Readings) -> Run:
     return _run(r, branches, r.pressure, pressure_rate, r.contraction, speed, r.usable * 1.0, direction)
 
 
-def _by_length(r: Readings) -> signals.Branches:
-    """Branches as stated, else by the turning points of the length."""
+def _by_length(r: Readings, rests: bool = False) -> signals.Branches:
+    """Branches as stated, else by the turning points of the length; with `rests`, one at the end belongs to the way
+    there: friction keeps its direction until the muscle moves again.
+    """
     if r.direction is not None:
         return signals.branches_from_labels(r.direction)
-    return signals.branches_of(r.contraction, signals.turning_threshold(r.time, r.contraction, SMALLEST_LOOP))
+    return signals.branches_of(r.contraction, signals.turning_threshold(r.time, r.contraction, SMALLEST_LOOP), rests)
 
 
 def _by_pressure(r: Readings) -> signals.Branches:
