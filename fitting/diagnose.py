@@ -225,7 +225,7 @@ def _evidence(search: Search, name: str, passed: Mapping[frozenset[str], str]) -
 
 
 def _estimate(world: Universe, trial: Trial, name: str) -> dict[str, tuple[float, float]]:
-    """An effect's parameters as fitted, SI, each with its robust standard error."""
+    """An effect's parameters as fitted, SI, each with its robust standard error; NaN at an end of the range."""
     if not len(trial.free):
         return {}
     cluster = clusters(world.samples, np.vstack([trial.slopes, trial.prior_slopes]))
@@ -234,7 +234,8 @@ def _estimate(world: Universe, trial: Trial, name: str) -> dict[str, tuple[float
     found = {}
     for entry, i in zip(names, world.layout.at(names), strict=True):
         value, k = float(trial.vector[i]), trial.free.index(entry)
-        found[entry.split(".")[-1]] = value, float(np.sqrt(robust[k, k])) * world.layout.entries[i].slope(value)
+        error = np.nan if entry in trial.at_bound else np.sqrt(robust[k, k])  # what stands at its bound has none
+        found[entry.split(".")[-1]] = value, float(error) * world.layout.entries[i].slope(value)
     return found
 
 

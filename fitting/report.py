@@ -186,7 +186,7 @@ def _evidence(d: Diagnosis, unit: str) -> list[RenderableType]:
         table.add_row(e.name, *_evidence_cells(e, unit), style="bold" if e.adequate else "")
     shown = [_spaced(table), Text()] if helping or several else []
     others = ", ".join(e.name for e in idle if e.name not in d.faint)
-    shown += [headed("NOT IT", f"{others}: hardly less error with any of them")] if others else []
+    shown += [headed("NOT IT", f"{others}: hardly less error on runs left out with any of them")] if others else []
     return [*shown, *lines("NOT SEEN", (f"{', '.join(names)}: {why}" for why, names in blind.items()))]
 
 

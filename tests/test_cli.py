@@ -319,3 +319,69 @@ def test_a_simulated_data_set_is_one_that_the_model_describes(data, tmp_path):
     run("compare", there, "--model", model, "--json", out, "--quiet")
     assert json.loads(out.read_text())["rmse_N"] == pytest.approx(0.2, rel=0.1)
     assert "left alone" in refused("simulate", model, "--out", there)
+
+
+# --------------------------------------------------------------------------------------------- what people have written
+
+
+@pytest.mark.parametrize("option", ["--json", "--html"])
+@pytest.mark.parametrize("file", ["loops.csv", "muscle.toml"])
+def test_a_result_never_replaces_a_measurement(data, option, file):
+    before = (data / file).read_bytes()
+    assert "left alone" in refused("compare", data, option, data / file)
+    assert (data / file).read_bytes() == before
+
+
+def test_commands_that_read_no_data_replace_none_either(data):
+    before = (data / "muscle.toml").read_bytes()
+    assert "left alone" in refused("effects", "--json", data / "muscle.toml")
+    assert (data / "muscle.toml").read_bytes() == before
+
+
+@pytest.mark.parametrize(("option", "value"), [("--seed", -1), ("--starts", 0), ("--starts", -3)])
+def test_numbers_that_mean_nothing_are_refused(data, option, value):
+    assert "is not in the range" in run("fit", data, option, value, status=2).stderr
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (["--speed", "0 mm/s"], "--speed is not above 0"),
+        (["--speed", "-5 mm/s"], "--speed is not above 0"),
+        (["--rate", "0 Hz"], "--rate is not above 0"),
+        (["--noise", "-1 N"], "--noise goes below 0"),
+        (["--pressure", "-2 bar"], "--pressure goes below a vacuum"),
+        (["--test", "quick release", "--load", "-3 kg"], "--load is not above 0"),
+        (["--json", "no folder/x.json"], "cannot be written"),
+    ],
+)
+def test_no_rig_is_asked_for_what_none_can_do(data, tmp_path, options, message):
+    run("fit", data, "--starts", 1)
+    assert message in refused("simulate", data / "model.toml", "--out", tmp_path / "made", *options)
+    assert not (tmp_path / "made").exists()
+
+
+def test_a_reader_who_leaves_costs_no_model(data):
+    """As `| head -1` does: the pipe breaks at the second line, and the model is saved all the same."""
+    typed = [sys.executable, "-m", "fitting.cli", "fit", str(data), "--starts", "1", "--json", str(data / "r.json")]
+    with subprocess.Popen(typed, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as running:
+        running.stdout.readline()
+        running.stdout.close()
+        assert running.stderr.read() == b""
+    assert running.returncode == 0
+    assert (data / "model.toml").exists()
+    assert "parameters" in json.loads((data / "r.json").read_text())
+
+
+def test_the_next_command_names_the_same_data_and_model(data):
+    """A single file needs its kind of test and its muscle again."""
+    file = [data / "loops.csv", "--muscle", data / "muscle.toml", "--test", "loop"]
+    said = run("compare", *file, "--effects", "ideal_cylinder", "coulomb_friction").stdout
+    (after,) = (line.split(maxsplit=1)[1] for line in said.splitlines() if line.startswith("NEXT"))
+    assert after.startswith("mckibben diagnose --effects ideal_cylinder coulomb_friction --muscle ")
+    assert "--test loop" in after
+    assert after.endswith("loops.csv")
+
+
+def test_a_candidate_that_the_model_has_is_no_candidate(data):
+    assert "has coulomb_friction already" in refused("discover", data, "--candidates", "coulomb_friction")

@@ -1,12 +1,15 @@
 """Design files: what they ask for, and what is said where they are wrong."""
 
 import dataclasses
+from pathlib import Path
 
 import numpy as np
 import pytest
+from click.testing import CliRunner
 from design_texts import BRAID, BREAKING, BURST, FORCE, KNOWN, MINIMUM, RUBBER, stroke
 from designing import ALONE
 
+from fitting.cli import main
 from fitting.designs.answer import model_text
 from fitting.designs.file import read_design
 from fitting.designs.order import read_order
@@ -74,6 +77,15 @@ def test_a_design_is_a_model_to_go_on_with(tmp_path):
     assert {type(e) for e in stored.effects} == {IdealCylinder, BladderNeoHookean}
 
 
+def test_a_design_replaces_what_the_program_wrote_and_nothing_else(tmp_path):
+    spec = str(written(tmp_path))
+    mine, made = tmp_path / "mine.toml", tmp_path / "made.toml"
+    mine.write_text('name = "mine"\n')
+    for place, status in ((made, 0), (made, 0), (mine, 2), (Path(spec), 2)):
+        assert CliRunner().invoke(main, ["design", spec, "--save", str(place)]).exit_code == status
+    assert mine.read_text() == 'name = "mine"\n'
+
+
 def test_a_file_may_ask_for_more(tmp_path):
     text = FILE + '[tolerance]\nradius = "0.1 mm"\n[uncertainty]\nchance = "95 %"\n[pareto]\nsecond = "stroke"\n'
     order = read_order(written(tmp_path, text + 'at = { pressure = "5 bar" }\npoints = 4\n'))
@@ -114,6 +126,8 @@ REFUSED = {
     "goal": ('maximise = "force"', "", "not one goal"),
     "key": ("[variables]", "[variable]", "did you mean 'variables'"),
     "condition": ('max = "1 bar"', 'max = "1 bar"\nat = { pressure = "1 bar" }', "not at pressure"),
+    "pushed": ("contraction = 0.1", "contraction = 0.9", "outside -0.2 .. 0.6"),
+    "void": ('pressure = "5 bar"', 'pressure = "-5 bar"', "below vacuum"),
     "not there": ('length = "300 mm"\n', "", "lacks length"),
 }
 

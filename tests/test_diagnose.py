@@ -7,13 +7,15 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from small_muscle import loops, write
 
-from fitting.diagnose import diagnose, of_force
+from fitting.diagnose import _estimate, diagnose, of_force
+from fitting.diagnosis.universe import universe
 from fitting.discover import next_to_add, with_added
 from fitting.errors import InputError
 from fitting.recordings import read_experiment
 from mckibben_jax.effect import Pulling, name_of
-from mckibben_jax.effects import LIBRARY, CoulombFriction, IdealCylinder, TextileFriction
+from mckibben_jax.effects import LIBRARY, CoulombFriction, IdealCylinder, LinearSpring, TextileFriction
 from mckibben_jax.parameter import parameter
 
 DATA = Path(__file__).parents[1] / "data"
@@ -146,3 +148,15 @@ def test_positions_alone_are_refused_with_the_cure(tmp_path):
     )
     with pytest.raises(InputError, match="recording of force"):
         of_force([read_experiment(tmp_path)])
+
+
+def test_what_stands_at_the_end_of_its_range_has_no_error(tmp_path):
+    experiment = read_experiment(write(tmp_path, loops(lambda eps, *_: 400.0 * eps)))
+    world = universe([experiment], BASELINE, [LinearSpring()])
+    trial = world.fit(world.with_added(["linear_spring"]), world.start, ["linear_spring"])
+    (value, error), (same, none) = (
+        _estimate(world, replace(trial, at_bound=ends), "linear_spring")["K"] for ends in ((), ("linear_spring.K",))
+    )
+    assert value == same
+    assert 0 < error < 0.1 * abs(value)
+    assert np.isnan(none)

@@ -282,3 +282,24 @@ def test_a_file_that_is_there_is_left_alone(tmp_path):
     out.write_text("mine")
     assert exported(tmp_path, "--to", "python", "--out", str(out)).exit_code == 2
     assert out.read_text() == "mine"
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (["--to", "table", "--contraction", "0,2"], "where no braided muscle goes"),
+        (["--to", "table", "--pressure", "-3 bar,1 bar"], "below a vacuum"),
+        (["--to", "python", "--out", "class.py"], "cannot import"),
+        (["--to", "python", "--out", "json.py"], "cannot import"),
+        (["--to", "python", "--out", "numpy.py"], "hides numpy"),
+    ],
+)
+def test_what_nobody_could_use_is_not_written(tmp_path, monkeypatch, options, message):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "model.toml").write_text(
+        '[muscle]\nlength = "300 mm"\nradius = "7 mm"\nbraid_angle = "20 deg"\n[[effect]]\nname = "ideal_cylinder"\n'
+    )
+    done = CliRunner().invoke(main, ["export", "model.toml", *options])
+    assert done.exit_code == 2
+    assert message in done.stderr
+    assert [entry.name for entry in tmp_path.iterdir()] == ["model.toml"]

@@ -7,6 +7,9 @@ import pytest
 
 from fitting.compare import Row, Table
 from fitting.console.study import Study
+from fitting.diagnosis.record import Leading
+from fitting.next_measurement import PairPower
+from fitting.planning.protocol import _expected
 from fitting.records import OF_MOTION
 from fitting.report import comparison_report, console, diagnosis_report, fit_report, to_type
 from fitting.showing.next_step import after_diagnosis
@@ -14,6 +17,7 @@ from fitting.showing.sentences import (
     amount,
     judged,
     kind_in_words,
+    leading_in_words,
     p_in_words,
     unlikely_size,
     verdict_in_words,
@@ -179,3 +183,20 @@ def test_one_run_that_is_off_alone_is_named(study):
 def test_presumed_noise_judges_nothing(study):
     within = dataclasses.replace(study[1], rmse=0.2, noise=0.3, noise_floor=None, noise_from="presumed")
     assert "State the noise" in judged(within)
+
+
+@pytest.mark.parametrize(("share", "said"), [(0.8, "Mostly tip: "), (0.3, "tip does more than any other single ")])
+def test_what_does_less_than_half_is_not_most_of_it(share, said):
+    lead = Leading(("tip",), share, 2.0, 3.0)
+    assert leading_in_words(SimpleNamespace(leading=lead, held_out_rmse=4.0)).startswith(said)
+
+
+@pytest.mark.parametrize("power", [0.75, 0.95])
+def test_a_plan_says_how_often_it_decides(power):
+    tip, cones = ("tip",), ("conical_ends",)
+    step = SimpleNamespace(pairs=(PairPower(tip, cones, power, 20.0),), power=power)
+    tied = () if power > 0.8 else ((tip, cones),)
+    said = _expected(SimpleNamespace(verdict="one of"), (step,), tied)
+    assert "other pairs" not in said
+    assert ("uniquely" in said) == (power > 0.8)
+    assert ("told apart in 75 % of the cases" in said) == (power < 0.8)

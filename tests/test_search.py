@@ -142,3 +142,19 @@ def test_what_gives_no_number_or_moves_nothing_is_set_aside(tmp_path):
     assert search.screened(2, BEST_TRIPLED)
     assert not any("supply_lag" in pair for pair in search.screened(2, BEST_TRIPLED))
     assert found.effects["late"].reason == "cannot be tested: gives no number on these data"
+
+
+def test_a_simpler_relative_is_tried_in_the_place_of_each_member():
+    """Of one family the one with fewer numbers; never one with as many, of no family, or fitted already."""
+    families = {"mooney": "rubber", "hookean": "rubber", "thin": "rubber", "tip": None, "cones": None}
+    numbers = {"mooney": ("a", "b"), "hookean": ("g",), "thin": ("a", "b"), "tip": ("k", "l"), "cones": ("k",)}
+    world = SimpleNamespace(
+        candidates=tuple(families),
+        effects={name: SimpleNamespace(family=family) for name, family in families.items()},
+        layout=SimpleNamespace(of_effect=lambda name: numbers[name]),
+    )
+    search = Search(world, None, None, None, None)
+    sets = [frozenset(("mooney", "tip")), frozenset(("thin", "tip")), frozenset(("thin", "cones"))]
+    assert search.simpler(sets) == [frozenset(("hookean", "tip")), frozenset(("hookean", "cones"))]
+    search.trials[frozenset(("hookean", "tip"))] = None
+    assert search.simpler(sets[:2]) == []

@@ -34,6 +34,7 @@ REFUSED = {
     "no place": ('"stroke", "work"]', '"hysteresis_loss", "outer_radius"]', None),
     "axis": (SAMPLE, '[grid]\nradius = ["4 mm", "5 mm"]\n', "not from, to and n"),
     "falling axis": (SAMPLE, '[grid]\nradius = { from = "5 mm", to = "4 mm", n = 3 }\n', "does not rise"),
+    "rings": (SAMPLE, '[grid]\nbraid_angle = { from = "20 deg", to = "95 deg", n = 3 }\n', "below 90 deg"),
     "histogram": (SAMPLE, SAMPLE + 'histogram = { of = "outer_radius" }\n', "no output"),
     "need": ('"stroke", "work"]', '"burst_pressure"]', "needs breaking_stress"),
 }

@@ -58,7 +58,7 @@ class Search:
             self.told(f"testing sets of {size}", 0.25 * size + 0.2)
             self.test_level(size)
             if self.adequate and size > 1:  # others that do as well as these
-                self.fit_level(self.grown(self.parts(self.adequate)))
+                self.fit_level([*self.grown(self.parts(self.adequate)), *self.simpler(self.adequate)])
                 self.test_level(size)
             if self.adequate:
                 return
@@ -142,6 +142,18 @@ class Search:
         smaller = list(dict.fromkeys(added - {name} for added in sets[:GROWN] for name in sorted(added)))
         self.fit_level([added for added in smaller if added not in self.trials])
         return [added for added in smaller if added in self.trials]
+
+    def simpler(self, sets: Sequence[frozenset[str]]) -> list[frozenset[str]]:
+        """Sets with one member in place of a relative that has more numbers, not fitted yet."""
+        each = [(added, name) for added in sets for name in sorted(added)]
+        made = [added - {name} | {other} for added, name in each for other in self.simpler_relatives(name)]
+        return [added for added in dict.fromkeys(made) if added not in self.trials]
+
+    def simpler_relatives(self, name: str) -> list[str]:
+        """Candidates of an effect's family that have fewer numbers."""
+        family, count = self.world.effects[name].family, len(self.world.layout.of_effect(name))
+        relatives = [other for other in self.world.candidates if family and self.world.effects[other].family == family]
+        return [other for other in relatives if len(self.world.layout.of_effect(other)) < count]
 
     def best(self, size: int) -> list[frozenset[str]]:
         """Fitted sets of one size, the best first."""

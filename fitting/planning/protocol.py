@@ -74,12 +74,19 @@ def _expected(d: Diagnosis, steps: Sequence[NextMeasurement], tied: Sequence[tup
     """The verdict to be expected once all is recorded."""
     if not steps:
         return "as now: no force test on this muscle, nor on one of another length or wall, separates them"
-    sure = min(p.power for step in steps for p in step.pairs if p.power >= SURE or step.power < SURE)
+    decided = [p.power for step in steps for p in step.pairs if p.power >= SURE]
     if tied:
-        pairs = ", ".join(f"{effect_set(a)} or {effect_set(b)}" for a, b in tied)
-        return f"still open: {pairs}; the other pairs are decided (probability {percent(sure)} each)"
+        pairs = ", ".join(f"{effect_set(a)} or {effect_set(b)}{_in_how_many(steps, a, b)}" for a, b in tied)
+        rest = f"; the other pairs are decided (probability {percent(min(decided))} each)" if decided else ""
+        return f"may stay open: {pairs}{rest}"
     after = "one is left, or none of them" if d.verdict == "not in the library" else "missing: one of them, uniquely"
-    return f"{after} (each pair is decided with probability {percent(sure)})"
+    return f"{after} (each pair is decided with probability {percent(min(decided))})"
+
+
+def _in_how_many(steps: Sequence[NextMeasurement], one: Sets, other: Sets) -> str:
+    """How often the best of these recordings tells two explanations apart, in words; empty where none can."""
+    powers = [p.power for step in steps for p in step.pairs if {p.one, p.other} == {one, other}]
+    return f" (told apart in {percent(max(powers))} of the cases)" if powers else ""
 
 
 # ----------------------------------------------------------------------------------------------------------- for people
@@ -97,8 +104,13 @@ def plan_report(plan: Plan) -> list[RenderableType]:
         shown += [to_type("REHEARSE", command)] if command else []
     if len(plan.steps) > 1:
         shown.append(headed("ORDER", f"as listed, {duration(REST)} of rest without pressure between recordings"))
-    cured = [f"{effect_set(a)} or {effect_set(b)}: nothing here separates them" for a, b in plan.tied]
+    cured = [_tie(plan, *pair) for pair in plan.tied]
     return [*shown, *lines("TIED", cured, "yellow"), headed("EXPECT", plan.expected), *_pairs(plan)]
+
+
+def _tie(plan: Plan, one: Sets, other: Sets) -> str:
+    often = _in_how_many(plan.steps, one, other)
+    return f"{effect_set(one)} or {effect_set(other)}{often or ': nothing here separates them'}"
 
 
 def duration(seconds: float) -> str:

@@ -258,7 +258,8 @@ def leading_in_words(d: Diagnosis, unit: str = "N") -> str | None:
     lead = d.leading
     names = " or ".join(lead.effects)
     left = f"{amount(d.held_out_rmse, unit)} -> {amount(lead.held_out_rmse, unit)} on runs left out"
-    return f"Mostly {names}: {left}; it takes away {percent(lead.share)} of the squared error."
+    most = f"Mostly {names}" if lead.share > 0.5 else f"{names} does more than any other single effect"
+    return f"{most}: {left}; it takes away {percent(lead.share)} of the squared error."
 
 
 def p_in_words(d: Diagnosis) -> str:
