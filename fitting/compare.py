@@ -232,7 +232,12 @@ def _worst(samples: Samples, residual: np.ndarray, tests: np.ndarray) -> str:
 
 def _notes(recordings: list[tuple[Experiment, Recording]], pairs: tuple, parity: Cells | None) -> tuple[str, ...]:
     several = len(recordings) > 1
-    notes = [f"{r.file}: {note}" if several else note for _, r in recordings for note in r.notes]
+    sets = len({id(e) for e, _ in recordings}) > 1
+    notes = [
+        f"{e.name}, {r.file}: {note}" if sets else f"{r.file}: {note}" if several else note
+        for e, r in recordings
+        for note in r.notes
+    ]
     if not pairs:
         notes.append("nothing was repeated at equal state: no noise floor from repeats, that of one reading is used")
     if parity is not None and parity.odd_share is None:

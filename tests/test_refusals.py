@@ -9,6 +9,7 @@ from folders import MUSCLE, folder_of, loop_columns, loop_csv, muscle_with, reco
 
 from fitting.errors import InputError
 from fitting.reading.model_file import read_model
+from fitting.reading.muscle_file import name_of, read_toml
 from fitting.reading.own_effects import library
 from fitting.recordings import read_experiment, read_muscle
 from fitting.sampling.store import Store
@@ -382,3 +383,18 @@ def test_damaged_chains_are_refused(tmp_path):
     store.path.write_bytes(raw[:at] + b"\x01" + raw[at + 1 :])
     with pytest.raises(InputError, match="the chains in this file are damaged"):
         store.frame()
+
+
+def test_a_name_cannot_steer_the_screen(tmp_path):
+    assert name_of({"name": "a\x1b[31mred\u202eb \u00fc"}, tmp_path / "muscle.toml") == "a\ufffd[31mred\ufffdb \u00fc"
+
+
+@pytest.mark.parametrize(
+    ("text", "cure"),
+    [("length = 1\nlength = 2", "stands once"), ("[muscle]\n[muscle]", "stands once"), ("length = 3 mm", "in quotes")],
+)
+def test_the_cure_is_that_of_the_fault(tmp_path, text, cure):
+    (tmp_path / "muscle.toml").write_text(text)
+    with pytest.raises(InputError) as error:
+        read_toml(tmp_path / "muscle.toml")
+    assert cure in error.value.cure

@@ -26,7 +26,7 @@ def command(
     prepare()
     check_places(given["json"], given["html"], picture)
     from fitting.console.handing import print_out, write_out
-    from fitting.designs.answer import answer
+    from fitting.designs.answer import answer, check_kind
     from fitting.designs.order import read_draws, read_order
     from fitting.reading.own_effects import library
 
@@ -36,6 +36,8 @@ def command(
         if save and not (order.second and Path(save).is_dir()):  # a trade-off is saved into a folder
             check_place(save)
             _left_alone(Path(save))
+        if picture:
+            check_kind(picture)
         with progress_bar("designing", given["quiet"]):
             found = answer(order, draws, given["seed"])
         print_out(given, [found.words])

@@ -49,10 +49,7 @@ class Answer:
         """Write the picture."""
         from fitting.designs.figures import stroke_of, to_scale, trade_off
 
-        kind = Path(path).suffix.lower()
-        if kind not in PICTURES:
-            cure = f"end its name with {', '.join(PICTURES)}"
-            raise InputError("the picture's kind is not known", path, cure=cure)
+        kind = check_kind(path)
         if len(self.designs) > 1 and self.order.second:
             figure = trade_off(self.designs, self.order.second)
         else:
@@ -72,6 +69,14 @@ class Answer:
             raise InputError(f"no folder can be made: {error.strerror}", path, cure=cure) from None
         for number, one in enumerate(self.designs, 1):
             write_text(str(path / f"design-{number:02d}.toml"), model_text(self.order.task, one))
+
+
+def check_kind(path: str) -> str:
+    """The kind of a picture, by the end of its name; InputError where it cannot be drawn."""
+    kind = Path(path).suffix.lower()
+    if kind not in PICTURES:
+        raise InputError("the picture's kind is not known", path, cure=f"end its name with {', '.join(PICTURES)}")
+    return kind
 
 
 def answer(order: DesignOrder, draws: dict[str, np.ndarray], seed: int = 0) -> Answer:

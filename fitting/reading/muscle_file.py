@@ -31,7 +31,9 @@ def read_toml(path: Path) -> tuple[dict[str, Any], bytes]:
     except tomllib.TOMLDecodeError as error:
         row = re.search(r"at line (\d+)", str(error))
         problem = re.sub(r"\s*\(at .*\)", "", str(error))
+        twice = "overwrite" in problem or "declare" in problem
         cure = 'every value stands in quotes, with its unit: length = "300 mm"'
+        cure = "every name stands once: leave one of the two out" if twice else cure
         raise InputError(f"not valid TOML: {problem}", path, int(row[1]) if row else None, cure=cure) from None
     except (ValueError, RecursionError):  # a number of thousands of digits, or brackets a thousand deep
         raise InputError("not valid TOML: something in it is too long or too deep", path, cure=TOO_MUCH) from None
@@ -188,8 +190,9 @@ def muscle_of(table: dict[str, Any], path: Path, raw: bytes) -> tuple[Muscle, di
 
 
 def name_of(table: dict[str, Any], path: Path) -> str:
-    """The muscle's name, or its folder's."""
-    return str(table.get("name") or path.resolve().parent.name)
+    """The muscle's name, or its folder's, without what would steer a screen."""
+    name = str(table.get("name") or path.resolve().parent.name)
+    return "".join(letter if letter.isprintable() else "\N{REPLACEMENT CHARACTER}" for letter in name)
 
 
 def source_of(table: dict[str, Any], path: Path) -> dict[str, str]:
