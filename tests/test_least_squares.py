@@ -104,6 +104,8 @@ def test_what_one_run_alone_decides_is_judged_by_its_loops():
 
     assert width(at) == pytest.approx(spread, rel=0.3)
     assert width(run) < 0.6 * spread
+    points = Namespace(run=run, loop=np.tile(np.arange(30), 9))  # of static curves, which err together
+    assert clusters(points, design).max() + 1 == 9
     known = np.vstack([design, [[0.0, 1e3]]])  # a prior that knows it better: no run decides anything
     assert clusters(samples, known).max() + 1 == 9
 

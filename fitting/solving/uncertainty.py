@@ -15,7 +15,8 @@ def clusters(samples: Samples, slopes: np.ndarray) -> np.ndarray:
     are few, or where its run alone decides a parameter.
 
     `slopes` (rows, and those of priors if any; k) are those of the free parameters in standard deviations. Left at what
-    a run wants that alone decides something, its errors show in its loops only.
+    a run wants that alone decides something, its errors show in its loops only; not in points of a static curve, each
+    of which is a loop, for these err together.
     """
     runs = np.unique(samples.run, return_inverse=True)[1]
     loops = np.unique(np.stack([samples.run, samples.loop]), axis=1, return_inverse=True)[1]
@@ -23,8 +24,13 @@ def clusters(samples: Samples, slopes: np.ndarray) -> np.ndarray:
         return loops
     root = _root_of_inverse(slopes.T @ slopes)
     data = slopes[: len(runs)] @ root
-    decides = np.array([np.linalg.norm(data[runs == run], 2) ** 2 > ALONE for run in range(runs.max() + 1)])
+    decides = np.array([_by_loops(data[runs == run], loops[runs == run]) for run in range(runs.max() + 1)])
     return np.unique(np.where(decides[runs], len(decides) + loops, runs), return_inverse=True)[1]
+
+
+def _by_loops(data: np.ndarray, loops: np.ndarray) -> bool:
+    """Whether a run alone decides something, and has loops of more than one point to judge that by."""
+    return len(np.unique(loops)) < len(loops) and np.linalg.norm(data, 2) ** 2 > ALONE
 
 
 def covariances(
