@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from fitting import units
 from fitting.bins import Bins, bins, by_run
 from fitting.diagnosis.fingerprint import Fingerprint, exponents
 from fitting.diagnosis.parity import Cells, cells, pressure_bins
@@ -13,10 +14,13 @@ from fitting.reading.noise import noise_of
 from fitting.reading.repeats import Pair, drift, noise_floor, repeated
 from fitting.records import MOVING_TESTS, Experiment, Recording
 from fitting.residuals import Samples
+from fitting.solving.evaluate import rmse_at_pressures
 
 PRESSURE_LED = ("isometric", "isotonic", "step")  # tests in which the pressure moves
 NEGLIGIBLE = 0.005  # of full scale: an error so small is real, but nobody need mind
 FEWEST = 10  # samples in a place that may be called the worst
+NOTABLE = 0.02  # of full scale
+VENTED = 0.9  # atmospheres, at least: what a gauge shows that reads absolute
 
 
 @dataclass(frozen=True)
@@ -72,6 +76,7 @@ class Comparison:
     cells: Cells | None
     fingerprint: Fingerprint
     notes: tuple[str, ...]
+    if_absolute: float | None = None  # the error, were the pressures absolute; None where they cannot be
 
     @property
     def share(self) -> float:
@@ -109,12 +114,13 @@ def compare(fit: Fit, experiments: Sequence[Experiment]) -> Comparison:
         None if moved is None else moved / max(rmse, 1e-300),
     )
     chosen = [score for score in scores if score.unit == unit]
+    full_scale = max(score.full_scale for score in chosen)
     return Comparison(
         fit=fit,
         unit=unit,
         rmse=rmse,
         largest=float(np.max(np.abs(residual))),
-        full_scale=max(score.full_scale for score in chosen),
+        full_scale=full_scale,
         noise=float(np.sqrt(np.average([s.noise**2 for s in chosen], weights=[s.count for s in chosen]))),
         noise_from=" and ".join(dict.fromkeys(score.noise_from for score in chosen)),
         noise_floor=noise_floor(pairs),
@@ -124,7 +130,16 @@ def compare(fit: Fit, experiments: Sequence[Experiment]) -> Comparison:
         cells=parity,
         fingerprint=traces,
         notes=_notes(recordings, pairs, parity),
+        if_absolute=_if_absolute(fit, rmse / full_scale) if unit == "N" else None,
     )
+
+
+def _if_absolute(fit: Fit, share: float) -> float | None:
+    """The error, were an atmosphere in every pressure; None where no gauge reads so, or little is missed."""
+    lowest = np.min(fit.samples.pressure[fit.problem.of_force(fit.samples)])
+    if share < NOTABLE or lowest < VENTED * units.ATMOSPHERE:
+        return None
+    return rmse_at_pressures(fit, -units.ATMOSPHERE)
 
 
 def repetitions(samples: Samples, residual: np.ndarray, tests: np.ndarray) -> tuple[Pair, ...]:

@@ -16,6 +16,7 @@ from fitting.figures import Stage
 from fitting.least_squares import Fit
 from fitting.results import shown_names
 from fitting.showing.cells import error_cells, range_cells, value_cells
+from fitting.showing.doubts import doubts
 from fitting.showing.sentences import (
     amount,
     data_in_words,
@@ -30,7 +31,6 @@ from fitting.showing.sentences import (
     p_in_words,
     remark,
     stand_ins_in_words,
-    unlikely_size,
     verdict_in_words,
     worst_in_words,
 )
@@ -90,7 +90,7 @@ def comparison_report(c: Comparison) -> list[RenderableType]:
         headed("ERROR", error_in_words(c)),
         *([headed("WHERE", worst_in_words(c))] if fails(c) else []),
         headed("KIND", kind_in_words(c)),
-        *lines("WARNING", unlikely_size(c), "yellow"),
+        *lines("WARNING", doubts(c), "yellow"),
     ]
     shown += lines("NOTE", c.notes)
     if len(c.by_recording) > 1:

@@ -113,6 +113,11 @@ class Problem(eqx.Module):
             blocks.append(replace(block, sigma=sigma.reshape(block.sigma.shape)))
         return replace(self, blocks=tuple(blocks))
 
+    def shifted(self, pressure: float) -> "Problem":
+        """The same problem with so many pascals more in every reading of the pressure."""
+        states = (b.states.replace(pressure=b.states.pressure + pressure) for b in self.blocks)
+        return replace(self, blocks=tuple(replace(b, states=s) for b, s in zip(self.blocks, states, strict=True)))
+
     def coarser(self, times: float) -> "Problem":
         """The same problem with so many times fewer steps of integration, without another compilation."""
         fewer = (replace(b, taken=None if b.taken is None else jnp.ceil(b.taken / times)) for b in self.blocks)

@@ -5,13 +5,16 @@ from types import SimpleNamespace
 
 import pytest
 
-from fitting.compare import Row, Table
+from fitting.compare import Row, Table, compare
 from fitting.console.study import Study
 from fitting.diagnosis.record import Leading
+from fitting.least_squares import fit
 from fitting.next_measurement import PairPower
 from fitting.planning.protocol import _expected
+from fitting.recordings import read_experiment
 from fitting.records import OF_MOTION
 from fitting.report import comparison_report, console, diagnosis_report, fit_report, to_type
+from fitting.showing.doubts import doubts
 from fitting.showing.next_step import after_diagnosis
 from fitting.showing.sentences import (
     amount,
@@ -19,11 +22,11 @@ from fitting.showing.sentences import (
     kind_in_words,
     leading_in_words,
     p_in_words,
-    unlikely_size,
     verdict_in_words,
     with_error,
     worst_in_words,
 )
+from mckibben_jax.effects import CoulombFriction, IdealCylinder
 
 
 def text_of(shown):
@@ -93,8 +96,29 @@ def test_a_force_of_an_unlikely_size_asks_for_units_and_sizes(study, factor, sai
     c = study[1]
     measured = c.fit.samples.measured
     fit = dataclasses.replace(c.fit, residual=(factor - 1) * measured)
-    told = unlikely_size(dataclasses.replace(c, fit=fit, rmse=fit.rmse))
+    told = doubts(dataclasses.replace(c, fit=fit, rmse=fit.rmse))
     assert (said in told[0]) if said else told == []
+
+
+@pytest.mark.parametrize(("added", "hinted"), [(101325.0, True), (0.0, False), (-5e4, False)])
+def test_pressures_that_begin_at_an_atmosphere_and_fit_without_it_are_doubted(added, hinted):
+    """`data/muscle_a` is of gauge readings of 1 bar and more; the error without the atmosphere is that of before."""
+    muscle = read_experiment("data/muscle_a")
+    right = fit([muscle], [IdealCylinder(), CoulombFriction()])
+    c = compare(fit([shifted(muscle, added)], [IdealCylinder(), CoulombFriction()]), [muscle])
+    told = " ".join(doubts(c))
+    assert ('pressure = "absolute"' in told) == hinted
+    if hinted:
+        assert c.if_absolute == pytest.approx(right.rmse, rel=0.2)
+
+
+def shifted(experiment, pressure):
+    """The same readings with so much more in the pressure."""
+    recordings = [
+        dataclasses.replace(r, runs=tuple(dataclasses.replace(run, pressure=run.pressure + pressure) for run in r.runs))
+        for r in experiment.recordings
+    ]
+    return dataclasses.replace(experiment, recordings=tuple(recordings))
 
 
 def test_warnings_name_bounds_ties_and_what_is_held(study):

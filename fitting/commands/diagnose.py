@@ -29,6 +29,7 @@ def command(propose: bool, **given: Any) -> None:
     from fitting.diagnosis.proposal import proposal_in_words, proposal_result, proposed, require_sparse_regression
     from fitting.report import diagnosis_report, headed, lines, to_type
     from fitting.results import diagnosis_result
+    from fitting.showing.doubts import doubts
     from fitting.showing.next_step import after_diagnosis
     from fitting.showing.sentences import error_in_words, measurement_in_words
 
@@ -39,6 +40,7 @@ def command(propose: bool, **given: Any) -> None:
         found, compared = diagnosed(study.task, candidates, told)
         planned = following(study.task, found, told)
         form = proposed(found, told) if propose else None
+    study.print(lines("WARNING", doubts(compared), "yellow"))
     study.print(diagnosis_report(found, compared.unit))
     study.print(lines("NOTE", of_force(study.task.experiments)[1]))
     study.print([headed("ERROR", error_in_words(compared))])

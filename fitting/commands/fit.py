@@ -36,14 +36,16 @@ def command(**given: Any) -> None:
     from fitting.compare import compare
     from fitting.console.saving import save
     from fitting.console.task import fitted
-    from fitting.report import fit_report, headed
+    from fitting.report import fit_report, headed, lines
     from fitting.results import comparison_result, fit_result
+    from fitting.showing.doubts import doubts
     from fitting.showing.sentences import error_in_words, judged
 
     with study.working("fitting"):
         fit = fitted(study.task)
         found = compare(fit, study.task.experiments)
-    study.print([headed("RESULT", judged(found), "bold"), headed("ERROR", error_in_words(found)), *fit_report(fit)])
+    study.print([headed("RESULT", judged(found), "bold"), headed("ERROR", error_in_words(found))])
+    study.print([*lines("WARNING", doubts(found), "yellow"), *fit_report(fit)])
     study.print(save(study, fit))
     study.write(fit_result(fit) | {"comparison": comparison_result(found)})
     if study.asked.html:

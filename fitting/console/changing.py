@@ -41,6 +41,7 @@ class Change:
 
 def with_added(task: Task, names: Sequence[str]) -> tuple[Task, str]:
     """The task with effects added, each in place of its rival; and what was done, in words."""
+    names = tuple(dict.fromkeys(names))
     present = {name_of(effect): effect for effect in task.effects}
     for name in names:
         if name in present:

@@ -17,6 +17,7 @@ from fitting.results import provenance, shown_names
 from fitting.showing import maps
 from fitting.showing.cells import error_cells, range_cells, value_cells
 from fitting.showing.diagnosis_parts import alike, effects, meanings, tried
+from fitting.showing.doubts import doubts
 from fitting.showing.fall import fall_html
 from fitting.showing.loops_picture import frame, key, loops_html, thinned_in_words
 from fitting.showing.next_step import after_comparison, after_diagnosis
@@ -91,7 +92,7 @@ def page(
         lead=_lead(c, d, stages),
         typed=_typed(c, d, task),
         cards=_cards(c, d),
-        warnings=fit_in_words(c.fit),
+        warnings=[*doubts(c), *fit_in_words(c.fit)],
         sections=[section for section in sections if section is not None],
         style=pictures_style(),
         steps=len(steps),

@@ -4,8 +4,6 @@ import math
 from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from fitting import units
 from fitting.compare import Comparison
 from fitting.diagnosis.fingerprint import Fingerprint
@@ -23,7 +21,6 @@ FEWEST_RUNS = 4  # of which one can be called odd
 ALONE = 3.0  # times the error of the next: one run alone is off
 FLAT = 0.15  # an exponent that is none
 FOUND = ("missing", "one of", "not in the library")
-UNLIKELY = 0.3  # of full scale: no effect that is known leaves so much
 
 
 def amount(value: float | None, unit: str) -> str:
@@ -106,20 +103,6 @@ def floor_in_words(c: Comparison) -> str:
 def fails(c: Comparison) -> bool:
     """Whether the model leaves more than noise."""
     return c.rmse > NEAR_FLOOR * c.floor
-
-
-def unlikely_size(c: Comparison) -> list[str]:
-    """A hint where the model misses so much that a unit or a size is likelier to be wrong than the physics."""
-    rows = c.fit.problem.of_force(c.fit.samples)
-    measured, model = c.fit.samples.measured[rows], (c.fit.samples.measured + c.fit.residual)[rows]
-    if c.unit != "N" or c.share < UNLIKELY or not np.any(model):
-        return []
-    times = f"{float(model @ measured / (model @ model)):.2g}"
-    return [
-        f"What was measured is on the whole {times} times what a muscle of these sizes pulls. Check units and sizes "
-        "before any effect is looked for: 0.1 is kgf taken for N, 0.25 or 4 a diameter taken for the radius or the "
-        "reverse, 0.001 or 1000 a wrong prefix."
-    ]
 
 
 def judged(c: Comparison) -> str:

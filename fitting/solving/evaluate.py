@@ -87,3 +87,15 @@ def _refitted(fit: Fit, group: np.ndarray) -> np.ndarray:
 def left_out_rmse(fit: Fit) -> float:
     """The fit's root mean square error on runs left out of it, in the unit of its own."""
     return float(np.sqrt(np.mean(left_out(fit)[fit.problem.of_force(fit.samples)] ** 2)))
+
+
+def rmse_at_pressures(fit: Fit, shift: float) -> float:
+    """The error of the model fitted again with so much (Pa) more in every reading of the pressure."""
+    given = fit.problem.shifted(shift)
+    subset = subset_of(fit.layout, fit.vector, fit.free)
+    if fit.free:
+        rows = solve(given, subset, subset.place(subset.full)[None]).rows
+    else:
+        rows = given.rows(subset.full, subset.switches, None)
+    residual = np.asarray(rows)[: len(fit.samples)] * fit.samples.sigma
+    return float(np.sqrt(np.mean(residual[given.of_force(fit.samples)] ** 2)))
