@@ -10,7 +10,7 @@ from fitting.bins import Bins, bins, by_run
 from fitting.diagnosis.fingerprint import Fingerprint, exponents
 from fitting.diagnosis.parity import Cells, cells, pressure_bins
 from fitting.least_squares import Fit
-from fitting.reading.noise import noise_of
+from fitting.reading.noise import PRESUMED, noise_of
 from fitting.reading.repeats import Pair, drift, noise_floor, repeated
 from fitting.records import MOVING_TESTS, Experiment, Recording
 from fitting.residuals import Samples
@@ -170,7 +170,7 @@ def _noise_from(recording: Recording) -> str:
     """How `noise_of` knows."""
     if recording.noise is not None:
         return recording.noise_from or "as stated"
-    return "presumed" if recording.test == "static" else "from neighbouring readings"
+    return PRESUMED if recording.test == "static" else "from neighbouring readings"
 
 
 def _rms(residual: np.ndarray) -> float:

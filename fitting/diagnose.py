@@ -225,7 +225,10 @@ def _evidence(search: Search, name: str, passed: Mapping[frozenset[str], str]) -
 
 
 def _estimate(world: Universe, trial: Trial, name: str) -> dict[str, tuple[float, float]]:
-    """An effect's parameters as fitted, SI, each with its robust standard error; NaN at an end of the range."""
+    """An effect's parameters as fitted, SI, each with its robust standard error; NaN at an end of the range.
+
+    Without those along which nothing changes: they stand where the search began.
+    """
     if not len(trial.free):
         return {}
     cluster = clusters(world.samples, np.vstack([trial.slopes, trial.prior_slopes]))
@@ -235,8 +238,17 @@ def _estimate(world: Universe, trial: Trial, name: str) -> dict[str, tuple[float
     for entry, i in zip(names, world.layout.at(names), strict=True):
         value, k = float(trial.vector[i]), trial.free.index(entry)
         error = np.nan if entry in trial.at_bound else np.sqrt(robust[k, k])  # what stands at its bound has none
-        found[entry.split(".")[-1]] = value, float(error) * world.layout.entries[i].slope(value)
+        if error != 0:
+            found[entry.split(".")[-1]] = value, float(error) * world.layout.entries[i].slope(value)
     return found
+
+
+def _estimates(world: Universe, trial: Trial, effects: Sequence[str]) -> dict[str, tuple[float, float, str]]:
+    """The parameters of several effects by full name, with their units."""
+    units = {entry.name: entry.unit for entry in world.layout.entries}
+    every = ((effect, *each) for effect in effects for each in _estimate(world, trial, effect).items())
+    named = ((f"{effect}.{name}", known) for effect, name, known in every)
+    return {full: (*known, units.get(full, "1")) for full, known in named}
 
 
 def _explanation(search: Search, added: frozenset[str], passed: Mapping[frozenset[str], str]) -> Explanation:
@@ -254,4 +266,5 @@ def _explanation(search: Search, added: frozenset[str], passed: Mapping[frozense
         added in search.adequate,
         passed.get(added, standing.reason if standing else "not tested: others leave far less"),
         plausible(world, added, trial),
+        _estimates(world, trial, sorted(added)) if added in search.adequate else {},
     )

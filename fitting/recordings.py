@@ -13,6 +13,7 @@ import numpy as np
 from fitting import units
 from fitting.errors import InputError, unknown_name
 from fitting.reading.muscle_file import line_of, muscle_of, name_of, read_muscle, read_toml, source_of
+from fitting.reading.noise import one_load_cell
 from fitting.reading.plausible import check_plausible, without_copies
 from fitting.reading.readings import FEWEST_SAMPLES, POSITIONS, read_runs
 from fitting.reading.runs import run_of
@@ -57,7 +58,8 @@ def read_experiment(folder: Path | str) -> Experiment:
         digest.update(content)
     return without_copies(
         Experiment(
-            name_of(table, path), folder, muscle, tuple(recordings), priors, digest.hexdigest(), source_of(table, path),
+            name_of(table, path), folder, muscle, one_load_cell(recordings), priors, digest.hexdigest(),
+            source_of(table, path),
             units.unit_of(str(table["muscle"]["length"])),
         )
     )

@@ -31,6 +31,7 @@ from fitting.showing.sentences import (
     p_in_words,
     remark,
     stand_ins_in_words,
+    values_in_words,
     verdict_in_words,
     worst_in_words,
 )
@@ -39,6 +40,7 @@ WIDTH = 110  # where the output is no terminal
 BAR = 24
 LABEL = 9
 MOST_RUNS = 12
+MOST_VALUED = 3  # explanations of which the values are shown
 
 
 class Lasting(Console):
@@ -168,6 +170,7 @@ def diagnosis_report(d: Diagnosis, unit: str = "N") -> list[RenderableType]:
     shown.append(headed("SURE", p_in_words(d)))
     shown += lines("OR ELSE", stand_ins_in_words(d))
     shown += lines("ALIKE", (f"{' = '.join(group)}: these data cannot tell them apart" for group in d.classes))
+    shown += lines("VALUES", (values_in_words(e) for e in explained(d)[:MOST_VALUED] if e.estimate))
     shown += lines("NEAREST", (f"{effect_set(e.effects)}: {amount(e.rmse, unit)}" for e in d.nearest))
     return [*shown, *_evidence(d, unit)]
 
@@ -185,9 +188,16 @@ def _evidence(d: Diagnosis, unit: str) -> list[RenderableType]:
     for e in helping:
         table.add_row(e.name, *_evidence_cells(e, unit), style="bold" if e.adequate else "")
     shown = [_spaced(table), Text()] if helping or several else []
-    others = ", ".join(e.name for e in idle if e.name not in d.faint)
+    named = {name for names in d.explanations for name in names}
+    others = ", ".join(e.name for e in idle if e.name not in {*d.faint, *named})
     shown += [headed("NOT IT", f"{others}: hardly less error on runs left out with any of them")] if others else []
     return [*shown, *lines("NOT SEEN", (f"{', '.join(names)}: {why}" for why, names in blind.items()))]
+
+
+def explained(d: Diagnosis) -> list[Explanation]:
+    """The explanations that are named, with what was fitted, in the order of the verdict."""
+    known = {frozenset(e.effects): e for e in d.tried}
+    return [known[frozenset(names)] for names in d.explanations if frozenset(names) in known]
 
 
 def sets_named(d: Diagnosis) -> list[Explanation]:

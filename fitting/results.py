@@ -182,6 +182,10 @@ def _explanation(e: Explanation) -> dict[str, Any]:
         "p_value": e.p_value,
         "adequate": e.adequate,
         "reason": e.reason,
+        "estimate": {
+            name: {"value": value, "robust_error": error, "unit": unit}
+            for name, (value, error, unit) in e.estimate.items()
+        },
     }
 
 

@@ -19,7 +19,8 @@ def compared(folder):
 
 def spring_missing(c):
     """A diagnosis as `diagnose` would give it."""
-    best = Explanation(("linear_spring",), rmse=0.31, held_out_rmse=0.32, fall=9.0, p_value=0.4, adequate=True)
+    best = Explanation(("linear_spring",), rmse=0.31, held_out_rmse=0.32, fall=9.0, p_value=0.4, adequate=True,
+                       estimate={"linear_spring.K": (1600.0, 20.0, "N/m")})  # fmt: skip
     return Diagnosis(
         verdict="missing", negligible=False, explanations=(("linear_spring",),), classes=(("weight", "force_offset"),),
         nearest=(), leading=Leading(("linear_spring",), 0.98, 0.32, 4.0), p_value=0.001, level=0.01,

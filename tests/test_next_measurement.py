@@ -23,11 +23,12 @@ from fitting.diagnosis.working_noise import Noise as Memory
 from fitting.least_squares import fit
 from fitting.planning.candidates import FASTER, MUCH_FASTER, NODES, grid, on_specimen, shown, simulation
 from fitting.planning.foreseen import Varying
-from fitting.planning.protocol import plan_of, plan_result
+from fitting.planning.protocol import Plan, plan_of, plan_report, plan_result
 from fitting.planning.rejection import Drawn, Units
 from fitting.planning.separation import Outlook, Readings, of_means
 from fitting.planning.sharper import sharper
 from fitting.recordings import read_experiment
+from fitting.report import console
 from fitting.residuals import thinned
 from mckibben_jax.effect import name_of
 from mckibben_jax.effects import LIBRARY, CoulombFriction, IdealCylinder
@@ -279,7 +280,32 @@ def test_what_no_recording_separates_is_said(one_pressure):
     plan = plan_of(task, tied, ["folder"])
     assert plan.tied == ((("force_offset",), ("weight",)),)
     assert "as now" in plan.expected
+    assert plan.instruments == ("force_offset",)
     assert plan_result(plan, tied)["next_measurement"] is None
+
+
+def test_a_gauge_is_told_from_a_muscle_by_venting():
+    plan = Plan("", (), ((("pressure_offset",), ("dead_band",)),), "", None, (), ("pressure_offset",))
+    assert "vented" in shown_words(plan)
+    assert "vented" not in shown_words(replace(plan, instruments=()))
+
+
+def shown_words(plan):
+    out = console()
+    with out.capture() as captured:
+        for thing in plan_report(plan):
+            out.print(thing)
+    return captured.get()
+
+
+@pytest.mark.parametrize(("model", "named"), [(None, "folder/model.toml"), ("else where.toml", "'else where.toml'")])
+def test_a_rehearsal_names_the_model_that_was_given(one_pressure, model, named):
+    tied = left_tied(one_pressure[2], "viscous_damping", "linear_spring")
+    task = SimpleNamespace(experiments=(one_pressure[2],), library=KNOWN, fix=(), free=(), own=(), seed=0)
+    plan = plan_of(task, tied, ["folder"], model)
+    rehearsed = [command for command in plan.simulate if command]
+    assert rehearsed
+    assert all(f"mckibben simulate {named} " in command for command in rehearsed)
 
 
 def test_nothing_to_separate(one_pressure):

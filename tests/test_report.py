@@ -21,6 +21,8 @@ from fitting.showing.sentences import (
     judged,
     kind_in_words,
     leading_in_words,
+    measurement_in_words,
+    motions_in_words,
     p_in_words,
     verdict_in_words,
     with_error,
@@ -212,7 +214,44 @@ def test_presumed_noise_judges_nothing(study):
 @pytest.mark.parametrize(("share", "said"), [(0.8, "Mostly tip: "), (0.3, "tip does more than any other single ")])
 def test_what_does_less_than_half_is_not_most_of_it(share, said):
     lead = Leading(("tip",), share, 2.0, 3.0)
-    assert leading_in_words(SimpleNamespace(leading=lead, held_out_rmse=4.0)).startswith(said)
+    told = SimpleNamespace(verdict="not in the library", leading=lead, held_out_rmse=4.0)
+    assert leading_in_words(told).startswith(said)
+
+
+def test_a_lead_of_next_to_nothing_is_neither_told_nor_added_where_nothing_is_missing(diagnosis):
+    nothing = Leading(("tip",), 0.01, 2, 2)
+    faint = dataclasses.replace(diagnosis, verdict="inconclusive", explanations=(), leading=nothing)
+    assert leading_in_words(faint) is None
+    assert after_diagnosis(faint, ["here"]) == "mckibben plan here"
+    some = dataclasses.replace(faint, verdict="not in the library", leading=Leading(("tip",), 0.2, 2, 2))
+    assert after_diagnosis(some, ["here"]) == "mckibben diagnose here --propose"
+    most = dataclasses.replace(some, leading=Leading(("tip",), 0.8, 2, 2))
+    assert after_diagnosis(most, ["here"]) == "mckibben add here tip"
+
+
+def test_what_helps_only_with_another_is_not_called_idle(diagnosis):
+    """Missing: two effects, of which one does nothing by itself."""
+    pair = dataclasses.replace(diagnosis, explanations=(("linear_spring", "viscous_damping"),))
+    assert "NOT IT    end_stop:" in text_of(diagnosis_report(pair))
+
+
+def test_the_terminal_gives_the_values_of_what_is_missing(diagnosis):
+    assert "VALUES    linear_spring.K = 1.600 +/- 0.020 N/mm" in text_of(diagnosis_report(diagnosis))
+
+
+@pytest.mark.parametrize(("test", "verdict", "said"), [
+    ("step", "inconclusive", True), ("step", "missing", False), ("loop", "inconclusive", False),
+])  # fmt: skip
+def test_motions_that_say_nothing_as_force_are_looked_at_as_motions(diagnosis, test, verdict, said):
+    data = SimpleNamespace(recordings=(SimpleNamespace(test=test),))
+    told = motions_in_words(dataclasses.replace(diagnosis, verdict=verdict), [data])
+    assert bool(told) == said
+
+
+@pytest.mark.parametrize(("power", "said"), [(0.005, "0.5 % of the cases: no recording that was"), (0.9, "cases.")])
+def test_a_recording_that_hardly_decides_says_so(power, said):
+    planned = SimpleNamespace(what="12 loops", why="they differ", power=power)
+    assert said in " ".join(measurement_in_words(planned))
 
 
 @pytest.mark.parametrize("power", [0.75, 0.95])

@@ -209,6 +209,15 @@ def test_isometric_contraction_is_the_median():
     assert (run.contraction == np.median(contraction)).all()
 
 
+@pytest.mark.parametrize("zero", [-3e-6, 0.0, 2e-3])
+def test_a_muscle_held_at_rest_is_held_there_exactly(zero):
+    """A reading's error would else decide which way what goes with the contraction moves the braid."""
+    time, pressure, _ = staircase()
+    contraction = zero + 2e-5 * np.random.default_rng(0).standard_normal(len(time))
+    run = run_of(readings(time, contraction, pressure, pressure / 1e3), "isometric")
+    assert np.unique(run.contraction) == (pytest.approx(2e-3, rel=0.01) if zero == 2e-3 else [0.0])
+
+
 def test_pressure_rate_of_an_isometric_ramp():
     time = np.arange(401) * 0.05
     pressure = 5e5 * (1 - np.abs(time / 10 - 1)) + 1e4

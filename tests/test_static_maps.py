@@ -11,6 +11,7 @@ from hidden.study.sizes import hiding
 from fitting.diagnose import diagnose
 from fitting.diagnosis.flips import flipped_signs
 from fitting.diagnosis.working_noise import Kinds
+from fitting.reading.noise import noise_of, one_load_cell
 from fitting.recordings import read_experiment
 from fitting.residuals import problem
 from fitting.solving.unknowns import unknowns
@@ -52,6 +53,15 @@ def test_what_remembers_has_come_to_rest_at_a_point(points, effect):
     plain, _ = residual(points, IdealCylinder(), CoulombFriction(0.012))
     with_memory, _ = residual(points, IdealCylinder(), CoulombFriction(0.012), effect)
     np.testing.assert_allclose(with_memory, plain, atol=0.02)
+
+
+def test_points_at_low_pressure_are_presumed_no_better_than_the_rest(points):
+    """One load cell read them all: what is presumed of a reading goes by the largest force of the data set."""
+    (whole,) = (replace(recording, noise=None) for recording in points.recordings)
+    weak = replace(whole, runs=tuple(replace(run, measured=0.1 * run.measured) for run in whole.runs))
+    assert noise_of(weak) == pytest.approx(0.1 * noise_of(whole))
+    assert [noise_of(r) for r in one_load_cell([whole, weak])] == [noise_of(whole)] * 2
+    assert one_load_cell([replace(weak, noise=0.7), whole])[0].noise == 0.7
 
 
 @pytest.mark.parametrize("effect", REMEMBERING, ids=lambda e: type(e).__name__)

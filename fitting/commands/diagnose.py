@@ -31,7 +31,7 @@ def command(propose: bool, **given: Any) -> None:
     from fitting.results import diagnosis_result
     from fitting.showing.doubts import doubts
     from fitting.showing.next_step import after_diagnosis
-    from fitting.showing.sentences import error_in_words, measurement_in_words
+    from fitting.showing.sentences import error_in_words, measurement_in_words, motions_in_words
 
     candidates = candidates_of(study.task, given["candidates"], given["rivals"])
     if propose:
@@ -42,7 +42,8 @@ def command(propose: bool, **given: Any) -> None:
         form = proposed(found, told) if propose else None
     study.print(lines("WARNING", doubts(compared), "yellow"))
     study.print(diagnosis_report(found, compared.unit))
-    study.print(lines("NOTE", of_force(study.task.experiments)[1]))
+    notes = [*of_force(study.task.experiments)[1], *motions_in_words(found, study.task.experiments)]
+    study.print(lines("NOTE", notes))
     study.print([headed("ERROR", error_in_words(compared))])
     study.print([headed("MEASURE", " ".join(measurement_in_words(planned)))] if planned else [])
     after = after_diagnosis(found, study.asked.again, propose)

@@ -25,7 +25,7 @@ def command(**given: Any) -> None:
     with study.working("diagnosing") as told:
         found, _ = diagnosed(study.task, candidates, told)
         told("planning", 0.95)
-        plan = plan_of(study.task, found, study.asked.data)
+        plan = plan_of(study.task, found, study.asked.data, study.asked.model)
     report = [headed("VERDICT", verdict_in_words(found)), *plan_report(plan)]
     study.print(report)
     study.write(plan_result(plan, found))

@@ -35,6 +35,7 @@ class Explanation:
     adequate: bool
     reason: str = ""
     plausible: bool = True  # nothing added ends at its bound, no stated measurement is denied
+    estimate: dict[str, tuple[float, float, str]] = field(default_factory=dict)  # full name: value, error (SI), unit
 
 
 HELPS = 0.98  # of the left-out error: an effect that leaves more is not worth a line

@@ -17,9 +17,11 @@ from fitting.planning.sharper import sharper
 from fitting.report import headed, lines, to_type
 from fitting.results import measurement_result
 from fitting.showing.columns import columns
+from fitting.showing.next_step import typed
 from fitting.showing.sentences import effect_set, percent
 
 REST = 60.0  # s between recordings, for creep and warmth to fade
+INSTRUMENT = "instrument"  # the source of an effect that is none of the muscle's
 SURE = 0.8  # power from which a pair counts as separated
 
 Sets = tuple[str, ...]
@@ -35,10 +37,14 @@ class Plan:
     expected: str
     can: Shown
     simulate: tuple[str | None, ...]  # the command that rehearses each recording
+    instruments: tuple[str, ...] = ()  # of the effects that stay tied, those that an instrument shows by itself
 
 
-def plan_of(task: Task, diagnosis: Diagnosis, data: Sequence[str]) -> Plan:
-    """What to record: to separate explanations where several are left, else to see what is still unseen."""
+def plan_of(task: Task, diagnosis: Diagnosis, data: Sequence[str], model: str | None = None) -> Plan:
+    """What to record: to separate explanations where several are left, else to see what is still unseen.
+
+    `model` is the file to rehearse with; that beside the first data set unless given.
+    """
     extra = [kind() for kind in task.library.values()]
     asked: dict[str, Any] = {"fix": task.fix, "free": task.free, "own": task.own, "seed": task.seed}
     rivals = remaining(diagnosis)
@@ -53,9 +59,11 @@ def plan_of(task: Task, diagnosis: Diagnosis, data: Sequence[str]) -> Plan:
         expected = f"as now ({diagnosis.verdict}), or one of the effects shown is missing too" if steps else ""
     tested = of_force(task.experiments)[0][0].name
     can = shown(next(e for e in task.experiments if e.name == tested))
-    model = f"{data[0]}/{MODEL_FILE}" if data else MODEL_FILE
+    model = typed([model or (f"{data[0]}/{MODEL_FILE}" if data else MODEL_FILE)])
     rehearsals = (simulation(s.protocol, s.repeats, can, model, f"rehearsal_{n + 1}") for n, s in enumerate(steps))
-    return Plan(purpose, steps, tied, expected, can, tuple(rehearsals))
+    open_ones = dict.fromkeys(name for pair in tied for names in pair for name in names)
+    instruments = tuple(n for n in open_ones if n in task.library and task.library[n].source == INSTRUMENT)
+    return Plan(purpose, steps, tied, expected, can, tuple(rehearsals), instruments)
 
 
 def _still_tied(rivals: Sequence[Sets], steps: Sequence[NextMeasurement]) -> tuple[tuple[Sets, Sets], ...]:
@@ -96,7 +104,7 @@ def plan_report(plan: Plan) -> list[RenderableType]:
     """The protocol, and which pair is separated by what."""
     shown = [headed("PLAN", plan.purpose, "bold")]
     if not plan.steps:
-        return [*shown, headed("RECORD", "nothing that a force test on this rig, or a changed one, would show")]
+        return [*shown, headed("RECORD", _nothing(plan))]
     for number, (step, command) in enumerate(zip(plan.steps, plan.simulate, strict=True)):
         shown += [headed(f"RECORD {number + 1}", f"{step.what}. It takes {duration(step.seconds)}.", "bold")]
         shown += [headed("", f"Why: {step.why}.")]
@@ -106,6 +114,13 @@ def plan_report(plan: Plan) -> list[RenderableType]:
         shown.append(headed("ORDER", f"as listed, {duration(REST)} of rest without pressure between recordings"))
     cured = [_tie(plan, *pair) for pair in plan.tied]
     return [*shown, *lines("TIED", cured, "yellow"), headed("EXPECT", plan.expected), *_pairs(plan)]
+
+
+def _nothing(plan: Plan) -> str:
+    """Why no recording is proposed; and what does instead, where that is known."""
+    zero = ". Read the instrument by itself: a gauge while the muscle is vented, a load cell while nothing hangs on it"
+    shown = "nothing that a force test on this rig, or a changed one, would show"
+    return f"{shown}{zero}, and you know {' and '.join(plan.instruments)}" if plan.instruments else shown
 
 
 def _tie(plan: Plan, one: Sets, other: Sets) -> str:

@@ -1,10 +1,14 @@
 """How noisy one reading is, before any model is believed."""
 
+from collections.abc import Sequence
+from dataclasses import replace
+
 import numpy as np
 
-from fitting.records import Recording, Run
+from fitting.records import FORCE_TESTS, Recording, Run
 
 STATIC_SHARE = 0.005  # of full scale: what one point of a static map is taken to be good for, if nothing is stated
+PRESUMED = "presumed"  # where the noise is known from, if from nowhere
 THIRD = np.array([1.0, -3.0, 3.0, -1.0])
 
 
@@ -18,6 +22,19 @@ def noise_of(recording: Recording) -> float:
     scatter = [value for run in recording.runs for value in _third_differences(run)]
     estimate = 1.4826 * np.median(np.abs(scatter)) / np.sqrt(np.sum(THIRD**2)) if scatter else 0.0
     return float(max(estimate, resolution(recording) / np.sqrt(12), 1e-4 * scale, 1e-12))
+
+
+def one_load_cell(recordings: Sequence[Recording]) -> tuple[Recording, ...]:
+    """The same recordings; what is presumed of a static map's points goes by the largest force of the whole data set.
+
+    A map at low pressure, read by the same load cell, is not better for it.
+    """
+    scale = max((full_scale(r) for r in recordings if r.test in FORCE_TESTS), default=0.0)
+    presumed = STATIC_SHARE * scale
+    return tuple(
+        replace(r, noise=presumed, noise_from=PRESUMED) if r.test == "static" and r.noise is None else r
+        for r in recordings
+    )
 
 
 def resolution(recording: Recording) -> float:

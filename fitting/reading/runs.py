@@ -10,6 +10,7 @@ from fitting.reading import motion_signals as signals
 from fitting.records import Run
 
 AT_REST = 1e-9  # 1/s: a static point approached infinitely slowly; only the sign counts
+AT_ZERO = 1e-5  # contraction: a few micrometres, nearer to the length at rest than anybody sets it
 SMALLEST_LOOP = 0.01  # share of the stroke that a minor loop must have to be one
 SMALLEST_CYCLE = 0.08  # the same of the pressure: a port's pressure springs back when its valve closes
 NOISY_PRESSURE = 0.002  # share of the largest pressure from which its noise is worth smoothing
@@ -74,8 +75,19 @@ def _isometric(r: Readings) -> Run:
     pressure, pressure_rate = _pressure(r, branches)
     weight = _weight_away_from_edges(r, branches)
     weight = r.leave_out(weight, doubtful.clipped(r.measured, r.pressure), "reading saturated or muscle slack")
-    held = np.full_like(r.contraction, np.median(r.contraction[r.usable] if r.usable.any() else r.contraction))
+    held = np.full_like(r.contraction, _held(r.contraction[r.usable] if r.usable.any() else r.contraction))
     return _run(r, branches, pressure, pressure_rate, held, np.zeros_like(held), weight, branches.sign)
+
+
+def _held(contraction: np.ndarray) -> float:
+    """The contraction at which a muscle was held; exactly 0 where it cannot be told from the length at rest.
+
+    What goes with the contraction (a fitting that gives way) would else move the braid by nanometres this way or that,
+    as the reading's error has it, and dry friction follows the sign of any motion.
+    """
+    held = float(np.median(contraction))
+    scatter = 1.4826 * float(np.median(np.abs(contraction - held)))
+    return 0.0 if abs(held) <= max(scatter, AT_ZERO) else held
 
 
 def _static(r: Readings) -> Run:

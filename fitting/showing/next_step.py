@@ -8,6 +8,8 @@ from fitting.diagnosis.record import Diagnosis
 from fitting.records import Experiment
 from fitting.showing.sentences import fails
 
+MOST = 0.5  # of the squared error: what takes away less is not added for its own sake
+
 
 def after_comparison(c: Comparison, experiments: Sequence[Experiment], data: Sequence[str]) -> str | None:
     """The diagnosis, where the model fails; it reads forces, and motions as force, but no position without inertia."""
@@ -37,7 +39,7 @@ def after_diagnosis(d: Diagnosis, data: Sequence[str], proposed: bool = False) -
         first = d.leading.effects if d.leading is not None else ()
         chosen = next((names for names in d.explanations if names == first[:1]), d.explanations[0])
         return f"mckibben add {typed(data)} {' '.join(chosen)}"
-    if d.leading is not None:
+    if d.leading is not None and d.leading.share > MOST:
         return f"mckibben add {typed(data)} {d.leading.effects[0]}"
     if d.verdict == "not in the library":
         return None if proposed else f"mckibben diagnose {typed(data)} --propose"

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 from fitting import units
 from fitting.compare import Comparison
 from fitting.diagnosis.fingerprint import Fingerprint
-from fitting.diagnosis.record import Diagnosis, Evidence
+from fitting.diagnosis.record import Diagnosis, Evidence, Explanation
 from fitting.least_squares import Fit
-from fitting.records import OF_MOTION, Experiment
+from fitting.records import MOVING_TESTS, OF_MOTION, Experiment
 
 if TYPE_CHECKING:
     from fitting.next_measurement import NextMeasurement
@@ -17,9 +17,11 @@ if TYPE_CHECKING:
 SLOW = 6.0  # times the scatter of neighbouring readings: so much may still be noise that changes slowly
 NEAR_FLOOR = 1.5  # times the floor: what is left is hardly more than noise
 MOSTLY = 0.8
+HOPELESS = 0.1  # power of a recording that separates as good as nothing
 FEWEST_RUNS = 4  # of which one can be called odd
 ALONE = 3.0  # times the error of the next: one run alone is off
 FLAT = 0.15  # an exponent that is none
+SOME = 0.05  # of the squared error
 FOUND = ("missing", "one of", "not in the library")
 
 
@@ -205,6 +207,11 @@ def effect_set(names: Sequence[str]) -> str:
     return " + ".join(names) if names else "nothing"
 
 
+def values_in_words(e: Explanation) -> str:
+    """The numbers of an explanation, each with its robust standard error."""
+    return "; ".join(f"{name} = {units.show(value, unit, error)}" for name, (value, error, unit) in e.estimate.items())
+
+
 def most_alike(e: Evidence) -> str:
     """The effect whose mark is most like this one's; empty where none is."""
     return max(e.alike, key=lambda name: e.alike[name], default="")
@@ -235,13 +242,14 @@ def _verdict(d: Diagnosis) -> str:
 
 
 def leading_in_words(d: Diagnosis, unit: str = "N") -> str | None:
-    """What removes most of the error, whatever the verdict."""
-    if d.leading is None:
+    """What removes most of the error, whatever the verdict; None where next to nothing is removed or missing."""
+    if d.leading is None or (d.verdict not in FOUND and d.leading.share < SOME):
         return None
     lead = d.leading
     names = " or ".join(lead.effects)
     left = f"{amount(d.held_out_rmse, unit)} -> {amount(lead.held_out_rmse, unit)} on runs left out"
-    most = f"Mostly {names}" if lead.share > 0.5 else f"{names} does more than any other single effect"
+    most = f"{names} does more than any other single effect that contradicts no measured size"
+    most = f"Mostly {names}" if lead.share > 0.5 else most
     return f"{most}: {left}; it takes away {percent(lead.share)} of the squared error."
 
 
@@ -265,4 +273,18 @@ def stand_ins_in_words(d: Diagnosis) -> list[str]:
 
 def measurement_in_words(planned: "NextMeasurement") -> list[str]:
     """What to record next and why, and how surely it decides."""
-    return [f"{planned.what}: {planned.why}.", f"It tells them apart in {percent(planned.power)} of the cases."]
+    often = f"It tells them apart in {percent(planned.power)} of the cases"
+    if planned.power < HOPELESS:
+        often += ": no recording that was tried does better"
+    return [f"{planned.what}: {planned.why}.", f"{often}."]
+
+
+def motions_in_words(d: Diagnosis, experiments: Sequence[Experiment]) -> list[str]:
+    """Where motions were read as force and show nothing: the motions themselves may."""
+    moving = any(recording.test in MOVING_TESTS for each in experiments for recording in each.recordings)
+    if not moving or d.verdict in FOUND:
+        return []
+    return [
+        "a motion read as force is far noisier than the motion itself: 'mckibben compare' says how far the model "
+        "misses the motions, 'mckibben add DATASET EFFECT' whether an effect that you suspect mends that"
+    ]
