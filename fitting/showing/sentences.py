@@ -9,7 +9,7 @@ from fitting.compare import Comparison
 from fitting.diagnosis.fingerprint import Fingerprint
 from fitting.diagnosis.record import Diagnosis, Evidence, Explanation
 from fitting.least_squares import Fit
-from fitting.records import MOVING_TESTS, OF_MOTION, Experiment
+from fitting.records import FORCE_TESTS, MOVING_TESTS, OF_MOTION, Experiment
 
 if TYPE_CHECKING:
     from fitting.next_measurement import NextMeasurement
@@ -66,7 +66,11 @@ def data_in_words(experiments: Sequence[Experiment]) -> str:
     """What the data are: names, runs, samples."""
     runs = [run for e in experiments for recording in e.recordings for run in recording.runs]
     weighted = sum(int(run.weight.sum()) for run in runs)
-    tests = dict.fromkeys(recording.test for e in experiments for recording in e.recordings)
+    tests = dict.fromkeys(
+        "motions read as force" if recording.noise_from == OF_MOTION else recording.test
+        for e in experiments
+        for recording in e.recordings
+    )
     names = " and ".join(e.name for e in experiments)
     return f"{names}: {', '.join(tests)}; {len(runs)} runs, {weighted:,} samples that count"
 
@@ -280,11 +284,13 @@ def measurement_in_words(planned: "NextMeasurement") -> list[str]:
 
 
 def motions_in_words(d: Diagnosis, experiments: Sequence[Experiment]) -> list[str]:
-    """Where motions were read as force and show nothing: the motions themselves may."""
-    moving = any(recording.test in MOVING_TESTS for each in experiments for recording in each.recordings)
-    if not moving or d.verdict in FOUND:
+    """What errors are of, where motions were read as force; where these show nothing, that the motions may."""
+    tests = {recording.test for each in experiments for recording in each.recordings}
+    if not tests & {*MOVING_TESTS}:
         return []
-    return [
+    both = "the errors of effects count motions read as force too; that after ERROR is of what was measured as force"
+    coarse = (
         "a motion read as force is far noisier than the motion itself: 'mckibben compare' says how far the model "
         "misses the motions, 'mckibben add DATASET EFFECT' whether an effect that you suspect mends that"
-    ]
+    )
+    return [both] * bool(tests & {*FORCE_TESTS}) + [coarse] * (d.verdict not in FOUND)
