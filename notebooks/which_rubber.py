@@ -131,10 +131,12 @@ def twin(experiment, effects, share, seed=0):
     zero = jnp.zeros_like(time)
     states = State(contraction, pressure, zero, zero, zero, zero, time)
     force = np.array(eqx.filter_jit(lambda m, s: m.force(s))(model(experiment.muscle, *effects), states))
-    force = force + np.random.default_rng(seed).normal(0, share * force.max(), len(force))
+    noise = share * float(force.max())
+    force = force + np.random.default_rng(seed).normal(0, noise, len(force))
     parts = np.split(force, np.cumsum([len(run) for run in recording.runs])[:-1])
     runs = tuple(dataclasses.replace(run, measured=part) for run, part in zip(recording.runs, parts, strict=True))
-    return dataclasses.replace(experiment, name="made", recordings=(dataclasses.replace(recording, runs=runs),))
+    made = dataclasses.replace(recording, runs=runs, noise=noise)
+    return dataclasses.replace(experiment, name="made", recordings=(made,))
 
 
 @app.class_definition
