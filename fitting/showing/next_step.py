@@ -6,9 +6,7 @@ from collections.abc import Iterable, Sequence
 from fitting.compare import Comparison
 from fitting.diagnosis.record import Diagnosis
 from fitting.records import Experiment
-from fitting.showing.sentences import fails
-
-MOST = 0.5  # of the squared error: what takes away less is not added for its own sake
+from fitting.showing.sentences import MOST, fails
 
 
 def after_comparison(c: Comparison, experiments: Sequence[Experiment], data: Sequence[str]) -> str | None:

@@ -21,7 +21,7 @@ HOPELESS = 0.1  # power of a recording that separates as good as nothing
 FEWEST_RUNS = 4  # of which one can be called odd
 ALONE = 3.0  # times the error of the next: one run alone is off
 FLAT = 0.15  # an exponent that is none
-SOME = 0.05  # of the squared error
+SOME, MOST = 0.05, 0.5  # of the squared error: what takes away less is not told, not added for its own sake
 FOUND = ("missing", "one of", "not in the library")
 
 
@@ -253,7 +253,7 @@ def leading_in_words(d: Diagnosis, unit: str = "N") -> str | None:
     names = " or ".join(lead.effects)
     left = f"{amount(d.held_out_rmse, unit)} -> {amount(lead.held_out_rmse, unit)} on runs left out"
     most = f"{names} does more than any other single effect that contradicts no measured size"
-    most = f"Mostly {names}" if lead.share > 0.5 else most
+    most = f"Mostly {names}" if lead.share > MOST else most
     return f"{most}: {left}; it takes away {percent(lead.share)} of the squared error."
 
 
