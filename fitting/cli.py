@@ -15,6 +15,7 @@ from fitting.writing import FULL
 COMMANDS = ("demo", "init", "compare", "fit", "diagnose", "add", "drop", "discover", "plan", "posterior", "report",
             "hill", "simulate", "export", "design", "sweep", "effects", "equations", "cite", "workbench")  # fmt: skip
 
+
 class Stop(click.ClickException):
     """An error of the user's: one message, exit status 2."""
 

@@ -263,9 +263,7 @@ def _seconds(p: Protocol, repeats: int) -> float:
     return 2 * repeats * (p.branch_time + p.hold)
 
 
-def _judged(
-    given: Prospect, number: int, pairs: Sequence[tuple[int, int]], apart: np.ndarray
-) -> NextMeasurement:
+def _judged(given: Prospect, number: int, pairs: Sequence[tuple[int, int]], apart: np.ndarray) -> NextMeasurement:
     """A recording with as few loops as have the power, which is counted for its worst pair."""
     worst = pairs[int(np.argmin(apart))]
     repeats, power = REPEATS[-1], 0.0

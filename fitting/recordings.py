@@ -58,7 +58,12 @@ def read_experiment(folder: Path | str) -> Experiment:
         digest.update(content)
     return without_copies(
         Experiment(
-            name_of(table, path), folder, muscle, one_load_cell(recordings), priors, digest.hexdigest(),
+            name_of(table, path),
+            folder,
+            muscle,
+            one_load_cell(recordings),
+            priors,
+            digest.hexdigest(),
             source_of(table, path),
             units.unit_of(str(table["muscle"]["length"])),
         )

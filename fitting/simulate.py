@@ -122,20 +122,20 @@ def _imposed(course: Course) -> State:
 
 
 def _released(model: Model, course: Course) -> jax.Array:
-    from mckibben_jax.motion import release
+    from mckibben_jax.motion.motion import release
 
     return release(model, load=course.load, pressure=jnp.asarray(course.pressure), times=course.time)
 
 
 def _stepped(model: Model, course: Course) -> jax.Array:
-    from mckibben_jax.motion import step_response
+    from mckibben_jax.motion.motion import step_response
 
     start = _hung(model, course)
     return step_response(model, load=course.load, pressure=course.pressure, times=course.time, start=start)
 
 
 def _swept(model: Model, course: Course) -> jax.Array:
-    from mckibben_jax.isotonic import swept
+    from mckibben_jax.motion.isotonic import swept
 
     states = State(*(jnp.asarray(values) for values in (0 * course.time, course.pressure)), time=course.time)
     zero = jnp.zeros(len(course.time))
@@ -146,7 +146,7 @@ def _swept(model: Model, course: Course) -> jax.Array:
 
 def _hung(model: Model, course: Course) -> jax.Array:
     """Where the load hangs before anything moves: where the pull without friction carries it."""
-    from mckibben_jax.isotonic import standing
+    from mckibben_jax.motion.isotonic import standing
 
     return eqx.filter_jit(standing)(model, course.pressure[0], course.load)
 

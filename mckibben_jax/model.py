@@ -9,9 +9,9 @@ import jax.numpy as jnp
 
 from mckibben_jax.effect import Effect, Loss, Pull, blend, name_of
 from mckibben_jax.effects import ORDER
+from mckibben_jax.laws.shape import path_rate
 from mckibben_jax.memory import Memory, remember
 from mckibben_jax.muscle import Muscle
-from mckibben_jax.shape import path_rate
 from mckibben_jax.state import State
 
 Memories = tuple[Any, ...]  # one per effect; None where nothing is remembered
@@ -46,6 +46,7 @@ class Model(eqx.Module):
         Effects behind it that remember are left out. Everything is computed, what is not live being switched off: this
         goes into a root search, where branches cost more than they save, and no rates are needed.
         """
+
         def pull(state: State) -> jax.Array:
             for later in self.at("felt"):
                 effect = self.effects[later]

@@ -14,8 +14,8 @@ with app.setup(hide_code=True):
     from fitting.figures import BLUE, GREY, VERMILION
     from fitting.designs.figures import stroke_of, to_scale
     from fitting.console.prepare import prepare
-    from mckibben_jax.design import DESIGN_BASELINE, Limit, Task, design
-    from mckibben_jax.merit import QUANTITIES, built
+    from mckibben_jax.design.design import DESIGN_BASELINE, Limit, Task, design
+    from mckibben_jax.design.merit import QUANTITIES, built
     from mckibben_jax.muscle import Muscle
 
     prepare()

@@ -12,10 +12,12 @@ with app.setup(hide_code=True):
     from scipy.optimize import brentq, least_squares
 
     from fitting.figures import BLUE, GREEN, GREY, ORANGE, VERMILION
-    from mckibben_jax import biology, braid, textile
+    from mckibben_jax.laws import biology
+    from mckibben_jax.laws import braid
+    from mckibben_jax.laws import textile
     from mckibben_jax.effects import CoulombFriction, IdealCylinder
     from mckibben_jax.model import model
-    from mckibben_jax.motion import release
+    from mckibben_jax.motion.motion import release
     from mckibben_jax.muscle import Muscle
 
     jax.config.update("jax_enable_x64", True)

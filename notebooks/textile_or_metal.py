@@ -18,10 +18,13 @@ with app.setup(hide_code=True):
     from fitting.figures import BLUE, GREEN, GREY, ORANGE, SKY, VERMILION
     from fitting.releases.hill import Reading, hill_curve
     from fitting.console.prepare import prepare
-    from mckibben_jax import biology, braid, reynolds, textile
+    from mckibben_jax.laws import biology
+    from mckibben_jax.laws import braid
+    from mckibben_jax.laws import reynolds
+    from mckibben_jax.laws import textile
     from mckibben_jax.effects import CoulombFriction, IdealCylinder, KineticFriction, SupplyLag, ViscousDamping
     from mckibben_jax.model import model
-    from mckibben_jax.motion import moved
+    from mckibben_jax.motion.motion import moved
     from mckibben_jax.muscle import Muscle
     from mckibben_jax.parameter import parameters
     from mckibben_jax.state import State

@@ -13,7 +13,7 @@ with app.setup(hide_code=True):
     from fitting.figures import BLUE, GREEN, GREY, ORANGE, SKY, VERMILION
     from fitting.recordings import read_experiment
     from fitting.console.shipped import shipped
-    from mckibben_jax import braid
+    from mckibben_jax.laws import braid
     from mckibben_jax.effects import (
         BladderMooneyRivlin,
         ConicalEnds,

@@ -18,7 +18,8 @@ with app.setup(hide_code=True):
     from fitting.recordings import read_experiment
     from fitting.residuals import thinned
     from fitting.console.shipped import shipped, shipped_folder
-    from mckibben_jax import braid, textile
+    from mckibben_jax.laws import braid
+    from mckibben_jax.laws import textile
     from mckibben_jax.effects import BladderNeoHookean, IdealCylinder, KineticFriction, TextileFriction
 
     jax.config.update("jax_enable_x64", True)

@@ -10,7 +10,9 @@ with app.setup(hide_code=True):
     import numpy as np
 
     from fitting.figures import BLUE, GREEN, GREY, ORANGE, VERMILION
-    from mckibben_jax import braid, rubber, working_pressure
+    from mckibben_jax.laws import braid
+    from mckibben_jax.laws import rubber
+    from mckibben_jax.laws import working_pressure
 
     jax.config.update("jax_enable_x64", True)
 

@@ -5,9 +5,9 @@ import dataclasses
 import equinox as eqx
 import numpy as np
 
-from mckibben_jax.design import Limit, Task
+from mckibben_jax.design.design import Limit, Task
+from mckibben_jax.design.merit import QUANTITIES
 from mckibben_jax.effects import IdealCylinder
-from mckibben_jax.merit import QUANTITIES
 from mckibben_jax.muscle import Muscle
 
 MUSCLE = Muscle(length=0.3, radius=8e-3, braid_angle=np.radians(25.0), wall_thickness=1e-3, shear_modulus=0.54e6,

@@ -7,7 +7,7 @@ from math import radians
 import jax
 import jax.numpy as jnp
 
-from mckibben_jax import biology, braid, rubber, textile, working_pressure
+from mckibben_jax.laws import biology, braid, rubber, textile, working_pressure
 
 # One function per quantity; its arguments are the inputs it uses, by the names they have in golden.json
 # (a0 stands for alpha0_deg in radians, ri for the present radius of the bore by exact incompressibility).

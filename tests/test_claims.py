@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from scipy.optimize import least_squares
 
-from mckibben_jax import biology, braid, rubber, textile, working_pressure
+from mckibben_jax.laws import biology, braid, rubber, textile, working_pressure
 
 CLAIMS = json.loads((Path(__file__).parent / "claims.json").read_text())["claims"]
 A20, A30 = radians(20), radians(30)

@@ -289,7 +289,7 @@ def test_effects_are_listed_and_explained(tmp_path):
 
 def test_equations_are_listed_and_explained():
     assert "cylinder with conical ends" in run("equations").stdout
-    assert "mckibben_jax.braid.ideal_force" in run("equations", "10").stdout
+    assert "mckibben_jax.laws.braid.ideal_force" in run("equations", "10").stdout
     assert "no equation '225'" in refused("equations", "225")
 
 

@@ -8,7 +8,7 @@ from equation_cases import LENGTH, angles
 from hypothesis import given
 from hypothesis import strategies as st
 
-from mckibben_jax import biology, braid, rubber, textile, working_pressure
+from mckibben_jax.laws import biology, braid, rubber, textile, working_pressure
 
 # Units ---------------------------------------------------------------------------------------------------------------
 

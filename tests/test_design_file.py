@@ -17,10 +17,10 @@ from fitting.designs.words import describe
 from fitting.errors import InputError
 from fitting.reading.model_file import read_model
 from fitting.reading.own_effects import library
-from mckibben_jax.design import Limit, design, to_json
+from mckibben_jax.design.design import Limit, design, to_json
+from mckibben_jax.design.merit import built
+from mckibben_jax.design.pareto import Second
 from mckibben_jax.effects import BladderNeoHookean, IdealCylinder
-from mckibben_jax.merit import built
-from mckibben_jax.pareto import Second
 
 VARIED = BRAID + 'wall_thickness = ["0.3 mm", "3 mm"]\n'
 FILE = KNOWN + BREAKING + RUBBER + VARIED + FORCE + stroke("20 %") + MINIMUM + BURST

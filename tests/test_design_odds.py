@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 from designing import ALONE, BAR, IDEAL, MUSCLE, RANGES, TASK, quantity
 
-from mckibben_jax import braid
-from mckibben_jax.design import Limit, Task, design
+from mckibben_jax.design.design import Limit, Task, design
+from mckibben_jax.design.merit import built
+from mckibben_jax.design.pareto import Second, front
+from mckibben_jax.design.scatter import design_cautiously, odds, scatter_of
 from mckibben_jax.effects import Tip
-from mckibben_jax.merit import built
-from mckibben_jax.pareto import Second, front
-from mckibben_jax.scatter import design_cautiously, odds, scatter_of
+from mckibben_jax.laws import braid
 
 
 def test_half_of_what_is_made_keeps_an_active_limit_and_more_when_asked():

@@ -7,8 +7,8 @@ import pytest
 from designing import BAR, IDEAL, MUSCLE, RANGES, quantity
 from scipy.integrate import quad, solve_ivp
 
-from mckibben_jax import braid, gas, rubber
-from mckibben_jax.design import Task, quantities_of
+from mckibben_jax.design.design import Task, quantities_of
+from mckibben_jax.design.merit import QUANTITIES, built
 from mckibben_jax.effects import (
     BladderNeoHookean,
     CoulombFriction,
@@ -18,7 +18,7 @@ from mckibben_jax.effects import (
     SeriesCompliance,
     Tip,
 )  # fmt: skip
-from mckibben_jax.merit import QUANTITIES, built
+from mckibben_jax.laws import braid, gas, rubber
 
 
 def test_quantities_are_the_laws():

@@ -8,10 +8,10 @@ from designing import ALONE, BAR, IDEAL, MUSCLE, RANGES, TASK, quantity
 from fitting.designs.answer import answer
 from fitting.designs.order import DesignOrder
 from fitting.designs.words import describe, odds_in_words
-from mckibben_jax.design import Task, design
-from mckibben_jax.merit import built
-from mckibben_jax.pareto import Second
-from mckibben_jax.scatter import Odds
+from mckibben_jax.design.design import Task, design
+from mckibben_jax.design.merit import built
+from mckibben_jax.design.pareto import Second
+from mckibben_jax.design.scatter import Odds
 
 
 def test_where_one_design_is_best_in_both_that_is_said():

@@ -7,7 +7,7 @@ from equation_cases import LENGTH, angles, cones, moduli, radii, walls
 from hypothesis import given
 from hypothesis import strategies as st
 
-from mckibben_jax import braid, rubber, working_pressure
+from mckibben_jax.laws import braid, rubber, working_pressure
 
 # Energy audit --------------------------------------------------------------------------------------------------------
 

@@ -9,7 +9,7 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 from scipy import constants
 
-from mckibben_jax import biology, braid, rubber, textile, working_pressure
+from mckibben_jax.laws import biology, braid, rubber, textile, working_pressure
 
 # Identities ----------------------------------------------------------------------------------------------------------
 

@@ -20,9 +20,9 @@ from fitting.exporting.numpy_source import UnknownOperation, numpy_source
 from fitting.recordings import read_experiment
 from mckibben_jax.effect import Pulling, name_of
 from mckibben_jax.effects import LIBRARY, CoulombFriction, IdealCylinder, Mullins, TimeDelay
+from mckibben_jax.laws.shape import path_rate
 from mckibben_jax.memory import Memory
 from mckibben_jax.model import model
-from mckibben_jax.shape import path_rate
 
 LOOKS_BACK = (TimeDelay,)
 KINDS = [kind for kind in LIBRARY if kind not in LOOKS_BACK]

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 from benches import MUSCLE
 
-from mckibben_jax import braid
 from mckibben_jax.effect import Energy, Felt, Lost, name_of
 from mckibben_jax.effects import (
     LIBRARY,
@@ -30,6 +29,7 @@ from mckibben_jax.effects import (
     Tip,
     TipPressure,
 )
+from mckibben_jax.laws import braid
 from mckibben_jax.model import contributions, model, with_effects
 from mckibben_jax.muscle import Muscle
 from mckibben_jax.parameter import parameter, parameters

@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 from stick_slip import G, Truth, constant, moved, straight_between
 
-from mckibben_jax import motion
 from mckibben_jax.effects import (
     CoulombFriction,
     Creep,
@@ -22,8 +21,9 @@ from mckibben_jax.effects import (
     Tip,
     ViscousDamping,
 )
-from mckibben_jax.friction_step import push
 from mckibben_jax.model import Model, model
+from mckibben_jax.motion import motion
+from mckibben_jax.motion.friction_step import push
 from mckibben_jax.muscle import Muscle
 from mckibben_jax.state import State
 

@@ -31,8 +31,8 @@ from mckibben_jax.effects import (
     SupplyLag,
     Tip,
 )
-from mckibben_jax.isotonic import standing, swept
 from mckibben_jax.model import model
+from mckibben_jax.motion.isotonic import standing, swept
 from mckibben_jax.muscle import Muscle as Braid
 from mckibben_jax.state import State
 

@@ -5,8 +5,8 @@ import inspect
 import jax.numpy as jnp
 import pytest
 
-from mckibben_jax import braid, rubber, textile
-from mckibben_jax.review import EQUATIONS, lookup
+from mckibben_jax.laws import braid, rubber, textile
+from mckibben_jax.laws.review import EQUATIONS, lookup
 
 # A typical muscle, by the names of arguments; every function of the table is called with these.
 TYPICAL = {

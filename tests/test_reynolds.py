@@ -8,8 +8,8 @@ from scipy.constants import g
 from scipy.integrate import solve_ivp
 from scipy.optimize import least_squares
 
-from mckibben_jax.biology import voigt_acceleration
-from mckibben_jax.reynolds import affine, free_motion, rest_position
+from mckibben_jax.laws.biology import voigt_acceleration
+from mckibben_jax.laws.reynolds import affine, free_motion, rest_position
 
 MASS, STIFFNESS, FORCE, START = 12.0, 9000.0, 900.0, 0.01
 CRITICAL = 2 * np.sqrt(STIFFNESS * MASS)

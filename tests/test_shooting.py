@@ -15,10 +15,10 @@ from fitting.simulate import loop_courses, release_courses, step_courses, write_
 from fitting.solving.search import rows_and_slopes
 from fitting.solving.shooting import begun_by_shooting, shooting, with_shots
 from fitting.solving.unknowns import unknowns
-from mckibben_jax import motion
 from mckibben_jax.effect import name_of
 from mckibben_jax.effects import CoulombFriction, IdealCylinder, KineticFriction, SupplyLag, ViscousDamping
 from mckibben_jax.model import model
+from mckibben_jax.motion import motion
 from mckibben_jax.muscle import Muscle
 from mckibben_jax.parameter import parameters
 from mckibben_jax.state import State

@@ -14,8 +14,8 @@ import pytest
 from fitting.cli import COMMANDS, main
 from mckibben_jax.effect import name_of
 from mckibben_jax.effects import LIBRARY, SUPPLIES
+from mckibben_jax.laws.review import EQUATIONS
 from mckibben_jax.parameter import parameters
-from mckibben_jax.review import EQUATIONS
 
 ROOT = Path(__file__).parents[1]
 SITE = ROOT / "notebooks" / "site"

@@ -8,7 +8,6 @@ import pytest
 from scipy.integrate import solve_ivp
 from stick_slip import G, Truth
 
-from mckibben_jax import motion, valve
 from mckibben_jax.effects import (
     SUPPLIES,
     CoulombFriction,
@@ -20,8 +19,10 @@ from mckibben_jax.effects import (
     Tip,
     ViscousDamping,
 )
+from mckibben_jax.laws import valve
 from mckibben_jax.memory import remember
 from mckibben_jax.model import model
+from mckibben_jax.motion import motion
 from mckibben_jax.muscle import Muscle
 from mckibben_jax.parameter import parameters
 from mckibben_jax.state import State

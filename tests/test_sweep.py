@@ -12,7 +12,7 @@ from scipy.stats import qmc
 from sweeping import ALL, BEST, GRID, SAMPLE, order, table
 
 from fitting.designs.sweep import sweep
-from mckibben_jax.batch import Engine, Space
+from mckibben_jax.design.batch import Engine, Space
 
 
 def ideal(angle, radius):

@@ -11,7 +11,7 @@ from sweeping import ALL, BEST, FILE, SAMPLE, order, table
 
 from fitting.designs.sweep import sweep
 from fitting.errors import InputError
-from mckibben_jax.batch import Engine
+from mckibben_jax.design.batch import Engine
 
 
 @pytest.mark.parametrize("keep", [BEST, ALL])

@@ -10,8 +10,13 @@ from fitting.console.study import errors_for_machines
 
 @click.command("export", cls=Command)
 @click.argument("model")
-@click.option("--to", "form", required=True, type=click.Choice(["python", "table"]),
-              help="python: a module of plain numpy. table: force over contraction and pressure, both branches.")
+@click.option(
+    "--to",
+    "form",
+    required=True,
+    type=click.Choice(["python", "table"]),
+    help="python: a module of plain numpy. table: force over contraction and pressure, both branches.",
+)
 @click.option("--out", metavar="FILE", help="Where it goes; default muscle.py or muscle.csv. A table may be .parquet.")
 @click.option("--contraction", metavar="LIST", help="Table: from, to; default 0 to where the force vanishes.")
 @click.option("--pressure", default="0 bar,5 bar", show_default=True, metavar="LIST", help="Table: from, to.")

@@ -15,8 +15,14 @@ KINDS = ("loop", "isometric", "static", "isotonic", "quick release", "step")
 @click.command("simulate", cls=Command)
 @click.argument("model")
 @click.option("--test", default="loop", show_default=True, metavar="KIND", help=f"One of {', '.join(KINDS)}.")
-@click.option("--pressure", "--pressures", default="3 bar", show_default=True, metavar="LIST",
-              help="Loop, static, release: each in turn. Isometric, isotonic: value to value. Step: before, after.")
+@click.option(
+    "--pressure",
+    "--pressures",
+    default="3 bar",
+    show_default=True,
+    metavar="LIST",
+    help="Loop, static, release: each in turn. Isometric, isotonic: value to value. Step: before, after.",
+)
 @click.option("--turns", default="0,0.2,0", show_default=True, metavar="LIST", help="Loops: turning contractions.")
 @click.option("--speed", default="10 mm/s", show_default=True, metavar="VALUE", help="Loops: speed.")
 @click.option("--contraction", metavar="LIST", help="Held contractions: isometric 0, static 0 to 0.25 unless given.")

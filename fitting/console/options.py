@@ -133,8 +133,14 @@ candidate_options = bundle(
 )
 
 fit_options = bundle(
-    click.option("--starts", type=click.IntRange(1), default=8, show_default=True, metavar="N",
-                 help="Places that the search begins from."),
+    click.option(
+        "--starts",
+        type=click.IntRange(1),
+        default=8,
+        show_default=True,
+        metavar="N",
+        help="Places that the search begins from.",
+    ),
 )
 
 shooting_option = click.option(

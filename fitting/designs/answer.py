@@ -15,13 +15,13 @@ from fitting.designs.words import describe, front_in_words, odds_in_words
 from fitting.errors import InputError
 from fitting.reading.model_file import sealed
 from fitting.writing import write_text, write_whole
-from mckibben_jax.design import Design, Task, design, to_json
+from mckibben_jax.design.design import Design, Task, design, to_json
+from mckibben_jax.design.merit import built
+from mckibben_jax.design.pareto import front
+from mckibben_jax.design.scatter import design_cautiously, odds, one_sided, scatter_of
 from mckibben_jax.effect import name_of
-from mckibben_jax.merit import built
 from mckibben_jax.muscle import quantities as muscle_quantities
 from mckibben_jax.parameter import parameters
-from mckibben_jax.pareto import front
-from mckibben_jax.scatter import design_cautiously, odds, one_sided, scatter_of
 
 PICTURES = (".svg", ".pdf", ".png")
 

@@ -8,11 +8,11 @@ import numpy as np
 from fitting import units
 from fitting.designs.words import named
 from fitting.figures import BLUE, INK, ORANGE
-from mckibben_jax import braid
-from mckibben_jax.design import Design, Task
-from mckibben_jax.merit import QUANTITIES, built
+from mckibben_jax.design.design import Design, Task
+from mckibben_jax.design.merit import QUANTITIES, built
+from mckibben_jax.design.pareto import Second
+from mckibben_jax.laws import braid
 from mckibben_jax.muscle import Muscle
-from mckibben_jax.pareto import Second
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -1,4 +1,4 @@
-"""design.toml: what is wanted of a muscle, in any unit, as a task for `mckibben_jax.design`."""
+"""design.toml: what is wanted of a muscle, in any unit, as a task for `mckibben_jax.design.design`."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
@@ -14,9 +14,9 @@ from fitting.reading.model_file import read_model
 from fitting.reading.muscle_file import line_of, read_muscle_table, read_toml
 from fitting.reading.own_effects import library, named
 from fitting.reading.readings import CONTRACTIONS
-from mckibben_jax.design import DESIGN_BASELINE, Limit, Task
+from mckibben_jax.design.design import DESIGN_BASELINE, Limit, Task
+from mckibben_jax.design.merit import CONDITIONS, QUANTITIES, built, missing
 from mckibben_jax.effect import Effect, name_of
-from mckibben_jax.merit import CONDITIONS, QUANTITIES, built, missing
 from mckibben_jax.muscle import Muscle
 from mckibben_jax.muscle import quantities as muscle_quantities
 

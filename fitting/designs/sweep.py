@@ -17,7 +17,7 @@ import numpy as np
 from fitting.designs.sweep_file import Order
 from fitting.designs.sweep_files import PARQUET
 from fitting.designs.sweep_store import opened
-from mckibben_jax.batch import Batch, Engine, Histogram, Picked, Tally
+from mckibben_jax.design.batch import Batch, Engine, Histogram, Picked, Tally
 
 PIECE = 2**20  # designs of a file, or of one step of progress
 LOOK = 4096  # designs that the range of a histogram is taken from

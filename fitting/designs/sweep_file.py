@@ -23,9 +23,9 @@ from fitting.designs.file import (
     whole_number,
 )  # fmt: skip
 from fitting.errors import InputError, unknown_name
-from mckibben_jax.batch import Batch, Histogram, Space
-from mckibben_jax.design import Limit
-from mckibben_jax.merit import CONDITIONS, QUANTITIES, At
+from mckibben_jax.design.batch import Batch, Histogram, Space
+from mckibben_jax.design.design import Limit
+from mckibben_jax.design.merit import CONDITIONS, QUANTITIES, At
 from mckibben_jax.muscle import quantities as muscle_quantities
 
 WORDS = ("outputs", "keep", "at", "histogram")  # stand at the top of the file, or under [grid] or [sample]

@@ -44,7 +44,7 @@ _COMPILED: dict[str, Any] = {}  # a worker gets many pieces of the same sweep
 
 def _engine(order: Order, piece: int) -> Any:
     from fitting.designs.sweep_store import fingerprint
-    from mckibben_jax.batch import Engine
+    from mckibben_jax.design.batch import Engine
 
     mark = f"{fingerprint(order)}-{piece}"
     if mark not in _COMPILED:

@@ -21,7 +21,7 @@ from fitting.designs.sweep_file import Order, with_unit
 from fitting.designs.sweep_files import NO_ROOM, PARQUET, write_table, writer
 from fitting.errors import InputError
 from fitting.writing import refused, write_text, write_whole
-from mckibben_jax.batch import Batch, Histogram, Picked, Tally, joined, nothing
+from mckibben_jax.design.batch import Batch, Histogram, Picked, Tally, joined, nothing
 from mckibben_jax.effect import name_of
 from mckibben_jax.muscle import quantities as muscle_quantities
 from mckibben_jax.parameter import parameters

@@ -6,7 +6,7 @@ import numpy as np
 
 from fitting import units
 from fitting.designs.sweep import Swept
-from mckibben_jax.merit import QUANTITIES
+from mckibben_jax.design.merit import QUANTITIES
 from mckibben_jax.muscle import quantities as muscle_quantities
 
 SHOWN = 5

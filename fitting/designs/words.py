@@ -4,10 +4,10 @@ import math
 from collections.abc import Sequence
 
 from fitting import units
-from mckibben_jax.design import Design, Met
-from mckibben_jax.merit import CONDITIONS
-from mckibben_jax.pareto import Second
-from mckibben_jax.scatter import Odds
+from mckibben_jax.design.design import Design, Met
+from mckibben_jax.design.merit import CONDITIONS
+from mckibben_jax.design.pareto import Second
+from mckibben_jax.design.scatter import Odds
 
 # one more of what, as engineers say it: how much of the SI unit, by unit
 ONE_MORE = {"Pa": ("bar", 1e5), "m": ("mm", 1e-3), "rad": ("degree", 0.017453292519943295), "N": ("newton", 1.0),

@@ -18,10 +18,10 @@ from fitting.exporting.numpy_source import UnknownOperation, numpy_source
 from fitting.writing import write_text, write_whole
 from mckibben_jax.effect import name_of
 from mckibben_jax.model import Model
+from mckibben_jax.motion.stepping import Carried, begin, linearised, slow_force, step
 from mckibben_jax.muscle import quantities
 from mckibben_jax.parameter import parameters
 from mckibben_jax.state import State
-from mckibben_jax.stepping import Carried, begin, linearised, slow_force, step
 
 RIG = ("contraction", "pressure", "rate", "pressure_rate", "time")  # what the numpy module's state knows of the rig
 BRANCHES = {"contraction": 1.0, "elongation": -1.0}

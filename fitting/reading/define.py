@@ -20,9 +20,9 @@ from fitting.errors import InputError
 from fitting.reading.define_expression import KNOWN_FUNCTIONS, Expression, in_words, read_expression
 from mckibben_jax.effect import Pulling, name_of
 from mckibben_jax.effects import LIBRARY
+from mckibben_jax.laws.shape import shape
 from mckibben_jax.muscle import Muscle
 from mckibben_jax.parameter import parameter, parameters
-from mckibben_jax.shape import shape
 from mckibben_jax.state import State
 
 EXAMPLE = "screw = A*sin(2*pi*x/p), A = 1 N (-20..20), p = 12 mm (5..30)"

@@ -11,8 +11,8 @@ import numpy as np
 from fitting import units
 from fitting.errors import InputError, unknown_name
 from fitting.units import Measured
+from mckibben_jax.laws.rubber import shear_modulus_of_hardness
 from mckibben_jax.muscle import Muscle, quantities
-from mckibben_jax.rubber import shear_modulus_of_hardness
 
 TOP_KEYS = ("name", "muscle", "recording", "source")
 INSTEAD = ("cord_length", "turns", "hardness")  # other ways to say the braid angle and the shear modulus

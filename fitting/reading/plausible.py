@@ -16,7 +16,7 @@ from fitting.reading.readings import POSITIONS
 from fitting.reading.runs import Readings
 from fitting.reading.tables import Table
 from fitting.records import FORCE_TESTS, Experiment, Recording
-from mckibben_jax.braid import ideal_force
+from mckibben_jax.laws.braid import ideal_force
 from mckibben_jax.muscle import Muscle
 
 BEYOND = 30.0  # times the ideal force, or one part in as many: no muscle, a wrong unit (10^3, 100) or a dead sensor

@@ -57,9 +57,7 @@ def drift(pairs: tuple[Pair, ...]) -> float | None:
 
 def _branches(samples: Samples) -> list[np.ndarray]:
     """Positions of the samples of each half-loop, in the order of measurement."""
-    _, first, of = np.unique(
-        np.stack([samples.run, samples.half]), axis=1, return_index=True, return_inverse=True
-    )
+    _, first, of = np.unique(np.stack([samples.run, samples.half]), axis=1, return_index=True, return_inverse=True)
     parts = [np.flatnonzero(of == k) for k in np.argsort(first)]
     return [part for part in parts if len(part) >= FEWEST]
 

@@ -17,7 +17,7 @@ from fitting.bins import bins
 from fitting.errors import InputError
 from fitting.reading.noise import noise_of
 from fitting.records import Experiment, Run
-from mckibben_jax.biology import hill_velocity_ratio
+from mckibben_jax.laws.biology import hill_velocity_ratio
 
 TEST = "quick release"
 FEWEST_LOADS = 4  # three numbers are fitted

@@ -1,6 +1,5 @@
 """What speaks against a posterior although its chains may be perfect, and what else there is to know of it."""
 
-
 from fitting.least_squares import Fit
 from fitting.sampling.record import Missing, Quantity
 from fitting.sampling.target import Posed

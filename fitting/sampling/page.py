@@ -37,9 +37,7 @@ def _card(name: str, q: Quantity) -> tuple[str, str]:
 def posterior_sections(posterior: Posterior) -> list[Section]:
     """What a page shows of a posterior: the intervals, and whether readings lie where they should."""
     heads, *rows = table_rows(posterior.parameters)
-    priors = tuple(
-        Line((name, q.prior, f"{q.prior_sensitivity:.2f}")) for name, q in posterior.parameters.items()
-    )
+    priors = tuple(Line((name, q.prior, f"{q.prior_sensitivity:.2f}")) for name, q in posterior.parameters.items())
     words = (
         "Median and the interval that holds 90 % of the posterior. Contraction: how much of the prior's variance the "
         "data took away. Robust: if errors that a run (where runs are few, a loop) shares are allowed for.",

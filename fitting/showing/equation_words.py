@@ -9,7 +9,7 @@ from rich.text import Text
 
 from fitting.errors import InputError
 from fitting.report import headed, lines
-from mckibben_jax.review import EQUATIONS, Equation, lookup
+from mckibben_jax.laws.review import EQUATIONS, Equation, lookup
 
 STATUS = {"ok": "", "misprint": "misprint", "questionable": "questionable", "addition": "not in the review"}
 

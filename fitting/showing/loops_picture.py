@@ -155,8 +155,7 @@ def loops_html(frames: Sequence[Frame], models: Sequence[np.ndarray]) -> str:
     shown = []
     for one in frames:
         errors = "".join(
-            f'<b class="model m{k}">{rounded(one.panel.error(r), one.panel.unit, 2)}</b>'
-            for k, r in enumerate(models)
+            f'<b class="model m{k}">{rounded(one.panel.error(r), one.panel.unit, 2)}</b>' for k, r in enumerate(models)
         )
         shown.append(one.figure(models, f"{html.escape(one.panel.label)}: off by {errors}"))
     return f'<div class="loops">{"".join(shown)}</div>'

@@ -14,7 +14,7 @@ from mckibben_jax.state import State
 
 if TYPE_CHECKING:
     from fitting.residuals import Block
-    from mckibben_jax.motion import Moved, Nodes
+    from mckibben_jax.motion.motion import Moved, Nodes
 
 MOST_STEPS = 8000  # of one run: a longer one takes longer steps
 FEWEST_AT_REST = 3
@@ -22,7 +22,7 @@ FEWEST_AT_REST = 3
 
 def predicted(block: "Block", model: Model) -> jax.Array:
     """The shortening that the instrument would show at every sample of a recording, (runs, time), m."""
-    from mckibben_jax.isotonic import swept  # optimistix and diffrax are only needed where something moves
+    from mckibben_jax.motion.isotonic import swept  # optimistix and diffrax are only needed where something moves
 
     length, shift = model.muscle.length, _shift(block, model)
 
@@ -59,7 +59,7 @@ def _ridden(
     block: "Block", model: Model, states: State, load: jax.Array, start: jax.Array, nodes: "Nodes | None"
 ) -> "Moved":
     """The motion of one run: let go at t = 0 from rest, or free from the first sample."""
-    from mckibben_jax.motion import moved
+    from mckibben_jax.motion.motion import moved
 
     released = block.test == "quick release"
     begin = 0.0 if released else (start - _shift(block, model)) / model.muscle.length
@@ -100,7 +100,7 @@ def begin_of(test: str, first: float) -> float:
 
 def steps_of(recording: Recording) -> int:
     """Steps of integration that the longest run needs; 0 where nothing is integrated."""
-    from mckibben_jax.motion import STEP
+    from mckibben_jax.motion.motion import STEP
 
     if recording.test in (*FORCE_TESTS, "isotonic"):
         return 0

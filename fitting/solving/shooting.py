@@ -24,7 +24,7 @@ from fitting.records import MOVING_TESTS
 from fitting.residuals import Block, Problem
 from fitting.solving.positions import begin_of, shot
 from fitting.solving.search import Subset, solve
-from mckibben_jax.motion import Nodes
+from mckibben_jax.motion.motion import Nodes
 
 LOOSENESS = (0.03, 0.003, 0.0003)  # what a gap of one standard deviation is, of travel and largest speed
 STEPS = 50  # of each search

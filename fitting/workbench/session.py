@@ -207,7 +207,7 @@ def designed(spec: str, told: Progress) -> str:
     """The muscle that does best what a design file asks for, in words."""
     from fitting.designs.file import read_design
     from fitting.designs.words import describe
-    from mckibben_jax.design import design
+    from mckibben_jax.design.design import design
 
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "design.toml"

@@ -7,12 +7,12 @@ import jax.numpy as jnp
 import optimistix as optx
 from scipy import constants
 
-from mckibben_jax import braid, working_pressure
 from mckibben_jax.effect import Felt, Pull, measured
+from mckibben_jax.laws import braid, working_pressure
+from mckibben_jax.laws.shape import shape
 from mckibben_jax.memory import Memory, follow
 from mckibben_jax.muscle import Muscle
 from mckibben_jax.parameter import parameter
-from mckibben_jax.shape import shape
 from mckibben_jax.state import State
 
 

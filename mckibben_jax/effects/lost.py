@@ -5,12 +5,12 @@ from typing import ClassVar
 import jax
 import jax.numpy as jnp
 
-from mckibben_jax import biology, textile
 from mckibben_jax.effect import Loss, Lost, measured
+from mckibben_jax.laws import biology, textile
+from mckibben_jax.laws.shape import path, shape
 from mckibben_jax.memory import Memory, follow
 from mckibben_jax.muscle import Muscle
 from mckibben_jax.parameter import parameter
-from mckibben_jax.shape import path, shape
 from mckibben_jax.state import State
 
 

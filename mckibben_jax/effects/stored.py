@@ -5,11 +5,11 @@ import jax
 import jax.numpy as jnp
 from scipy import constants
 
-from mckibben_jax import braid, rubber
 from mckibben_jax.effect import Energy, Pulling, measured
+from mckibben_jax.laws import braid, rubber
+from mckibben_jax.laws.shape import shape
 from mckibben_jax.muscle import Muscle
 from mckibben_jax.parameter import as_scalar, parameter
-from mckibben_jax.shape import shape
 from mckibben_jax.state import State
 
 

@@ -10,12 +10,12 @@ import jax
 import jax.numpy as jnp
 from scipy import constants
 
-from mckibben_jax import valve
 from mckibben_jax.effect import Felt, Pull, Read
+from mckibben_jax.laws import valve
+from mckibben_jax.laws.shape import shape
 from mckibben_jax.memory import Memory
 from mckibben_jax.muscle import Muscle
 from mckibben_jax.parameter import parameter
-from mckibben_jax.shape import shape
 from mckibben_jax.state import State
 
 ONLY_WHEN_NAMED = "a candidate only when named: it shows where the pressure jumps"

@@ -19,7 +19,7 @@ from fitting.showing.equation_words import STATUS, called
 from mckibben_jax.effect import Effect, name_of
 from mckibben_jax.effects import LIBRARY, SUPPLIES
 from mckibben_jax.parameter import parameters
-from mckibben_jax.review import EQUATIONS
+from mckibben_jax.laws.review import EQUATIONS
 
 ROOT = Path(__file__).resolve().parents[2]
 EFFECTS = (*LIBRARY, *SUPPLIES)
@@ -61,7 +61,10 @@ def cell(text: str) -> str:
 
 def effects_page() -> str:
     """All effects by stage."""
-    told = ["# Effects", f"{len(EFFECTS)} effects. A model is a set of them; an effect of your own counts like any other."]
+    told = [
+        "# Effects",
+        f"{len(EFFECTS)} effects. A model is a set of them; an effect of your own counts like any other.",
+    ]
     for stage, question in STAGES.items():
         told += [f"## {stage}: {question}", "| effect | parameters | what it is |\n|---|---|---|"]
         rows = [f"| [`{name_of(k)}`]({name_of(k)}.md) | {', '.join(f'`{p.name}`' for p in parameters(k))} | "
@@ -106,10 +109,16 @@ def errata_page() -> str:
         "misprinted or questionable; those that differ from print keep the printed form under a name of its own, so that "
         "the two can be compared. `mckibben equations 25` shows one in the terminal.",
         "| equation | quantity | in print |\n|---|---|---|\n"
-        + "\n".join(f"| [{e.number}](#{anchor(e.number)}) | {cell(e.quantity)} | {STATUS[e.status]} |" for e in EQUATIONS),
+        + "\n".join(
+            f"| [{e.number}](#{anchor(e.number)}) | {cell(e.quantity)} | {STATUS[e.status]} |" for e in EQUATIONS
+        ),
     ]
     for e in EQUATIONS:
-        told += [f"## {e.number}: {cell(e.quantity)} {{ #{anchor(e.number)} }}", f"`{e.formula}`", f"*{cell(e.symbols)}*"]
+        told += [
+            f"## {e.number}: {cell(e.quantity)} {{ #{anchor(e.number)} }}",
+            f"`{e.formula}`",
+            f"*{cell(e.symbols)}*",
+        ]
         told += [f"**In print: {STATUS[e.status] or 'correct'}.** {cell(e.correction)}"]
         told += [f"Call `{called(e.function)}`" + (f"; as printed `{called(e.printed)}`" if e.printed else "")]
     return "\n\n".join(told) + "\n"
@@ -147,7 +156,10 @@ def python_names() -> list[str]:
 
 def python_page() -> str:
     """The stable names with their docstrings."""
-    told = ["# Python", "Names that are kept from version to version (`tests/test_public_api.py`). Everything is in SI units."]
+    told = [
+        "# Python",
+        "Names that are kept from version to version (`tests/test_public_api.py`). Everything is in SI units.",
+    ]
     package = ""
     for name in python_names():
         if name.split(".")[0] != package:

@@ -27,9 +27,9 @@ from fitting.residuals import problem
 from fitting.solving.search import rows_and_slopes, solve
 from fitting.solving.shooting import begun_by_shooting
 from fitting.solving.unknowns import unknowns
-from mckibben_jax import motion
 from mckibben_jax.effects import IdealCylinder, KineticFriction, TextileFriction, Tip, ViscousDamping
 from mckibben_jax.model import model
+from mckibben_jax.motion import motion
 from mckibben_jax.muscle import Muscle
 
 MUSCLES = {"rayon": RAYON, "iron": IRON}

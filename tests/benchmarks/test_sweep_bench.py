@@ -17,11 +17,11 @@ import numpy as np
 import pytest
 from scipy.optimize import Bounds, minimize
 
-from mckibben_jax.batch import Batch, Engine, Histogram, Space, joined, nothing
-from mckibben_jax.design import Limit, Task, limits_of, quantities_of, search_of, settle
+from mckibben_jax.design.batch import Batch, Engine, Histogram, Space, joined, nothing
+from mckibben_jax.design.design import Limit, Task, limits_of, quantities_of, search_of, settle
+from mckibben_jax.design.optimum import NEAR, Search, climb
 from mckibben_jax.effects import IdealCylinder
 from mckibben_jax.muscle import Muscle
-from mckibben_jax.optimum import NEAR, Search, climb
 
 numba = pytest.importorskip("numba")
 
@@ -49,7 +49,7 @@ def batch(count, best=0, limits=LIMITS):
 @functools.cache
 def steps():
     """What makes the sample: shifts and steps of the sequence, and the ranges, for the rivals."""
-    from mckibben_jax.batch import turns
+    from mckibben_jax.design.batch import turns
 
     shift = np.random.default_rng(0).integers(2**64, size=3, dtype=np.uint64)
     low, high = np.array(list(RANGES.values())).T

@@ -8,8 +8,8 @@ from typing import NamedTuple
 import jax
 import jax.numpy as jnp
 
+from mckibben_jax.laws.shape import path_rate
 from mckibben_jax.model import Memories, Model
-from mckibben_jax.shape import path_rate
 from mckibben_jax.state import State
 
 STRIDE = 0.01  # of the length: how far a muscle comes from at each turn of `settled`

@@ -14,7 +14,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, ArrayLike
 
-from mckibben_jax.braid import ideal_force, radius_ratio, slope, tan_angle
+from mckibben_jax.laws.braid import ideal_force, radius_ratio, slope, tan_angle
 
 # What is left of the squared bore, relative to rest, when the wall energy stops growing: a tube cannot close further.
 _CLOSED = 1e-6

@@ -9,7 +9,7 @@ from collections.abc import Callable
 from difflib import get_close_matches
 from typing import NamedTuple
 
-from mckibben_jax import biology, braid, rubber, textile, working_pressure
+from mckibben_jax.laws import biology, braid, rubber, textile, working_pressure
 
 
 class Equation(NamedTuple):

@@ -10,7 +10,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from mckibben_jax import braid
+from mckibben_jax.laws import braid
 from mckibben_jax.memory import Memory
 from mckibben_jax.model import Model
 from mckibben_jax.state import State

@@ -14,13 +14,13 @@ from typing import Any
 import jax
 import numpy as np
 
-from mckibben_jax import merit
+from mckibben_jax.design import merit
+from mckibben_jax.design.merit import QUANTITIES, At, built
+from mckibben_jax.design.optimum import ACTIVE, NEAR, Search, climb, multipliers, nearest
 from mckibben_jax.effect import Effect
 from mckibben_jax.effects import BladderNeoHookean, IdealCylinder
-from mckibben_jax.merit import QUANTITIES, At, built
 from mckibben_jax.muscle import Muscle
 from mckibben_jax.muscle import quantities as muscle_quantities
-from mckibben_jax.optimum import ACTIVE, NEAR, Search, climb, multipliers, nearest
 
 DESIGN_BASELINE: tuple[type[Effect], ...] = (IdealCylinder, BladderNeoHookean)
 SAME = 1e-5  # of the objective: so far apart may be what different starts call the same best

@@ -10,9 +10,9 @@ from dataclasses import dataclass
 import jax
 import numpy as np
 
-from mckibben_jax.design import Design, Limit, Task, limits_of, quantities_of, search_of, settle
-from mckibben_jax.merit import At
-from mckibben_jax.optimum import Search, climb
+from mckibben_jax.design.design import Design, Limit, Task, limits_of, quantities_of, search_of, settle
+from mckibben_jax.design.merit import At
+from mckibben_jax.design.optimum import Search, climb
 
 STARTS = 2  # of each point, besides the end of the point before
 

@@ -16,9 +16,9 @@ import numpy as np
 from jaxtyping import ArrayLike
 from scipy import constants
 
-from mckibben_jax.friction_step import Law, push
+from mckibben_jax.laws.shape import path_rate
 from mckibben_jax.model import Memories, Model
-from mckibben_jax.shape import path_rate
+from mckibben_jax.motion.friction_step import Law, push
 from mckibben_jax.state import State
 
 STEP = 2.5e-4  # s: errors of some 1e-6 m; 1e-3 s is enough for screening

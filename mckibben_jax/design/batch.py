@@ -19,9 +19,9 @@ import jax.numpy as jnp
 import numpy as np
 from jax.sharding import Mesh, PartitionSpec
 
-from mckibben_jax.design import Limit
+from mckibben_jax.design.design import Limit
+from mckibben_jax.design.merit import At, built, evaluate
 from mckibben_jax.effect import Effect
-from mckibben_jax.merit import At, built, evaluate
 from mckibben_jax.muscle import Muscle
 
 BLOCK = 2048  # designs evaluated at once on one device: their intermediate results stay in the cache

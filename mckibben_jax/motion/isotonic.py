@@ -12,9 +12,9 @@ import jax
 import jax.numpy as jnp
 import optimistix as optx
 
+from mckibben_jax.laws.shape import path
 from mckibben_jax.model import Memories, Model
-from mckibben_jax.motion import MOST_CONTRACTION
-from mckibben_jax.shape import path
+from mckibben_jax.motion.motion import MOST_CONTRACTION
 from mckibben_jax.state import State
 
 MOST_STEPS = 30  # of Newton's method; a smooth law takes 3 to 5

@@ -3,7 +3,7 @@
 import equinox as eqx
 import jax
 
-from mckibben_jax import braid
+from mckibben_jax.laws import braid
 from mckibben_jax.muscle import Muscle
 from mckibben_jax.state import State
 

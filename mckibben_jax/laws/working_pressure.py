@@ -9,8 +9,8 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, ArrayLike
 
-from mckibben_jax import rubber
-from mckibben_jax.braid import radius_ratio, tan_angle, zero_between
+from mckibben_jax.laws import rubber
+from mckibben_jax.laws.braid import radius_ratio, tan_angle, zero_between
 
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(32)
 # Latex bladders that failed at these largest contractions after so many cycles; Klute and Hannaford 1998 in Tondu 2012.

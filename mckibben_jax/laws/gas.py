@@ -3,7 +3,7 @@
 import jax.numpy as jnp
 from jaxtyping import Array, ArrayLike
 
-from mckibben_jax.valve import REFERENCE_PRESSURE
+from mckibben_jax.laws.valve import REFERENCE_PRESSURE
 
 ATMOSPHERE = 101325.0  # Pa, absolute
 CRITICAL_RATIO = 0.3  # outlet over inlet pressure below which the flow of a common valve is choked

@@ -11,12 +11,12 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 
-from mckibben_jax import braid, gas, working_pressure
+from mckibben_jax.design.stroke import free_contraction, friction, integral, pull
 from mckibben_jax.effect import Effect, measured
+from mckibben_jax.laws import braid, gas, working_pressure
 from mckibben_jax.model import Model, model
 from mckibben_jax.muscle import Muscle
 from mckibben_jax.parameter import parameters
-from mckibben_jax.stroke import free_contraction, friction, integral, pull
 
 At = dict[str, Any]  # the conditions of a quantity, see CONDITIONS; and the stroke there, where it is known already
 RUBBER = {"G": "shear_modulus", "C10": "mooney_c10", "C01": "mooney_c01"}  # parameter of a wall: what is measured of it

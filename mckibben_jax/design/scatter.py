@@ -14,8 +14,8 @@ import jax.numpy as jnp
 import numpy as np
 from scipy.stats import norm, qmc
 
-from mckibben_jax import merit
-from mckibben_jax.design import Design, Limit, Task, search_of, settle, wanted_of, with_values
+from mckibben_jax.design import merit
+from mckibben_jax.design.design import Design, Limit, Task, search_of, settle, wanted_of, with_values
 from mckibben_jax.model import Model
 from mckibben_jax.muscle import Muscle
 
