@@ -7,12 +7,12 @@ with app.setup(hide_code=True):
     import marimo as mo
     from drawing import errors, loops
 
-    from fitting.diagnose import diagnose
-    from fitting.figures import Stage, waterfall
-    from fitting.least_squares import fit
-    from fitting.console.prepare import prepare
-    from fitting.recordings import read_experiment
-    from fitting.console.shipped import shipped
+    from fitting.diagnosis.diagnose import diagnose
+    from fitting.report.figures import Stage, waterfall
+    from fitting.least_squares.fit import fit
+    from fitting.compiled.prepare import prepare
+    from fitting.recordings.experiment import read_experiment
+    from fitting.shipped import shipped
     from mckibben_jax.effects import (
         BladderNeoHookean,
         CoulombFriction,

@@ -10,14 +10,14 @@ with app.setup(hide_code=True):
     import marimo as mo
     from drawing import loops
 
-    from fitting.compare import compare
+    from fitting.comparison.compare import compare
     from fitting.errors import InputError
-    from fitting.reading.init import write_muscle_file
-    from fitting.least_squares import fit
-    from fitting.console.prepare import prepare
-    from fitting.recordings import read_experiment
-    from fitting.showing.sentences import error_in_words, kind_in_words, with_error
-    from fitting.console.shipped import shipped
+    from fitting.recordings.template import write_muscle_file
+    from fitting.least_squares.fit import fit
+    from fitting.compiled.prepare import prepare
+    from fitting.recordings.experiment import read_experiment
+    from fitting.report.sentences import error_in_words, kind_in_words, with_error
+    from fitting.shipped import shipped
     from mckibben_jax.effects import CoulombFriction, IdealCylinder
 
     prepare()

@@ -7,16 +7,16 @@ with app.setup(hide_code=True):
     import marimo as mo
     from drawing import errors, loops
 
-    from fitting.compare import compare
-    from fitting.diagnose import diagnose
-    from fitting.discover import with_added
-    from fitting.figures import effects_picture
-    from fitting.least_squares import fit
-    from fitting.reading.own_effects import library, named
-    from fitting.console.prepare import prepare
-    from fitting.recordings import read_experiment
-    from fitting.showing.sentences import kind_in_words, leading_in_words, verdict_in_words
-    from fitting.console.shipped import sealed, shipped
+    from fitting.comparison.compare import compare
+    from fitting.diagnosis.diagnose import diagnose
+    from fitting.diagnosis.discover import with_added
+    from fitting.report.figures import effects_picture
+    from fitting.least_squares.fit import fit
+    from fitting.library.library import library, named
+    from fitting.compiled.prepare import prepare
+    from fitting.recordings.experiment import read_experiment
+    from fitting.report.sentences import kind_in_words, leading_in_words, verdict_in_words
+    from fitting.shipped import sealed, shipped
     from mckibben_jax.effects import CoulombFriction, IdealCylinder
 
     prepare()

@@ -12,12 +12,12 @@ with app.setup(hide_code=True):
     import numpy as np
     from drawing import errors
 
-    from fitting.reading.define import defined
-    from fitting.diagnose import diagnose
-    from fitting.least_squares import fit
-    from fitting.console.prepare import prepare
-    from fitting.recordings import read_experiment
-    from fitting.console.shipped import shipped
+    from fitting.library.line import defined
+    from fitting.diagnosis.diagnose import diagnose
+    from fitting.least_squares.fit import fit
+    from fitting.compiled.prepare import prepare
+    from fitting.recordings.experiment import read_experiment
+    from fitting.shipped import shipped
     from mckibben_jax.effect import Pulling
     from mckibben_jax.effects import BladderNeoHookean, CoulombFriction, IdealCylinder, LinearSpring, Tip
     from mckibben_jax.parameter import parameter

@@ -8,13 +8,13 @@ with app.setup(hide_code=True):
     import matplotlib.pyplot as plt
     import numpy as np
 
-    from fitting.figures import BLUE, GREEN, GREY, VERMILION
-    from fitting.releases.figures import speed_over_load
-    from fitting.releases.hill import curves, releases
-    from fitting.least_squares import fit
-    from fitting.console.prepare import prepare
-    from fitting.recordings import read_experiment
-    from fitting.console.shipped import sealed, shipped
+    from fitting.report.figures import BLUE, GREEN, GREY, VERMILION
+    from fitting.report.hill_figures import speed_over_load
+    from fitting.hill.hill import curves, releases
+    from fitting.least_squares.fit import fit
+    from fitting.compiled.prepare import prepare
+    from fitting.recordings.experiment import read_experiment
+    from fitting.shipped import sealed, shipped
     from mckibben_jax.effects import BladderNeoHookean, Hill, IdealCylinder, KineticFriction, TextileFriction
 
     prepare()

@@ -7,12 +7,12 @@ with app.setup(hide_code=True):
     import marimo as mo
 
     from fitting import units
-    from fitting.sampling.figures import pairs
-    from fitting.least_squares import fit
-    from fitting.posterior import sample
-    from fitting.console.prepare import prepare
-    from fitting.recordings import read_experiment
-    from fitting.console.shipped import sealed, shipped
+    from fitting.report.posterior_figures import pairs
+    from fitting.least_squares.fit import fit
+    from fitting.posterior.sample import sample
+    from fitting.compiled.prepare import prepare
+    from fitting.recordings.experiment import read_experiment
+    from fitting.shipped import sealed, shipped
     from mckibben_jax.effects import CoulombFriction, IdealCylinder, TextileFriction
 
     prepare()

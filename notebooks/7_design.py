@@ -10,10 +10,10 @@ with app.setup(hide_code=True):
     import matplotlib.pyplot as plt
     import numpy as np
 
-    from fitting.designs.words import describe, prices
-    from fitting.figures import BLUE, GREY, VERMILION
-    from fitting.designs.figures import stroke_of, to_scale
-    from fitting.console.prepare import prepare
+    from fitting.report.design_text import describe, prices
+    from fitting.report.figures import BLUE, GREY, VERMILION
+    from fitting.report.design_figures import stroke_of, to_scale
+    from fitting.compiled.prepare import prepare
     from mckibben_jax.design.design import DESIGN_BASELINE, Limit, Task, design
     from mckibben_jax.design.merit import QUANTITIES, built
     from mckibben_jax.muscle import Muscle

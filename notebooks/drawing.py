@@ -4,10 +4,10 @@ import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.figure import Figure
 
-from fitting.figures import BLUE, GREEN, GREY, ORANGE, SKY, VERMILION
-from fitting.least_squares import Fit
-from fitting.showing.panels import Panel, panels
-from fitting.records import Experiment
+from fitting.report.figures import BLUE, GREEN, GREY, ORANGE, SKY, VERMILION
+from fitting.least_squares.fit import Fit
+from fitting.report.panels import Panel, panels
+from fitting.recordings.records import Experiment
 
 COLOURS = (BLUE, SKY, GREEN, ORANGE, VERMILION)
 

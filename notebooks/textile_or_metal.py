@@ -15,9 +15,9 @@ with app.setup(hide_code=True):
     from scipy.optimize import least_squares
     from scipy.stats import qmc
 
-    from fitting.figures import BLUE, GREEN, GREY, ORANGE, SKY, VERMILION
-    from fitting.releases.hill import Reading, hill_curve
-    from fitting.console.prepare import prepare
+    from fitting.report.figures import BLUE, GREEN, GREY, ORANGE, SKY, VERMILION
+    from fitting.hill.hill import Reading, hill_curve
+    from fitting.compiled.prepare import prepare
     from mckibben_jax.laws import biology
     from mckibben_jax.laws import braid
     from mckibben_jax.laws import reynolds

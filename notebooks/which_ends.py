@@ -10,9 +10,9 @@ with app.setup(hide_code=True):
     import numpy as np
     from which_rubber import Judge, gain, table, verdict
 
-    from fitting.figures import BLUE, GREEN, GREY, ORANGE, SKY, VERMILION
-    from fitting.recordings import read_experiment
-    from fitting.console.shipped import shipped
+    from fitting.report.figures import BLUE, GREEN, GREY, ORANGE, SKY, VERMILION
+    from fitting.recordings.experiment import read_experiment
+    from fitting.shipped import shipped
     from mckibben_jax.laws import braid
     from mckibben_jax.effects import (
         BladderMooneyRivlin,

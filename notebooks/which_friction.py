@@ -13,11 +13,11 @@ with app.setup(hide_code=True):
     import numpy as np
     from scipy import stats
 
-    from fitting.figures import BLUE, GREEN, GREY, ORANGE, VERMILION
-    from fitting.least_squares import fit
-    from fitting.recordings import read_experiment
-    from fitting.residuals import thinned
-    from fitting.console.shipped import shipped, shipped_folder
+    from fitting.report.figures import BLUE, GREEN, GREY, ORANGE, VERMILION
+    from fitting.least_squares.fit import fit
+    from fitting.recordings.experiment import read_experiment
+    from fitting.problem.residuals import thinned
+    from fitting.shipped import shipped, shipped_folder
     from mckibben_jax.laws import braid
     from mckibben_jax.laws import textile
     from mckibben_jax.effects import BladderNeoHookean, IdealCylinder, KineticFriction, TextileFriction

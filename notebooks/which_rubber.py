@@ -14,13 +14,13 @@ with app.setup(hide_code=True):
     import numpy as np
     from scipy import stats
 
-    from fitting.figures import BLUE, GREEN, GREY, VERMILION
-    from fitting.diagnosis.held_out import difference
-    from fitting.least_squares import Fit, fit_problem
-    from fitting.recordings import read_experiment
-    from fitting.residuals import problem
-    from fitting.console.shipped import shipped
-    from fitting.solving.unknowns import unknowns
+    from fitting.report.figures import BLUE, GREEN, GREY, VERMILION
+    from fitting.least_squares.held_out import difference
+    from fitting.least_squares.fit import Fit, fit_problem
+    from fitting.recordings.experiment import read_experiment
+    from fitting.problem.residuals import problem
+    from fitting.shipped import shipped
+    from fitting.problem.unknowns import unknowns
     from mckibben_jax.effects import BladderAxialPrinted, BladderMooneyRivlin, BladderThinMooneyRivlin, IdealCylinder
     from mckibben_jax.model import model
     from mckibben_jax.state import State

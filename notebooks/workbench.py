@@ -16,18 +16,18 @@ with app.setup(hide_code=True):
 
     import marimo as mo
 
-    from fitting.console.prepare import prepare
+    from fitting.compiled.prepare import prepare
 
     prepare()
     from fitting.workbench import session as bench
     from fitting.workbench import data as dropping
     from fitting.workbench import home
-    from fitting.workbench import words
+    from fitting.workbench import text as words
     from fitting.errors import InputError
     from fitting.workbench.job import Job
-    from fitting.console.options import Asked
+    from fitting.cli.options import Asked
     from fitting.workbench.serving import asked, data_folder
-    from fitting.console.shipped import shipped_names
+    from fitting.shipped import shipped_names
 
     EXAMPLE = "screw = A*sin(2*pi*x/p), A = 1 N (-20..20), p = 12 mm (5..30)"
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from fitting.recordings import read_experiment
+from fitting.recordings.experiment import read_experiment
 
 MUSCLE = """name = "Braid"
 [muscle]

@@ -6,7 +6,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from fitting.alike import Scene, likeness, signature
+from fitting.diagnosis.alike import Scene, likeness, signature
 from mckibben_jax import effects as library
 from mckibben_jax.effects import IdealCylinder, Tip
 from mckibben_jax.model import model

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 from test_flips import samples, two_runs
 
-from fitting.diagnosis import apart
+from fitting.diagnosis import between_runs
 from fitting.diagnosis.universe import Trial, Universe
-from fitting.solving.unknowns import Unknown, Unknowns
+from fitting.problem.unknowns import Unknown, Unknowns
 
 FRICTION = Unknown("coulomb_friction.f_s", "1", 0.0, 0.2, 0.02, (0.02,), None)
 RADIUS = Unknown("muscle.radius", "m", 0.006, 0.008, 0.007, (0.007,), None)
@@ -31,19 +31,20 @@ def differing(s, share):
 
 def test_few_are_those_whose_flips_cannot_reach_the_level():
     s = samples()
-    assert apart.too_few(two_runs(), 0.01)
-    assert apart.too_few(s, 0.01)  # five
-    assert not apart.too_few(s, 0.2)
-    assert not apart.too_few(two_runs().where(two_runs().run == 0), 0.01)  # one run cannot differ from itself
+    assert between_runs.too_few(two_runs(), 0.01)
+    assert between_runs.too_few(s, 0.01)  # five
+    assert not between_runs.too_few(s, 0.2)
+    assert not between_runs.too_few(two_runs().where(two_runs().run == 0), 0.01)  # one run cannot differ from itself
 
 
 @pytest.mark.parametrize(("share", "taken"), [(0.03, True), (0.5, False)])
 def test_a_few_percent_of_friction_may_differ_but_not_half_of_it(share, taken):
     s = two_runs()
     found = trial(s, SIZE * differing(s, share))
-    left = apart.from_run_to_run(found, LAYOUT, s).left(found.rows)
-    priced = 2 * (share / apart.REPEATABLE) ** 2  # what two such differences cost: one standard deviation each, or many
-    assert left <= 1.01 * priced < apart.together(found).left(found.rows)
+    left = between_runs.from_run_to_run(found, LAYOUT, s).left(found.rows)
+    # what two such differences cost: one standard deviation each, or many
+    priced = 2 * (share / between_runs.REPEATABLE) ** 2
+    assert left <= 1.01 * priced < between_runs.together(found).left(found.rows)
     assert (left < 4) == taken
 
 
@@ -54,17 +55,17 @@ def test_runs_do_not_differ_by_more_than_is_likely_at_all(share, least, most):
     rows = SIZE * differing(s, share)
     found = trial(s, rows)
     apart_left, common_left = (
-        by.left_at_most(rows) for by in (apart.from_run_to_run(found, LAYOUT, s), apart.together(found))
+        by.left_at_most(rows) for by in (between_runs.from_run_to_run(found, LAYOUT, s), between_runs.together(found))
     )
     assert least <= np.linalg.norm(apart_left) / np.linalg.norm(common_left) <= most
-    assert np.sum(common_left**2) == pytest.approx(apart.together(found).left(rows))
+    assert np.sum(common_left**2) == pytest.approx(between_runs.together(found).left(rows))
 
 
 def test_an_error_beyond_all_measure_is_left():
     """Newtons called kilonewtons: no hold is tight enough, and nothing but the error has to be said."""
     s = two_runs()
     rows = 1e9 * SIZE * differing(s, 1.0)
-    left = apart.from_run_to_run(trial(s, rows), LAYOUT, s).left_at_most(rows)
+    left = between_runs.from_run_to_run(trial(s, rows), LAYOUT, s).left_at_most(rows)
     assert np.linalg.norm(left) > 0.5 * np.linalg.norm(rows)
 
 
@@ -77,8 +78,8 @@ def test_a_range_in_decades_changes_nothing_in_what_may_differ():
     plain = trial(s, rows)
     steeper = np.stack([plain.slopes[:, 0] / 10 * np.log(1000), plain.slopes[:, 1]], axis=1)
     layout = Unknowns((decades, RADIUS), (), ())
-    both = (apart.from_run_to_run(plain, LAYOUT, s).left(rows),
-            apart.from_run_to_run(replace(plain, slopes=steeper), layout, s).left(rows))  # fmt: skip
+    both = (between_runs.from_run_to_run(plain, LAYOUT, s).left(rows),
+            between_runs.from_run_to_run(replace(plain, slopes=steeper), layout, s).left(rows))  # fmt: skip
     assert both[1] == pytest.approx(both[0], rel=1e-6)
 
 
@@ -86,7 +87,7 @@ def test_the_muscle_is_the_same_in_every_run():
     s = two_runs()
     rows = s.pressure / 1e4 * np.where(s.run == 1, 1.0, -1.0) * (s.contraction - np.mean(s.contraction))
     found = trial(s, rows)
-    both = apart.from_run_to_run(found, LAYOUT, s).left(rows), apart.together(found).left(rows)
+    both = between_runs.from_run_to_run(found, LAYOUT, s).left(rows), between_runs.together(found).left(rows)
     assert both[0] == pytest.approx(both[1], rel=1e-6)
 
 
@@ -96,9 +97,9 @@ def test_a_zero_may_step_by_the_noise_of_a_reading_but_not_by_many_times_it(step
     s = two_runs()
     rows = step * np.where(s.run == 1, 1.0, -1.0)
     found = trial(s, rows)
-    left = apart.from_run_to_run(found, LAYOUT, s).left(rows)
-    priced = 2 * (step / apart.ZERO) ** 2
-    assert left <= 1.01 * priced < apart.together(found).left(rows)
+    left = between_runs.from_run_to_run(found, LAYOUT, s).left(rows)
+    priced = 2 * (step / between_runs.ZERO) ** 2
+    assert left <= 1.01 * priced < between_runs.together(found).left(rows)
     assert (left < 4) == taken
 
 
@@ -107,7 +108,7 @@ def agreeing(spread, random, runs=10):
     run = np.repeat(np.arange(runs), 200)
     columns = 100 * np.stack([np.where(run == r, np.tile([1.0, -1.0], 100 * runs), 0.0) for r in range(runs)], axis=1)
     states = np.stack([columns[:, r] + columns[:, r + 1] for r in range(0, runs, 2)], axis=1)
-    rows = random.normal(size=len(run)) + columns @ (spread / apart.REPEATABLE * random.normal(size=runs))
+    rows = random.normal(size=len(run)) + columns @ (spread / between_runs.REPEATABLE * random.normal(size=runs))
     return columns, rows, states / np.linalg.norm(states, axis=0)
 
 
@@ -118,7 +119,7 @@ def test_runs_may_differ_as_far_as_runs_of_one_state_do(spread, least, most):
     shares = []
     for _ in range(60):
         columns, rows, states = agreeing(spread, random)
-        allowed = apart.as_far_as_seen(columns, np.zeros(10, int), rows, states)
+        allowed = between_runs.as_far_as_seen(columns, np.zeros(10, int), rows, states)
         shares.append(np.linalg.norm(allowed) / np.linalg.norm(columns))
     assert least <= np.median(shares) <= most
     assert max(shares) <= 1
@@ -127,7 +128,7 @@ def test_runs_may_differ_as_far_as_runs_of_one_state_do(spread, least, most):
 def test_where_no_state_is_repeated_all_that_is_usual_is_allowed():
     columns, rows, _ = agreeing(0.0, np.random.default_rng(8))
     every = columns / np.linalg.norm(columns, axis=0)
-    np.testing.assert_array_equal(apart.as_far_as_seen(columns, np.zeros(10, int), rows, every), columns)
+    np.testing.assert_array_equal(between_runs.as_far_as_seen(columns, np.zeros(10, int), rows, every), columns)
 
 
 def test_a_difference_of_which_next_to_nothing_is_left_tells_nothing():
@@ -138,7 +139,7 @@ def test_a_difference_of_which_next_to_nothing_is_left_tells_nothing():
     beside = np.linalg.qr(nearly)[0]
     left = columns - beside @ (beside.T @ columns)
     assert 0.005 < np.linalg.norm(left) / np.linalg.norm(columns) < 0.02
-    shares = apart.shares_seen(columns, np.zeros(10, int), rows[:, None], beside)
+    shares = between_runs.shares_seen(columns, np.zeros(10, int), rows[:, None], beside)
     np.testing.assert_array_equal(shares[0], [1.0])
 
 
@@ -148,8 +149,8 @@ def test_what_priors_hold_does_not_give_way():
     column = (s.pressure / 1e5)[:, None]
     free = trial(s, np.zeros(len(s)))
     held = replace(free, prior_rows=np.zeros(1), prior_slopes=np.array([[0.0, 1e9]]))
-    assert np.linalg.norm(apart.together(free).beside(column)) < 1e-6 * np.linalg.norm(column)
-    np.testing.assert_allclose(apart.together(held).beside(column), column, rtol=1e-6)
+    assert np.linalg.norm(between_runs.together(free).beside(column)) < 1e-6 * np.linalg.norm(column)
+    np.testing.assert_allclose(between_runs.together(held).beside(column), column, rtol=1e-6)
 
 
 def test_every_parameter_has_its_own_share():
@@ -161,7 +162,7 @@ def test_every_parameter_has_its_own_share():
     columns, group = 20 * np.stack(own, axis=1), np.repeat([4, 7], 10)
     beside = np.stack([up, ramp], axis=1) / np.sqrt([np.sum(up**2), np.sum(ramp**2)])
     rows = columns[:, :10] @ random.normal(size=10) + random.normal(size=400)
-    shares = apart.shares_seen(np.hstack([columns, columns[:, :1]]), np.append(group, -1), rows[:, None], beside)
+    shares = between_runs.shares_seen(np.hstack([columns, columns[:, :1]]), np.append(group, -1), rows[:, None], beside)
     assert set(shares) == {4, 7}
     assert 0.5 < shares[4][0] < 2
     assert shares[7][0] < 0.1

@@ -8,11 +8,11 @@ import pytest
 from click.testing import CliRunner
 from small_muscle import loops, write
 
-from fitting.cli import COMMANDS, main
-from fitting.commands.compare import command
-from fitting.console import changing
-from fitting.console.task import fitted
+from fitting.cli.commands.compare import command
+from fitting.cli.main import COMMANDS, main
 from fitting.diagnosis.record import Diagnosis, Evidence, Explanation
+from fitting.study import changing
+from fitting.study.task import fitted
 
 pytestmark = pytest.mark.usefixtures("own_cache")
 
@@ -56,7 +56,7 @@ def refused(*args):
 
 @pytest.mark.parametrize("args", [["--help"], ["compare", "--help"], ["add", "--help"]])
 def test_help_is_there_before_anything_heavy_is_loaded(args):
-    code = f"import sys; sys.argv = ['mckibben', *{args!r}]\nfrom fitting.cli import main\n"
+    code = f"import sys; sys.argv = ['mckibben', *{args!r}]\nfrom fitting.cli.main import main\n"
     code += "try: main()\nexcept SystemExit: pass\n"
     code += "heavy = {'jax', 'numpy', 'equinox', 'matplotlib', 'rich', 'pandas', 'scipy'} & set(sys.modules)\n"
     code += "assert not heavy, heavy"
@@ -193,7 +193,7 @@ def test_a_rival_is_replaced_and_it_is_said(data):
 
 def test_diagnose_writes_the_promised_keys(data, tmp_path, monkeypatch):
     def diagnose(experiments, effects, **options):
-        from fitting.least_squares import fit
+        from fitting.least_squares.fit import fit
 
         base = fit(experiments, effects, starts=1)
         best = Explanation(("linear_spring",), rmse=0.31, held_out_rmse=0.32, fall=9.0, p_value=0.4, adequate=True)
@@ -203,7 +203,7 @@ def test_diagnose_writes_the_promised_keys(data, tmp_path, monkeypatch):
             {"linear_spring": evidence}, (best,), base, base.residual,
         )  # fmt: skip
 
-    monkeypatch.setattr("fitting.console.diagnosing.diagnose", diagnose)
+    monkeypatch.setattr("fitting.study.diagnosing.diagnose", diagnose)
     out = tmp_path / "d.json"
     words = run("diagnose", data, "--json", out, "--html", tmp_path / "d.html").stdout
     assert "linear_spring is missing." in words

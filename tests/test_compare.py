@@ -6,15 +6,15 @@ import numpy as np
 import pytest
 from small_muscle import LENGTH, ideal, loops, surface, write
 
-from fitting.bins import bins
-from fitting.compare import Row, compare, repetitions
-from fitting.console.baseline import baseline
-from fitting.least_squares import fit
-from fitting.recordings import read_experiment
-from fitting.residuals import Samples
-from fitting.showing.cells import error_cells
-from fitting.showing.next_step import after_comparison
-from fitting.solving.evaluate import evaluate, left_out_rmse
+from fitting.comparison.bins import bins
+from fitting.comparison.compare import Row, compare, repetitions
+from fitting.least_squares.evaluate import evaluate, left_out_rmse
+from fitting.least_squares.fit import fit
+from fitting.problem.residuals import Samples
+from fitting.recordings.experiment import read_experiment
+from fitting.report.cells import error_cells
+from fitting.report.next_step import after_comparison
+from fitting.study.baseline import baseline
 
 
 def compared(folder, missing, **options):

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from fitting.solving import decomposed
+from fitting.least_squares import decomposed
 
 COLUMNS = np.random.default_rng(0).normal(size=(40, 6)) @ np.diag([1.0, 1.0, 1.0, 1.0, 1e-3, 0.0])
 WANTED = np.random.default_rng(1).normal(size=(40, 2))

@@ -6,9 +6,9 @@ from click.testing import CliRunner
 from folders import MUSCLE, folder_of, isometric_columns, loop_columns, recording, release_columns, table
 from small_muscle import loops, write
 
-from fitting.cli import main
+from fitting.cli.main import main
 from fitting.errors import InputError
-from fitting.recordings import read_experiment
+from fitting.recordings.experiment import read_experiment
 
 pytestmark = pytest.mark.filterwarnings("error")
 FORCE = loop_columns()["force [N]"]

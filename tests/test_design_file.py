@@ -9,14 +9,14 @@ from click.testing import CliRunner
 from design_texts import BRAID, BREAKING, BURST, FORCE, KNOWN, MINIMUM, RUBBER, stroke
 from designing import ALONE
 
-from fitting.cli import main
+from fitting.cli.main import main
 from fitting.designs.answer import model_text
 from fitting.designs.file import read_design
 from fitting.designs.order import read_order
-from fitting.designs.words import describe
 from fitting.errors import InputError
-from fitting.reading.model_file import read_model
-from fitting.reading.own_effects import library
+from fitting.library.library import library
+from fitting.model_files.model_file import read_model
+from fitting.report.design_text import describe
 from mckibben_jax.design.design import Limit, design, to_json
 from mckibben_jax.design.merit import built
 from mckibben_jax.design.pareto import Second

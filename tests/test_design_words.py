@@ -7,7 +7,7 @@ from designing import ALONE, BAR, IDEAL, MUSCLE, RANGES, TASK, quantity
 
 from fitting.designs.answer import answer
 from fitting.designs.order import DesignOrder
-from fitting.designs.words import describe, odds_in_words
+from fitting.report.design_text import describe, odds_in_words
 from mckibben_jax.design.design import Task, design
 from mckibben_jax.design.merit import built
 from mckibben_jax.design.pareto import Second
@@ -48,7 +48,7 @@ def test_sensitivities_are_exponents():
 
 
 def test_the_picture_is_to_scale(tmp_path):
-    from fitting.designs.figures import to_scale
+    from fitting.report.design_figures import to_scale
 
     figure = to_scale(MUSCLE, 0.25, 3 * BAR)
     rest, contracted = (axes.patches[0] for axes in figure.axes)

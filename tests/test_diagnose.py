@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 from small_muscle import loops, write
 
-from fitting.diagnose import _estimate, diagnose, of_force
+from fitting.diagnosis.diagnose import _estimate, diagnose, of_force
+from fitting.diagnosis.discover import next_to_add, with_added
 from fitting.diagnosis.universe import universe
-from fitting.discover import next_to_add, with_added
 from fitting.errors import InputError
-from fitting.recordings import read_experiment
+from fitting.recordings.experiment import read_experiment
 from mckibben_jax.effect import Pulling, name_of
 from mckibben_jax.effects import LIBRARY, CoulombFriction, IdealCylinder, LinearSpring, TextileFriction
 from mckibben_jax.parameter import parameter

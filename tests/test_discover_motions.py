@@ -8,13 +8,13 @@ from click.testing import CliRunner
 from small_muscle import loops, write
 from test_inverse_dynamics import released
 
-from fitting.cli import main
-from fitting.console import discovering
-from fitting.console.discovering import on_motions, on_motions_in_words, on_motions_result
-from fitting.console.options import Asked
-from fitting.console.task import task_of
-from fitting.reading.model_file import read_model
-from fitting.reading.own_effects import library
+from fitting.cli.main import main
+from fitting.cli.options import Asked
+from fitting.library.library import library
+from fitting.model_files.model_file import read_model
+from fitting.study import discovering
+from fitting.study.discovering import on_motions, on_motions_in_words, on_motions_result
+from fitting.study.task import task_of
 from mckibben_jax.effects import ViscousDamping
 
 B = 150.0  # N s/m, of the drag that is hidden

@@ -11,11 +11,11 @@ import pytest
 from click.testing import CliRunner
 from small_muscle import loops, write
 
-from fitting.cli import main
-from fitting.console.options import Asked
-from fitting.each.run import each, here, on
-from fitting.each.sets import data_sets
-from fitting.each.work import Order
+from fitting.cli.each.run import each, here, on
+from fitting.cli.each.sets import data_sets
+from fitting.cli.each.work import Order
+from fitting.cli.main import main
+from fitting.cli.options import Asked
 from fitting.errors import InputError
 
 MISSING = (0.0, 100.0, 200.0, 300.0)  # N per contraction of an elastic pull: one muscle differs from the next
@@ -283,7 +283,7 @@ def ends_its_worker(name):
 
 def test_work_that_kills_its_workers_costs_itself_alone():
     distributed, dask = pytest.importorskip("distributed"), pytest.importorskip("dask")
-    from fitting.cluster import connect, spread
+    from fitting.cli.cluster.scheduler import connect, spread
 
     options = {"n_workers": 2, "threads_per_worker": 1, "processes": True, "dashboard_address": None}
     with dask.config.set({"distributed.scheduler.allowed-failures": 1}), distributed.LocalCluster(**options) as running:
@@ -299,7 +299,7 @@ def test_work_that_kills_its_workers_costs_itself_alone():
 def test_a_result_that_died_with_its_worker_is_waited_for():
     """A piece that was done is pending again when the only worker that had its result is gone."""
     pytest.importorskip("distributed")
-    from fitting.cluster import outcome
+    from fitting.cli.cluster.scheduler import outcome
 
     running = SimpleNamespace(status="running")
     again = SimpleNamespace(status="pending", result=lambda: "B", exception=lambda: None)
@@ -308,7 +308,7 @@ def test_a_result_that_died_with_its_worker_is_waited_for():
 
 def test_a_scheduler_that_is_lost_is_no_fault_of_the_data():
     distributed = pytest.importorskip("distributed")
-    from fitting.cluster import connect, spread
+    from fitting.cli.cluster.scheduler import connect, spread
 
     running = distributed.LocalCluster(n_workers=1, threads_per_worker=1, processes=True, dashboard_address=None)
     pieces = ((number, (number,)) for number in range(1000))

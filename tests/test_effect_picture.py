@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from fitting.cli import main
-from fitting.showing.effect_picture import HIGH, WIDE, trace
+from fitting.cli.main import main
+from fitting.report.effect_picture import HIGH, WIDE, trace
 from mckibben_jax.effect import Pulling
 from mckibben_jax.effects import BladderNeoHookean, CoulombFriction, ForceOffset, SupplyOrifice, ViscousDamping
 

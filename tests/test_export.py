@@ -13,11 +13,11 @@ import pytest
 from benches import VISIBLE, hosts
 from click.testing import CliRunner
 
-from fitting.cli import main
+from fitting.cli.main import main
 from fitting.errors import InputError
 from fitting.exporting.files import forces, memory_names, python_module
 from fitting.exporting.numpy_source import UnknownOperation, numpy_source
-from fitting.recordings import read_experiment
+from fitting.recordings.experiment import read_experiment
 from mckibben_jax.effect import Pulling, name_of
 from mckibben_jax.effects import LIBRARY, CoulombFriction, IdealCylinder, Mullins, TimeDelay
 from mckibben_jax.laws.shape import path_rate

@@ -15,16 +15,16 @@ import pytest
 from click.testing import CliRunner
 from small_muscle import loops, write
 
-from fitting.cli import main
-from fitting.console.options import CHAINS
+from fitting.cli.main import main
+from fitting.cli.options import CHAINS
 from fitting.errors import InputError
-from fitting.least_squares import fit
-from fitting.posterior import sample
-from fitting.reading.init import write_muscle_file
-from fitting.reading.model_file import is_edited, write_model
-from fitting.recordings import read_experiment
-from fitting.results import write_json
-from fitting.sampling.store import copied
+from fitting.least_squares.fit import fit
+from fitting.model_files.model_file import is_edited, write_model
+from fitting.posterior.sample import sample
+from fitting.posterior.store import copied
+from fitting.recordings.experiment import read_experiment
+from fitting.recordings.template import write_muscle_file
+from fitting.report.results import write_json
 from fitting.workbench.data import keep
 from fitting.writing import replaced, write_text
 from mckibben_jax.effects import CoulombFriction, IdealCylinder

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from test_flips import autoregression
 
-from fitting.diagnosis.fingerprint import exponents
-from fitting.residuals import Samples
+from fitting.comparison.fingerprint import exponents
+from fitting.problem.residuals import Samples
 
 PRESSURES, SPEEDS, HALF = (1e5, 2e5, 3e5, 4e5), (0.005, 0.01, 0.02), 60
 

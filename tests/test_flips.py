@@ -5,9 +5,10 @@ from dataclasses import fields, replace
 import numpy as np
 import pytest
 
-from fitting.diagnosis import flips, held_out, omnibus, working_noise
-from fitting.diagnosis.apart import Yielding
-from fitting.residuals import Samples
+from fitting.diagnosis import flips, omnibus, working_noise
+from fitting.diagnosis.between_runs import Yielding
+from fitting.least_squares import held_out
+from fitting.problem.residuals import Samples
 
 LOOPS, PER_HALF = 20, 40
 

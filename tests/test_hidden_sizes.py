@@ -11,7 +11,7 @@ from hidden.study.protocols import OTHERS, PROTOCOLS, WHOLE
 from hidden.study.sizes import RANGES, base_of, hiding, misfit, scaled, sized
 from scipy.optimize import least_squares
 
-from fitting.recordings import read_experiment
+from fitting.recordings.experiment import read_experiment
 
 SIGMA = 0.6
 

@@ -13,12 +13,12 @@ from folders import folder_of
 from rich.console import Console
 from scipy.constants import g
 
-from fitting.cli import main
+from fitting.cli.main import main
 from fitting.errors import InputError
-from fitting.recordings import read_experiment
-from fitting.releases.hill import Reading, by_pressure, curves, dry_curve, hill_curve, releases, straight_part
-from fitting.releases.motion import Motions
-from fitting.releases.words import hill_report, said_of_viscosity
+from fitting.hill.hill import Reading, by_pressure, curves, dry_curve, hill_curve, releases, straight_part
+from fitting.hill.motion import Motions
+from fitting.recordings.experiment import read_experiment
+from fitting.report.hill_text import hill_report, said_of_viscosity
 
 ISOMETRIC, CURVATURE, LARGEST = 900.0, 0.3, 1.6  # N, 1, m/s
 STROKE, FRICTION = 0.09, 40.0  # m, N
@@ -177,10 +177,10 @@ def test_the_motion_says_what_hills_numbers_are_worth(misses, b, ends, words):
 @pytest.mark.slow
 def test_the_motion_itself_gives_hills_numbers(tmp_path):
     """Releases of the program's own muscle with Hill's force, fitted without and with it."""
-    from fitting.console.options import Asked
-    from fitting.console.task import task_of
-    from fitting.releases.motion import motions
-    from fitting.simulate import release_courses, write_data_set
+    from fitting.cli.options import Asked
+    from fitting.hill.motion import motions
+    from fitting.study.simulate import release_courses, write_data_set
+    from fitting.study.task import task_of
     from mckibben_jax.effects import CoulombFriction, Hill, IdealCylinder
     from mckibben_jax.model import model
     from mckibben_jax.muscle import Muscle

@@ -4,8 +4,8 @@ import pytest
 from folders import isometric_columns, loop_csv, release_columns, table
 
 from fitting.errors import InputError
-from fitting.reading.init import muscle_file, write_muscle_file
-from fitting.recordings import read_experiment
+from fitting.recordings.experiment import read_experiment
+from fitting.recordings.template import muscle_file, write_muscle_file
 
 pytestmark = pytest.mark.filterwarnings("error")
 

@@ -20,11 +20,11 @@ from hidden.simulator import (
 )
 from hidden.simulator import step as pressure_step
 
-from fitting.diagnose import diagnose, of_force
+from fitting.diagnosis.diagnose import diagnose, of_force
 from fitting.errors import InputError
-from fitting.reading.inverse_dynamics import FEWEST, INERTIA, as_force
-from fitting.recordings import read_experiment
-from fitting.records import OF_MOTION
+from fitting.recordings.experiment import read_experiment
+from fitting.recordings.inverse_dynamics import FEWEST, INERTIA, as_force
+from fitting.recordings.records import OF_MOTION
 from mckibben_jax.effect import name_of
 from mckibben_jax.effects import LIBRARY, CoulombFriction, IdealCylinder
 

@@ -9,12 +9,12 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
+from fitting.compiled import store
+from fitting.compiled import traced as keeping
+from fitting.compiled.traced import Kept, kept
 from fitting.diagnosis.universe import universe
-from fitting.recordings import read_experiment
-from fitting.residuals import thinned
-from fitting.solving import kept as keeping
-from fitting.solving import store
-from fitting.solving.kept import Kept, kept
+from fitting.problem.residuals import thinned
+from fitting.recordings.experiment import read_experiment
 from mckibben_jax.effects import CoulombFriction, IdealCylinder, Tip
 
 
@@ -162,7 +162,7 @@ def test_a_fit_by_a_kept_program_is_the_fit_without(folder, monkeypatch):
     experiment = thinned(read_experiment("data/muscle_a"), 400)
     world = universe([experiment], [IdealCylinder(), CoulombFriction()], [Tip()])
     both = world.with_added(["tip"])
-    from fitting.solving import search
+    from fitting.least_squares import search
 
     for one in (search.solve, search.rows_and_slopes):
         one.programs.clear()

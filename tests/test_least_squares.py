@@ -16,11 +16,11 @@ from small_muscle import loops as loops_of
 from small_muscle import write as write_small
 
 from fitting.errors import InputError
-from fitting.least_squares import fit
-from fitting.recordings import read_experiment
-from fitting.solving.box import BoxLevenbergMarquardt
-from fitting.solving.evaluate import evaluate
-from fitting.solving.uncertainty import clusters, covariances, ties
+from fitting.least_squares.box import BoxLevenbergMarquardt
+from fitting.least_squares.evaluate import evaluate
+from fitting.least_squares.fit import fit
+from fitting.least_squares.uncertainty import clusters, covariances, ties
+from fitting.recordings.experiment import read_experiment
 from fitting.units import spoken
 from mckibben_jax.effect import Pulling
 from mckibben_jax.effects import CoulombFriction, EndStop, ForceOffset, IdealCylinder, Presliding, Tip

@@ -5,8 +5,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from fitting.diagnosis.equivalent import foretelling, leading_of, plausible, simplest, unrivalled
 from fitting.diagnosis.examine import Standing
-from fitting.diagnosis.likes import foretelling, leading_of, plausible, simplest, unrivalled
 
 GROUPS = np.repeat(np.arange(10), 30)
 RANDOM = np.random.default_rng(4)

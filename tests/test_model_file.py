@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from fitting.errors import InputError
-from fitting.reading.model_file import is_edited, read_model, write_model
-from fitting.reading.own_effects import library
+from fitting.library.library import library
+from fitting.model_files.model_file import is_edited, read_model, write_model
 
 
 def test_a_model_file_gives_back_what_was_written(study, tmp_path):

@@ -13,23 +13,23 @@ from scipy.stats import multivariate_normal
 from test_inverse_dynamics import released
 from threadpoolctl import threadpool_limits
 
-from fitting import next_measurement as nm
 from fitting import units
-from fitting.cli import main
-from fitting.diagnose import diagnose
+from fitting.cli.main import main
+from fitting.diagnosis.diagnose import diagnose
 from fitting.diagnosis.omnibus import Basis
 from fitting.diagnosis.record import Evidence
 from fitting.diagnosis.working_noise import Noise as Memory
-from fitting.least_squares import fit
+from fitting.least_squares.fit import fit
+from fitting.planning import next_measurement as nm
 from fitting.planning.candidates import FASTER, MUCH_FASTER, NODES, grid, on_specimen, shown, simulation
 from fitting.planning.foreseen import Varying
 from fitting.planning.protocol import Plan, plan_of, plan_report, plan_result
 from fitting.planning.rejection import Drawn, Units
 from fitting.planning.separation import Outlook, Readings, of_means
 from fitting.planning.sharper import sharper
-from fitting.recordings import read_experiment
-from fitting.report import console
-from fitting.residuals import thinned
+from fitting.problem.residuals import thinned
+from fitting.recordings.experiment import read_experiment
+from fitting.report.terminal import console
 from mckibben_jax.effect import name_of
 from mckibben_jax.effects import LIBRARY, CoulombFriction, IdealCylinder
 
@@ -274,9 +274,7 @@ def test_what_no_recording_separates_is_said(one_pressure):
     """A hung weight and an offset of the load cell are one and the same number."""
     tied = left_tied(one_pressure[2], "force_offset", "weight")
     assert nm.next_measurement(tied, [one_pressure[2]]) is None
-    task = SimpleNamespace(
-        experiments=(one_pressure[2],), library=KNOWN, fix=(), free=(), own=(), seed=0
-    )
+    task = SimpleNamespace(experiments=(one_pressure[2],), library=KNOWN, fix=(), free=(), own=(), seed=0)
     plan = plan_of(task, tied, ["folder"])
     assert plan.tied == ((("force_offset",), ("weight",)),)
     assert "as now" in plan.expected

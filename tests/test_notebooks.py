@@ -168,7 +168,7 @@ def test_answer(name, tmp_path):
 def test_a_numbered_notebook_hides_its_imports_and_says_at_once_what_will_be_seen(path):
     text = path.read_text(encoding="utf-8")
     assert "with app.setup(hide_code=True):" in text
-    opening = text.split('mo.md(')[1].split("return")[0]
+    opening = text.split("mo.md(")[1].split("return")[0]
     assert re.search(r"[Aa]t (its|the)\s+end\s+you\s+will\s+have\s+seen", opening)
 
 

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from test_flips import samples
 
-from fitting.diagnosis import omnibus, parity
+from fitting.comparison import parity
+from fitting.diagnosis import omnibus
 
 LOOPS = samples(120)
 

@@ -14,19 +14,19 @@ from test_hill import LOADS, TIME, hill_motion
 from test_inverse_dynamics import released
 
 from fitting import units
-from fitting.cli import main
+from fitting.cli.main import main
 from fitting.diagnosis.proposal_terms import line_of, terms
 from fitting.diagnosis.record import Diagnosis, Evidence
-from fitting.reading.define import VARIABLES, defined
-from fitting.reading.inverse_dynamics import as_force
-from fitting.recordings import read_experiment
-from fitting.releases.figures import speed_over_load
-from fitting.releases.hill import curves
-from fitting.releases.words import hill_report
-from fitting.sampling.figures import predicted
-from fitting.sampling.predict import Band
+from fitting.hill.hill import curves
+from fitting.library.line import VARIABLES, defined
+from fitting.posterior.predict import Band
+from fitting.recordings.experiment import read_experiment
+from fitting.recordings.inverse_dynamics import as_force
+from fitting.report.hill_figures import speed_over_load
+from fitting.report.hill_text import hill_report
+from fitting.report.posterior_figures import predicted
 from fitting.workbench.session import Step
-from fitting.workbench.words import evidence
+from fitting.workbench.text import evidence
 from mckibben_jax.muscle import Muscle
 from mckibben_jax.parameter import parameters
 from mckibben_jax.state import State
@@ -103,7 +103,7 @@ def test_the_band_of_a_prediction_is_drawn_in_the_units_of_the_data(unit, own, l
 )
 def test_why_a_motion_is_no_force_is_told_in_the_units_of_the_data(tmp_path, monkeypatch, limit, value, own, usual):
     data, _ = released(tmp_path)
-    monkeypatch.setattr(f"fitting.reading.inverse_dynamics.{limit}", value)
+    monkeypatch.setattr(f"fitting.recordings.inverse_dynamics.{limit}", value)
     with units.spoken(IMPERIAL):
         (theirs,) = as_force(data)[1]
     assert re.search(own, theirs), theirs

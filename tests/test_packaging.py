@@ -14,7 +14,7 @@ from pathlib import Path
 
 import pytest
 
-from fitting.cli import COMMANDS
+from fitting.cli.main import COMMANDS
 
 ROOT = Path(__file__).parents[1]
 PACKAGES = ("mckibben_jax", "fitting")
@@ -52,7 +52,7 @@ def imported() -> dict[str, bool]:
 def loaded_by(*arguments: str) -> set[str]:
     """Modules that a command has loaded when it ends."""
     script = (
-        "import json, sys\nfrom fitting.cli import main\n"
+        "import json, sys\nfrom fitting.cli.main import main\n"
         f"try: main({list(arguments)!r})\nfinally: print(json.dumps(sorted(sys.modules)), file=sys.stderr)"
     )
     run = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, cwd=ROOT, timeout=120)
@@ -155,9 +155,9 @@ def test_the_wheel_holds_what_the_commands_need(built):
     with zipfile.ZipFile(wheel) as archive:
         names = set(archive.namelist())
         listed = next(archive.read(name).decode() for name in names if name.endswith("METADATA"))
-    commands = {f"fitting/commands/{name}.py" for name in COMMANDS}
+    commands = {f"fitting/cli/commands/{name}.py" for name in COMMANDS}
     assert {*commands, "mckibben_jax/py.typed", "fitting/py.typed"} <= names
-    assert {"fitting/page.html", "fitting/pictures.css", "fitting/workbench.css"} <= names
+    assert {"fitting/report/page.html", "fitting/report/pictures.css", "fitting/workbench/workbench.css"} <= names
     assert {"fitting/_data/muscle_a/loops.csv", "fitting/_data/sealed/muscle_a.json"} <= names
     assert "fitting/_notebooks/workbench.py" in names
     assert not {name for name in names if name.startswith(("tests/", "notebooks/")) or "__pycache__" in name}

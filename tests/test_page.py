@@ -16,13 +16,13 @@ from small_muscle import loops, write
 from studied import EVIL
 
 from fitting import units
-from fitting.cli import main
-from fitting.console.discovering import discovered
+from fitting.cli.main import main
 from fitting.diagnosis.record import Evidence
-from fitting.figures import Stage
-from fitting.showing.alike_groups import groups
-from fitting.showing.page import page
-from fitting.showing.parts import Section
+from fitting.report.alike_groups import groups
+from fitting.report.figures import Stage
+from fitting.report.page import page
+from fitting.report.parts import Section
+from fitting.study.discovering import discovered
 from mckibben_jax.effects import LinearSpring
 
 

@@ -8,19 +8,18 @@ from hidden.simulator import Muscle, Noise, Truth, dataset, static, with_baselin
 from hidden.simulator import write as write_hidden
 from small_muscle import loops, write
 
-from fitting import figures
-from fitting.compare import compare
-from fitting.console.options import Asked
-from fitting.console.task import fitted, task_of
-from fitting.figures import Stage
-from fitting.recordings import read_experiment
-from fitting.records import Run
-from fitting.residuals import problem
-from fitting.showing import maps
-from fitting.showing.loops_picture import frame
-from fitting.showing.page import page
-from fitting.showing.panels import Panel, panels
-from fitting.solving.unknowns import unknowns
+from fitting.cli.options import Asked
+from fitting.comparison.compare import compare
+from fitting.problem.residuals import problem
+from fitting.problem.unknowns import unknowns
+from fitting.recordings.experiment import read_experiment
+from fitting.recordings.records import Run
+from fitting.report import figures, maps
+from fitting.report.figures import Stage
+from fitting.report.loops_picture import frame
+from fitting.report.page import page
+from fitting.report.panels import Panel, panels
+from fitting.study.task import fitted, task_of
 from mckibben_jax.effects import IdealCylinder
 
 

@@ -18,10 +18,10 @@ from hidden.simulator import write as write_hidden
 from scipy.optimize import brentq
 from stick_slip import Truth as Formulas
 
-from fitting.cli import main
-from fitting.compare import compare
-from fitting.least_squares import fit
-from fitting.recordings import read_experiment
+from fitting.cli.main import main
+from fitting.comparison.compare import compare
+from fitting.least_squares.fit import fit
+from fitting.recordings.experiment import read_experiment
 from mckibben_jax.effects import (
     CoulombFriction,
     IdealCylinder,

@@ -12,17 +12,17 @@ import pytest
 from scipy import stats
 
 from fitting.errors import InputError
-from fitting.least_squares import fit
-from fitting.posterior import Snooker, begun, describe, sample, save, to_json
-from fitting.records import Experiment, Recording, Run
-from fitting.sampling.doubts import notes
-from fitting.sampling.evaluation import slopes_at
-from fitting.sampling.moves import SCALE, TAILS, log_around_mode
-from fitting.sampling.noise import chosen, noise_of_rows
-from fitting.sampling.posing import thinned_about
-from fitting.sampling.quick import quick_look
-from fitting.sampling.record import Missing
-from fitting.sampling.said import cut_off
+from fitting.least_squares.fit import fit
+from fitting.posterior.evaluation import slopes_at
+from fitting.posterior.moves import SCALE, TAILS, log_around_mode
+from fitting.posterior.noise import chosen, noise_of_rows
+from fitting.posterior.quick import quick_look
+from fitting.posterior.record import Missing
+from fitting.posterior.sample import Snooker, begun, describe, sample, save, to_json
+from fitting.posterior.setup import thinned_about
+from fitting.posterior.summary import cut_off
+from fitting.posterior.warnings import notes
+from fitting.recordings.records import Experiment, Recording, Run
 from mckibben_jax.effects import BladderNeoHookean, CoulombFriction, ForceOffset, IdealCylinder
 from mckibben_jax.model import model
 from mckibben_jax.muscle import Muscle

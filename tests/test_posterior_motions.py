@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 from stick_slip import G
 
-from fitting.least_squares import fit
-from fitting.recordings import read_experiment
-from fitting.sampling.posing import posed, with_coarser_steps
-from fitting.sampling.quick import quick_look
-from fitting.simulate import release_courses, write_data_set
+from fitting.least_squares.fit import fit
+from fitting.posterior.quick import quick_look
+from fitting.posterior.setup import posed, with_coarser_steps
+from fitting.recordings.experiment import read_experiment
+from fitting.study.simulate import release_courses, write_data_set
 from mckibben_jax.effects import CoulombFriction, IdealCylinder, ViscousDamping
 from mckibben_jax.model import model
 from mckibben_jax.muscle import Muscle

@@ -5,11 +5,11 @@ import pytest
 from scipy import stats
 
 from fitting.errors import InputError
-from fitting.least_squares import fit
-from fitting.posterior import sample
-from fitting.reading.model_file import read_model
-from fitting.sampling.priors import Prior, read_prior, spread
-from fitting.sampling.quick import quick_look
+from fitting.least_squares.fit import fit
+from fitting.model_files.model_file import read_model
+from fitting.posterior.quick import quick_look
+from fitting.posterior.sample import sample
+from fitting.problem.priors import Prior, read_prior, spread
 from mckibben_jax.effects import ForceOffset, IdealCylinder
 from tests.test_posterior import loops
 

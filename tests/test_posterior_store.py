@@ -13,8 +13,8 @@ import numpy as np
 import pytest
 
 from fitting.errors import InputError
-from fitting.posterior import sample
-from fitting.sampling.store import Store
+from fitting.posterior.sample import sample
+from fitting.posterior.store import Store
 from tests.test_posterior import straight_line
 
 STEPS = 1000

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from fitting.diagnosis.apart import DENIED_P, Yielding
+from fitting.diagnosis.between_runs import DENIED_P, Yielding
 from fitting.diagnosis.omnibus import Basis
 from fitting.diagnosis.projected import MISFIT_P, projected
 

@@ -13,7 +13,7 @@ from typing import Any
 import click
 import pytest
 
-from fitting.cli import COMMANDS, main
+from fitting.cli.main import COMMANDS, main
 from mckibben_jax.effect import name_of
 from mckibben_jax.effects import LIBRARY, SUPPLIES
 from mckibben_jax.model import Model
@@ -56,38 +56,38 @@ PYTHON = {
     "mckibben_jax.laws.reynolds.affine": "pressure, at_rest, per_pascal",
     "mckibben_jax.laws.reynolds.free_motion": "time, start, rest, mass, damping, stiffness",
     "mckibben_jax.laws.reynolds.rest_position": "load, contractile_force, stiffness",
-    "fitting.console.prepare.prepare": "",
-    "fitting.recordings.read_experiment": "folder",
-    "fitting.recordings.read_recording": "path, test, muscle, options=",
-    "fitting.reading.init.write_muscle_file": "folder",
-    "fitting.console.shipped.shipped": "name",
-    "fitting.console.shipped.sealed": "name",
-    "fitting.console.shipped.shipped_names": "",
-    "fitting.least_squares.fit": "experiments, effects, *, fix=, free=, own=, start=, starts=, seed=",
-    "fitting.solving.evaluate.evaluate": "experiments, effects, values, free, own=",
-    "fitting.compare.compare": "fit, experiments",
-    "fitting.diagnose.diagnose": "experiments, effects, *, candidates=, fix=, free=, own=, seed=, progress=",
-    "fitting.discover.discover": "experiments, effects, *, candidates, fix=, free=, own=, seed=, progress=",
-    "fitting.discover.with_added": "present, new",
-    "fitting.next_measurement.next_measurement": "diagnosis, experiments, *, known=, fix=, free=, own=, seed=",
-    "fitting.posterior.sample": (
+    "fitting.compiled.prepare.prepare": "",
+    "fitting.recordings.experiment.read_experiment": "folder",
+    "fitting.recordings.experiment.read_recording": "path, test, muscle, options=",
+    "fitting.recordings.template.write_muscle_file": "folder",
+    "fitting.shipped.shipped": "name",
+    "fitting.shipped.sealed": "name",
+    "fitting.shipped.shipped_names": "",
+    "fitting.least_squares.fit.fit": "experiments, effects, *, fix=, free=, own=, start=, starts=, seed=",
+    "fitting.least_squares.evaluate.evaluate": "experiments, effects, values, free, own=",
+    "fitting.comparison.compare.compare": "fit, experiments",
+    "fitting.diagnosis.diagnose.diagnose": "experiments, effects, *, candidates=, fix=, free=, own=, seed=, progress=",
+    "fitting.diagnosis.discover.discover": "experiments, effects, *, candidates, fix=, free=, own=, seed=, progress=",
+    "fitting.diagnosis.discover.with_added": "present, new",
+    "fitting.planning.next_measurement.next_measurement": "diagnosis, experiments, *, known=, fix=, free=, own=, seed=",
+    "fitting.posterior.sample.sample": (
         "fit, experiments=, *, seed=, walkers=, ensembles=, max_steps=, limit_s=, rows=, priors=, noise=, "
         "chains=, again=, progress="
     ),
-    "fitting.sampling.quick.quick_look": "fit, experiments=, *, seed=, draws=, rows=, priors=, noise=",
-    "fitting.releases.hill.releases": "experiments",
-    "fitting.releases.hill.curves": "experiments",
-    "fitting.reading.define.defined": "line",
-    "fitting.reading.own_effects.library": "effect_file=, define=",
-    "fitting.reading.own_effects.named": "names, known",
-    "fitting.reading.model_file.read_model": "path, known",
-    "fitting.reading.model_file.write_model": "path, fit, experiments",
-    "fitting.figures.traces": "c, experiments",
-    "fitting.figures.waterfall": "stages, floor, unit=",
-    "fitting.figures.effects_picture": "d, floor, unit=",
-    "fitting.sampling.figures.pairs": "posterior",
-    "fitting.releases.figures.speed_over_load": "curves",
-    "fitting.designs.figures.to_scale": "muscle, contraction, pressure",
+    "fitting.posterior.quick.quick_look": "fit, experiments=, *, seed=, draws=, rows=, priors=, noise=",
+    "fitting.hill.hill.releases": "experiments",
+    "fitting.hill.hill.curves": "experiments",
+    "fitting.library.line.defined": "line",
+    "fitting.library.library.library": "effect_file=, define=",
+    "fitting.library.library.named": "names, known",
+    "fitting.model_files.model_file.read_model": "path, known",
+    "fitting.model_files.model_file.write_model": "path, fit, experiments",
+    "fitting.report.figures.traces": "c, experiments",
+    "fitting.report.figures.waterfall": "stages, floor, unit=",
+    "fitting.report.figures.effects_picture": "d, floor, unit=",
+    "fitting.report.posterior_figures.pairs": "posterior",
+    "fitting.report.hill_figures.speed_over_load": "curves",
+    "fitting.report.design_figures.to_scale": "muscle, contraction, pressure",
     "fitting.errors.InputError": "problem, file=, row=, column=, value=, cure=",
 }
 MODEL = ("names", "force", "pull", "feel", "lost", "add", "drop", "cite")

@@ -21,7 +21,7 @@ from small_muscle import write as write_small
 
 from fitting import units
 from fitting.errors import InputError
-from fitting.recordings import read_experiment, read_muscle, read_recording, read_single
+from fitting.recordings.experiment import read_experiment, read_muscle, read_recording, read_single
 
 pytestmark = pytest.mark.filterwarnings("error")
 

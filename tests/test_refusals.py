@@ -8,11 +8,11 @@ import pytest
 from folders import MUSCLE, folder_of, loop_columns, loop_csv, muscle_with, recording, release_columns, table
 
 from fitting.errors import InputError
-from fitting.reading.model_file import read_model
-from fitting.reading.muscle_file import name_of, read_toml
-from fitting.reading.own_effects import library
-from fitting.recordings import read_experiment, read_muscle
-from fitting.sampling.store import Store
+from fitting.library.library import library
+from fitting.model_files.model_file import read_model
+from fitting.posterior.store import Store
+from fitting.recordings.experiment import read_experiment, read_muscle
+from fitting.recordings.muscle_file import name_of, read_toml
 
 pytestmark = pytest.mark.filterwarnings("error")
 

@@ -5,18 +5,16 @@ from types import SimpleNamespace
 
 import pytest
 
-from fitting.compare import Row, Table, compare
-from fitting.console.study import Study
+from fitting.cli.run import Study
+from fitting.comparison.compare import Row, Table, compare
 from fitting.diagnosis.record import Leading
-from fitting.least_squares import fit
-from fitting.next_measurement import PairPower
+from fitting.least_squares.fit import fit
+from fitting.planning.next_measurement import PairPower
 from fitting.planning.protocol import _expected
-from fitting.recordings import read_experiment
-from fitting.records import OF_MOTION
-from fitting.report import comparison_report, console, diagnosis_report, fit_report, to_type
-from fitting.showing.doubts import doubts
-from fitting.showing.next_step import after_diagnosis
-from fitting.showing.sentences import (
+from fitting.recordings.experiment import read_experiment
+from fitting.recordings.records import OF_MOTION
+from fitting.report.next_step import after_diagnosis
+from fitting.report.sentences import (
     amount,
     judged,
     kind_in_words,
@@ -28,6 +26,8 @@ from fitting.showing.sentences import (
     with_error,
     worst_in_words,
 )
+from fitting.report.terminal import comparison_report, console, diagnosis_report, fit_report, to_type
+from fitting.report.warnings import doubts
 from mckibben_jax.effects import CoulombFriction, IdealCylinder
 
 

@@ -13,11 +13,11 @@ from hidden.study.sizes import base_of, hiding
 from small_muscle import loops
 from small_muscle import write as write_small
 
-from fitting.diagnose import concluded, searched
+from fitting.diagnosis.diagnose import concluded, searched
 from fitting.diagnosis.search import BEST_TRIPLED, Search
-from fitting.recordings import read_experiment
-from fitting.report import sets_named
-from fitting.showing.effect_bars import effect_bars
+from fitting.recordings.experiment import read_experiment
+from fitting.report.effect_bars import effect_bars
+from fitting.report.terminal import sets_named
 from mckibben_jax.effect import Pulling, name_of
 from mckibben_jax.effects import LIBRARY, CoulombFriction, IdealCylinder, SupplyLag
 from mckibben_jax.parameter import parameter

@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 from stick_slip import G
 
-from fitting.least_squares import fit, fit_problem, free_names, subset_of
-from fitting.recordings import read_experiment
-from fitting.residuals import problem
-from fitting.simulate import loop_courses, release_courses, step_courses, write_data_set
-from fitting.solving.search import rows_and_slopes
-from fitting.solving.shooting import begun_by_shooting, shooting, with_shots
-from fitting.solving.unknowns import unknowns
+from fitting.least_squares.fit import fit, fit_problem, free_names, subset_of
+from fitting.least_squares.search import rows_and_slopes
+from fitting.least_squares.shooting import begun_by_shooting, shooting, with_shots
+from fitting.problem.residuals import problem
+from fitting.problem.unknowns import unknowns
+from fitting.recordings.experiment import read_experiment
+from fitting.study.simulate import loop_courses, release_courses, step_courses, write_data_set
 from mckibben_jax.effect import name_of
 from mckibben_jax.effects import CoulombFriction, IdealCylinder, KineticFriction, SupplyLag, ViscousDamping
 from mckibben_jax.model import model

@@ -6,9 +6,9 @@ import time as clock
 import numpy as np
 import pytest
 
-from fitting.reading import doubtful
-from fitting.reading import motion_signals as signals
-from fitting.reading.runs import Readings, run_of
+from fitting.recordings import motion_signals as signals
+from fitting.recordings import weightless
+from fitting.recordings.runs import Readings, run_of
 
 pytestmark = pytest.mark.filterwarnings("error")
 
@@ -164,7 +164,7 @@ def test_samples_next_to_turning_points_and_ends_carry_no_weight():
 
 
 def test_in_short_branches_a_tenth_is_left_out():
-    near = doubtful.near_edges(np.array([0, 19, 24]), 25)
+    near = weightless.near_edges(np.array([0, 19, 24]), 25)
     assert np.flatnonzero(near).tolist() == [0, 1, 2, 17, 18, 19, 24]
 
 
@@ -262,7 +262,7 @@ def test_saturated_and_slack_readings_carry_no_weight():
 def test_a_held_extreme_is_not_saturation():
     force = np.concatenate([np.linspace(0, 50, 50), np.full(30, 50.0)])
     imposed = np.concatenate([np.linspace(0, 0.2, 50), np.full(30, 0.2)])
-    assert not doubtful.clipped(force, imposed).any()
+    assert not weightless.clipped(force, imposed).any()
 
 
 # ------------------------------------------------------------------------------------------------------ position tests
@@ -298,7 +298,7 @@ def test_a_jump_that_comes_late_after_a_turning_point_is_left_out_alone(delay, s
     way = np.sign(np.gradient(contraction))
     force = 1000 - 2000 * contraction - 40 * np.concatenate([np.full(delay, way[0]), way[:-delay]])
     force += sigma * np.random.default_rng(3).normal(size=len(time))
-    late = doubtful.late_jumps(force, edges, signals.noise_level(time, force))
+    late = weightless.late_jumps(force, edges, signals.noise_level(time, force))
     jumps = np.flatnonzero(np.abs(np.diff(force)) > 30)
     assert len(jumps) >= len(edges) - 2
     assert late[jumps].all()
@@ -314,12 +314,12 @@ def test_what_grows_or_dies_away_smoothly_is_no_late_jump():
     rng = np.random.default_rng(4)
     for lasting in (2, 5, 20):
         force = 1000 - 2000 * contraction + 40 * np.exp(-since / lasting)
-        late = doubtful.late_jumps(force, edges, signals.noise_level(time, force))
+        late = weightless.late_jumps(force, edges, signals.noise_level(time, force))
         assert not late[since > 3].any()
     found = 0
     for _ in range(50):
         force = 1000 - 2000 * contraction + rng.normal(size=len(time))
-        found += doubtful.late_jumps(force, edges, signals.noise_level(time, force)).sum()
+        found += weightless.late_jumps(force, edges, signals.noise_level(time, force)).sum()
     assert found == 0
 
 

@@ -11,7 +11,7 @@ from pathlib import Path
 import click
 import pytest
 
-from fitting.cli import COMMANDS, main
+from fitting.cli.main import COMMANDS, main
 from mckibben_jax.effect import name_of
 from mckibben_jax.effects import LIBRARY, SUPPLIES
 from mckibben_jax.laws.review import EQUATIONS

@@ -6,10 +6,10 @@ import pytest
 from hidden.simulator import Muscle, Noise, Truth, dataset, isometric, loops, static, with_baseline, write
 from hidden.study.changes import changed
 
-from fitting.recordings import read_experiment
-from fitting.residuals import problem, thinned
-from fitting.solving.sizes import joined, of_standard_size
-from fitting.solving.unknowns import unknowns
+from fitting.problem.residuals import problem, thinned
+from fitting.problem.sizes import joined, of_standard_size
+from fitting.problem.unknowns import unknowns
+from fitting.recordings.experiment import read_experiment
 from mckibben_jax.effects import CoulombFriction, Creep, IdealCylinder, Presliding
 
 TRUTH, NOISE, LOUDER = Truth(Muscle(), with_baseline()), Noise(sd=0.5), Noise(sd=2.0)

@@ -6,10 +6,10 @@ import pytest
 from hidden.simulator import Muscle as TrueMuscle
 from hidden.simulator import Noise, Truth, dataset, loops, with_baseline, write
 
-from fitting.diagnosis.stand_ins import stand_ins
+from fitting.diagnosis.substitutes import stand_ins
 from fitting.diagnosis.universe import universe
-from fitting.recordings import read_experiment
-from fitting.showing.sentences import stand_ins_in_words
+from fitting.recordings.experiment import read_experiment
+from fitting.report.sentences import stand_ins_in_words
 from mckibben_jax.effects import (
     BladderMooneyRivlin,
     BladderNeoHookean,

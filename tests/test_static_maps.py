@@ -8,13 +8,13 @@ import pytest
 from hidden.simulator import NOISES, dataset, static, with_baseline, write
 from hidden.study.sizes import hiding
 
-from fitting.diagnose import diagnose
+from fitting.diagnosis.diagnose import diagnose
 from fitting.diagnosis.flips import flipped_signs
 from fitting.diagnosis.working_noise import Kinds
-from fitting.reading.noise import noise_of, one_load_cell
-from fitting.recordings import read_experiment
-from fitting.residuals import problem
-from fitting.solving.unknowns import unknowns
+from fitting.problem.residuals import problem
+from fitting.problem.unknowns import unknowns
+from fitting.recordings.experiment import read_experiment
+from fitting.recordings.noise import noise_of, one_load_cell
 from mckibben_jax.effects import (
     CoulombFriction,
     Creep,

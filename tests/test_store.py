@@ -7,13 +7,13 @@ import sys
 
 import pytest
 
-from fitting.solving import store
-from fitting.solving.store import prune
+from fitting.compiled import store
+from fitting.compiled.store import prune
 
 COMPUTES = """
 import warnings
 warnings.simplefilter("error")
-from fitting.solving.store import keep_compiled
+from fitting.compiled.store import keep_compiled
 keep_compiled()
 import jax
 asked = []

@@ -17,7 +17,7 @@ from mckibben_jax.design.batch import Engine
 @pytest.mark.parametrize("keep", [BEST, ALL])
 def test_a_cluster_loses_and_doubles_nothing_when_a_worker_is_killed(tmp_path, keep):
     distributed = pytest.importorskip("distributed")
-    from fitting.designs.sweep_scheduler import on
+    from fitting.cli.cluster.sweeps import on
 
     whole = sweep(order(tmp_path, keep), tmp_path / "whole", piece=250)
     with distributed.LocalCluster(n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None) as cluster:
@@ -52,14 +52,14 @@ K = "2000 N/m"
 """
 ELSEWHERE = """
 import sys
-from fitting.designs.sweep_scheduler import do_piece
+from fitting.cli.cluster.sweeps import do_piece
 print(do_piece(open(sys.argv[1], "rb").read(), 0, 1000, float("-inf")).scores[0].hex())
 """
 
 
 def test_an_effect_that_a_line_defines_goes_along(tmp_path):
     """A class that pickle takes apart forgets what its fields are, and the law would be another one."""
-    from fitting.cluster import packed
+    from fitting.cli.cluster.scheduler import packed
 
     (tmp_path / "model.toml").write_text(MODEL)
     model, muscle = 'file = "model.toml"', FILE.partition("[model]")[0]
@@ -74,7 +74,7 @@ def test_an_effect_that_a_line_defines_goes_along(tmp_path):
 
 def test_a_scheduler_that_does_not_answer_is_said(monkeypatch):
     pytest.importorskip("distributed")
-    from fitting.designs.sweep_scheduler import on
+    from fitting.cli.cluster.sweeps import on
 
     with pytest.raises(InputError, match="no Dask scheduler answers"):
         on("tcp://127.0.0.1:9")

@@ -108,7 +108,7 @@ def test_a_damaged_folder_is_refused_with_a_cure(tmp_path, file, content, words)
     assert caught.value.cure
 
 
-RUN = "import sys; from fitting.cli import main; main()"
+RUN = "import sys; from fitting.cli.main import main; main()"
 
 
 @pytest.mark.slow

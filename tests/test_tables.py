@@ -6,9 +6,9 @@ import pytest
 from folders import folder_of, loop_columns, loop_csv, only_run, recording
 
 from fitting.errors import InputError
-from fitting.reading import table_text
-from fitting.reading.tables import read_table
-from fitting.recordings import read_experiment
+from fitting.recordings import table_text
+from fitting.recordings.experiment import read_experiment
+from fitting.recordings.tables import read_table
 
 pytestmark = pytest.mark.filterwarnings("error")
 

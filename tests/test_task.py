@@ -3,12 +3,12 @@
 import pytest
 from folders import folder_of, loop_columns, table
 
-from fitting.commands import simulate, sweep
-from fitting.console.options import Asked
-from fitting.console.task import task_of
+from fitting.cli.commands import simulate, sweep
+from fitting.cli.options import Asked
 from fitting.designs.sweep_files import KINDS
 from fitting.errors import InputError
-from fitting.records import TESTS
+from fitting.recordings.records import TESTS
+from fitting.study.task import task_of
 
 
 def of_file(folder, **more):

@@ -8,8 +8,8 @@ import pytest
 from small_muscle import loops, write
 
 from fitting.diagnosis.universe import universe
-from fitting.least_squares import fit
-from fitting.recordings import read_experiment
+from fitting.least_squares.fit import fit
+from fitting.recordings.experiment import read_experiment
 from mckibben_jax.effects import (
     BladderNeoHookean,
     CoulombFriction,

@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 from test_flips import autoregression, samples
 
-from fitting.diagnosis import flips, held_out, omnibus, working_noise
-from fitting.diagnosis.apart import Yielding
+from fitting.diagnosis import flips, omnibus, working_noise
+from fitting.diagnosis.between_runs import Yielding
 from fitting.diagnosis.flips import White
 from fitting.diagnosis.omnibus import Basis
+from fitting.least_squares import held_out
 
 WHITE = working_noise.Noise(1.0, np.zeros(len(working_noise.MEMORIES)))
 RUNS, EACH = 10, 40

@@ -14,16 +14,16 @@ import pytest
 from served import COMMAND, Served
 from small_muscle import LENGTH, loops, write
 
-from fitting.console.options import Asked
+from fitting.cli.options import Asked
 from fitting.errors import InputError
-from fitting.reading.model_file import read_model
-from fitting.reading.own_effects import library
+from fitting.library.library import library
+from fitting.model_files.model_file import read_model
 from fitting.workbench import data as dropping
 from fitting.workbench import home
 from fitting.workbench import session as bench
 from fitting.workbench.job import Job
 from fitting.workbench.serving import is_loopback, is_own, listening
-from fitting.workbench.words import DESIGN, error_now, evidence, fall, headline, offered
+from fitting.workbench.text import DESIGN, error_now, evidence, fall, headline, offered
 
 CANDIDATES = ("linear_spring", "viscous_damping")
 STIFFNESS = 1600.0  # N/m, what is hidden in the data of these tests

@@ -12,8 +12,8 @@ from browser import Watched, browser, fallen, press, tab_to, violations
 from served import Served
 from small_muscle import LENGTH, loops, write
 
-from fitting.reading.model_file import read_model
-from fitting.reading.own_effects import library
+from fitting.library.library import library
+from fitting.model_files.model_file import read_model
 
 CANDIDATES = ("linear_spring", "viscous_damping")
 STIFFNESS = 1600.0  # N/m, what is hidden in the data of these tests

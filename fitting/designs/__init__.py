@@ -1,1 +1,1 @@
-"""Designs and sweeps: what is wanted, where it is computed, what is said of it."""
+"""Design files: what is wanted of a muscle, one design, and sweeps of millions."""

@@ -9,11 +9,11 @@ import numpy as np
 import tomlkit
 
 from fitting import units
-from fitting.console.program import program_version
 from fitting.designs.order import DesignOrder
-from fitting.designs.words import describe, front_in_words, odds_in_words
 from fitting.errors import InputError
-from fitting.reading.model_file import sealed
+from fitting.model_files.model_file import sealed
+from fitting.report.design_text import describe, front_in_words, odds_in_words
+from fitting.version import program_version
 from fitting.writing import write_text, write_whole
 from mckibben_jax.design.design import Design, Task, design, to_json
 from mckibben_jax.design.merit import built
@@ -47,7 +47,7 @@ class Answer:
 
     def draw(self, path: str) -> None:
         """Write the picture."""
-        from fitting.designs.figures import stroke_of, to_scale, trade_off
+        from fitting.report.design_figures import stroke_of, to_scale, trade_off
 
         kind = check_kind(path)
         if len(self.designs) > 1 and self.order.second:

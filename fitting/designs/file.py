@@ -10,10 +10,10 @@ import numpy as np
 
 from fitting import units
 from fitting.errors import InputError, unknown_name
-from fitting.reading.model_file import read_model
-from fitting.reading.muscle_file import line_of, read_muscle_table, read_toml
-from fitting.reading.own_effects import library, named
-from fitting.reading.readings import CONTRACTIONS
+from fitting.library.library import library, named
+from fitting.model_files.model_file import read_model
+from fitting.recordings.muscle_file import line_of, read_muscle_table, read_toml
+from fitting.recordings.readings import CONTRACTIONS
 from mckibben_jax.design.design import DESIGN_BASELINE, Limit, Task
 from mckibben_jax.design.merit import CONDITIONS, QUANTITIES, built, missing
 from mckibben_jax.effect import Effect, name_of

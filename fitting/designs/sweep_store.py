@@ -16,10 +16,10 @@ from zipfile import BadZipFile
 
 import numpy as np
 
-from fitting.console.program import NAME, program_version
 from fitting.designs.sweep_file import Order, with_unit
 from fitting.designs.sweep_files import NO_ROOM, PARQUET, write_table, writer
 from fitting.errors import InputError
+from fitting.version import NAME, program_version
 from fitting.writing import refused, write_text, write_whole
 from mckibben_jax.design.batch import Batch, Histogram, Picked, Tally, joined, nothing
 from mckibben_jax.effect import name_of

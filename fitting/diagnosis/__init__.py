@@ -1,1 +1,1 @@
-"""What a diagnosis is made of: the search over sets of effects, the test by flips, its limits, its words."""
+"""Which effect is missing: the search over sets of effects, the sign-flip test, its limits, the verdict."""

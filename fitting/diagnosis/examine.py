@@ -6,12 +6,13 @@ from functools import cached_property
 
 import numpy as np
 
-from fitting.diagnosis import apart, flips, held_out, omnibus
-from fitting.diagnosis.apart import Yielding
+from fitting.diagnosis import between_runs, flips, omnibus
+from fitting.diagnosis.between_runs import Yielding
 from fitting.diagnosis.flips import Ground, Units
 from fitting.diagnosis.universe import Trial, Universe
 from fitting.diagnosis.working_noise import Kinds, Noise
 from fitting.full_names import owner_of
+from fitting.least_squares import held_out
 
 INVISIBLE = 0.02  # of a signature's square that must survive the model's own parameters to be seen at all
 ALIKE = 0.9
@@ -102,16 +103,16 @@ class Examiner:
     def rests_on(self) -> str:
         """What the test rests on, in words."""
         allowed = (
-            f"; from run to run each effect's parameters may differ by {apart.REPEATABLE:.0%} at most, the zero by the "
-            "noise of one reading"
+            f"; from run to run each effect's parameters may differ by {between_runs.REPEATABLE:.0%} at most, "
+            "the zero by the noise of one reading"
         )
         return self.units.words + (allowed if self.runs_apart else "")
 
     def yielding(self, trial: Trial) -> Yielding:
         """How a fitted set may give way before anything is called missing from it."""
         if self.runs_apart:
-            return apart.from_run_to_run(trial, self.world.layout, self.world.samples)
-        return apart.together(trial)
+            return between_runs.from_run_to_run(trial, self.world.layout, self.world.samples)
+        return between_runs.together(trial)
 
     def left(self, trial: Trial) -> float:
         """Sum of squares that a fitted set leaves when its runs may differ a little."""
@@ -132,7 +133,7 @@ class Examiner:
             names, signatures = self.columns(trial, fitted)
             verdict = self._tested(trial, signatures, limits)
         in_newtons = self.world.in_newtons
-        beside = apart.together(trial).beside(signatures) * self.world.samples.sigma[:, None]
+        beside = between_runs.together(trial).beside(signatures) * self.world.samples.sigma[:, None]
         rms = np.sqrt(np.mean(beside[in_newtons] ** 2, axis=0))
         noise = verdict.floor * float(np.sqrt(np.mean(self.world.samples.sigma[in_newtons] ** 2)))
         return Standing(verdict, tuple(names), rms, verdict.floor, noise, self._why_not(added, trial, verdict))
@@ -145,7 +146,7 @@ class Examiner:
         columns = [t.slopes[:, [owner_of(n) in added for n in t.free]] for added, t in rivals]
         wanted = np.hstack(columns)
         size = np.linalg.norm(wanted, axis=0)
-        left = np.linalg.norm(apart.together(trial).beside(wanted), axis=0)
+        left = np.linalg.norm(between_runs.together(trial).beside(wanted), axis=0)
         seen = wanted[:, left**2 > INVISIBLE * np.maximum(size**2, 1e-300)]
         if not seen.shape[1]:
             return 1.0
@@ -153,7 +154,7 @@ class Examiner:
 
     def _tested(self, trial: Trial, columns: np.ndarray, limits: bool = False) -> flips.Verdict:
         """The test of a fitted set along these columns (rows, q)."""
-        same, own = apart.together(trial), self.yielding(trial)
+        same, own = between_runs.together(trial), self.yielding(trial)
         return flips.judged(trial.rows, same, own, columns, self.ground(trial), limits)
 
     def ground(self, trial: Trial) -> Ground:

@@ -11,12 +11,12 @@ from functools import cached_property
 import numpy as np
 
 from fitting.diagnosis import omnibus
-from fitting.diagnosis.apart import DENIED_P, Yielding, as_far_as_seen, shares_seen, too_few
+from fitting.diagnosis.between_runs import DENIED_P, Yielding, as_far_as_seen, shares_seen, too_few
 from fitting.diagnosis.detection import detectable
 from fitting.diagnosis.omnibus import Basis
 from fitting.diagnosis.projected import MISFIT_P, Projected, projected
 from fitting.diagnosis.working_noise import Noise, orthonormal, whitened
-from fitting.residuals import Samples
+from fitting.problem.residuals import Samples
 
 FLIPS = 1999
 LEVEL = 0.01

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fitting.residuals import Samples
+from fitting.problem.residuals import Samples
 
 HATS = 6
 ACROSS = 5  # most hats in the other variable: pressure in loops, contraction where it is held

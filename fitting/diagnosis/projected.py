@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import stats
 
-from fitting.diagnosis.apart import DENIED_P, Yielding
+from fitting.diagnosis.between_runs import DENIED_P, Yielding
 from fitting.diagnosis.detection import enough
 from fitting.diagnosis.omnibus import Basis
 from fitting.diagnosis.working_noise import orthonormal

@@ -17,13 +17,13 @@ from scipy import stats
 from scipy.optimize import least_squares
 from threadpoolctl import threadpool_limits
 
-from fitting.diagnosis.held_out import difference, folds
 from fitting.diagnosis.proposal_terms import STATES, Term, line_of, terms
 from fitting.diagnosis.record import Diagnosis
 from fitting.errors import InputError
-from fitting.least_squares import Fit
-from fitting.reading.define import VARIABLES, defined_name
-from fitting.showing.sentences import amount
+from fitting.least_squares.fit import Fit
+from fitting.least_squares.held_out import difference, folds
+from fitting.library.line import VARIABLES, defined_name
+from fitting.report.sentences import amount
 from mckibben_jax.state import State
 
 MOST_TERMS = 3

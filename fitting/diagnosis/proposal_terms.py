@@ -12,7 +12,7 @@ from itertools import product
 import numpy as np
 
 from fitting import units
-from fitting.reading.define_expression import Expression, read_expression
+from fitting.library.expression import Expression, read_expression
 
 STATES = Mapping[str, np.ndarray]  # every name that a formula knows, at every sample, SI
 CENTRES, WIDTHS = 10, (0.05, 0.1, 0.2)  # of bumps, as shares of the range of contraction

@@ -4,7 +4,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from fitting.least_squares import Fit
+from fitting.least_squares.fit import Fit
 
 
 @dataclass(frozen=True)

@@ -7,11 +7,11 @@ from math import comb
 
 import numpy as np
 
-from fitting.diagnosis.apart import together
+from fitting.diagnosis.between_runs import together
 from fitting.diagnosis.examine import Examiner, Standing
 from fitting.diagnosis.universe import WORKERS, Trial, Universe
-from fitting.least_squares import Fit
-from fitting.solving.decomposed import lstsq
+from fitting.least_squares.decomposed import lstsq
+from fitting.least_squares.fit import Fit
 
 BETTERED = 0.6  # an explanation that one more effect brings below this share of its rms was not the whole of it
 BEST_SINGLES = 20  # from which pairs are built

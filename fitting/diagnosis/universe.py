@@ -9,14 +9,14 @@ from itertools import islice, product
 import jax.numpy as jnp
 import numpy as np
 
-from fitting.diagnosis.held_out import REFIT_BELOW, left_out_rows
 from fitting.full_names import listed
-from fitting.least_squares import Solved, Subset, solve
-from fitting.records import Experiment, force_was_measured
-from fitting.residuals import LIGHT, Problem, Samples, problem
-from fitting.solving.sizes import joined, of_standard_size, widened
-from fitting.solving.uncertainty import at_bound
-from fitting.solving.unknowns import Unknowns, unknowns
+from fitting.least_squares.fit import Solved, Subset, solve
+from fitting.least_squares.held_out import REFIT_BELOW, left_out_rows
+from fitting.least_squares.uncertainty import at_bound
+from fitting.problem.residuals import LIGHT, Problem, Samples, problem
+from fitting.problem.sizes import joined, of_standard_size, widened
+from fitting.problem.unknowns import Unknowns, unknowns
+from fitting.recordings.records import Experiment, force_was_measured
 from mckibben_jax.effect import Effect, name_of
 from mckibben_jax.model import Model
 from mckibben_jax.muscle import quantities

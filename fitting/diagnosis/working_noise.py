@@ -11,8 +11,8 @@ from scipy.linalg import solve_triangular
 from scipy.optimize import nnls
 from scipy.signal import lfilter
 
-from fitting.residuals import Samples
-from fitting.solving.decomposed import lstsq, svd
+from fitting.least_squares.decomposed import lstsq, svd
+from fitting.problem.residuals import Samples
 
 PIECE = 400  # samples whitened together
 MEMORIES = np.array([0.3, 0.5, 0.7, 0.8, 0.9, 0.95, 0.98, 0.99, 0.995, 0.999])

@@ -12,9 +12,9 @@ import jax.numpy as jnp
 import numpy as np
 
 from fitting import units
-from fitting.console.program import program_version
 from fitting.errors import InputError, unknown_name
 from fitting.exporting.numpy_source import UnknownOperation, numpy_source
+from fitting.version import program_version
 from fitting.writing import write_text, write_whole
 from mckibben_jax.effect import name_of
 from mckibben_jax.model import Model

@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 
 from fitting import units
-from fitting.console.stored_model import stored_model
 from fitting.errors import InputError
 from fitting.exporting.files import Grid, free_contraction, python_module, table, without, write_table
-from fitting.reading.readings import CONTRACTIONS
+from fitting.recordings.readings import CONTRACTIONS
+from fitting.study.stored_model import stored_model
 from fitting.writing import write_text
 from mckibben_jax.model import Model
 

@@ -1,1 +1,1 @@
-"""What the next recording should be: candidates, what each explanation foretells of them, how far apart."""
+"""Which recording to make next: candidates, what each explanation predicts for them, and how far apart."""

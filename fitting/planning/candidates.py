@@ -8,10 +8,10 @@ import numpy as np
 
 from fitting import units
 from fitting.errors import InputError
-from fitting.reading.inverse_dynamics import as_force
-from fitting.reading.noise import noise_of
-from fitting.reading.runs import AT_REST
-from fitting.records import FORCE_TESTS, Experiment, Recording, Run
+from fitting.recordings.inverse_dynamics import as_force
+from fitting.recordings.noise import noise_of
+from fitting.recordings.records import FORCE_TESTS, Experiment, Recording, Run
+from fitting.recordings.runs import AT_REST
 
 NODES = 24  # places on each branch at which a candidate is predicted; each stands for all readings around it
 CYCLES = 2  # the first has a fresh memory, the second stands for all that follow

@@ -9,12 +9,12 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from fitting import full_names
-from fitting.discover import with_added
-from fitting.least_squares import Subset, free_names, rows_and_slopes, subset_of
+from fitting.diagnosis.discover import with_added
+from fitting.least_squares.fit import Subset, free_names, rows_and_slopes, subset_of
 from fitting.planning.candidates import Protocol, Shown, recording
-from fitting.records import Experiment
-from fitting.residuals import Problem, Samples, problem
-from fitting.solving.unknowns import Unknowns, unknowns
+from fitting.problem.residuals import Problem, Samples, problem
+from fitting.problem.unknowns import Unknowns, unknowns
+from fitting.recordings.records import Experiment
 from mckibben_jax.effect import Effect, name_of
 
 UNIFORM = np.sqrt(12.0)  # one over the standard deviation of a place that could be anywhere in its range

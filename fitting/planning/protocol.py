@@ -8,17 +8,17 @@ from typing import Any
 from rich.console import RenderableType
 
 from fitting import units
-from fitting.console.task import MODEL_FILE, Task
-from fitting.diagnose import of_force
+from fitting.diagnosis.diagnose import of_force
 from fitting.diagnosis.record import Diagnosis
-from fitting.next_measurement import NextMeasurement, measurements, remaining
 from fitting.planning.candidates import Shown, shown, simulation
+from fitting.planning.next_measurement import NextMeasurement, measurements, remaining
 from fitting.planning.sharper import sharper
-from fitting.report import headed, lines, to_type
-from fitting.results import measurement_result
-from fitting.showing.columns import columns
-from fitting.showing.next_step import typed
-from fitting.showing.sentences import effect_set, percent
+from fitting.report.columns import columns
+from fitting.report.next_step import typed
+from fitting.report.results import measurement_result
+from fitting.report.sentences import effect_set, percent
+from fitting.report.terminal import headed, lines, to_type
+from fitting.study.task import MODEL_FILE, Task
 
 REST = 60.0  # s between recordings, for creep and warmth to fade
 INSTRUMENT = "instrument"  # the source of an effect that is none of the muscle's

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import stats
 
-from fitting.diagnosis import apart, flips, omnibus, projected
+from fitting.diagnosis import between_runs, flips, omnibus, projected
 from fitting.diagnosis.working_noise import orthonormal
 
 FLIPS = 800
@@ -56,7 +56,7 @@ class Drawn:
         if not self.differing.shape[1]:
             return self.slopes, self.prior
         common = orthonormal(np.hstack([self.slopes, self.basis.whole]))
-        own = apart.as_far_as_seen(self.differing, self.group, self.rows[:, :JUDGED], common)
+        own = between_runs.as_far_as_seen(self.differing, self.group, self.rows[:, :JUDGED], common)
         prior = np.eye(len(self.prior) + own.shape[1])
         prior[: len(self.prior), : len(self.prior)] = self.prior
         return np.hstack([self.slopes, own]), prior

@@ -12,11 +12,11 @@ from functools import cached_property
 import numpy as np
 from scipy.linalg import cholesky, solve_triangular
 
-from fitting.diagnosis import apart, flips, omnibus
+from fitting.diagnosis import between_runs, flips, omnibus
 from fitting.diagnosis.working_noise import MEMORIES, PIECE, Noise, noise_from
 from fitting.planning.foreseen import Candidates, Explained
 from fitting.planning.rejection import Drawn, Units
-from fitting.residuals import Samples
+from fitting.problem.residuals import Samples
 
 DRAWS = 100
 
@@ -222,7 +222,7 @@ class Outlook:
         found = np.zeros((len(used), 0)), np.zeros(0, int)
         if self.old_loops.max() + 1 < len(self.old_loops):
             vector = np.array(list(given.values.values()))
-            found = apart.differences(given.slopes[used], given.free, vector, given.layout, samples.run)
+            found = between_runs.differences(given.slopes[used], given.free, vector, given.layout, samples.run)
         columns = np.zeros((len(self.planned.samples), found[0].shape[1]))
         columns[used] = found[0]
         return columns, found[1]

@@ -8,7 +8,8 @@ from scipy.stats import norm
 from threadpoolctl import threadpool_limits
 
 from fitting.diagnosis.record import Diagnosis
-from fitting.next_measurement import (
+from fitting.planning.foreseen import Explained, Varying, explained
+from fitting.planning.next_measurement import (
     USUAL,
     NextMeasurement,
     PairPower,
@@ -17,8 +18,7 @@ from fitting.next_measurement import (
     prospect,
     trouble,
 )
-from fitting.planning.foreseen import Explained, Varying, explained
-from fitting.records import Experiment
+from fitting.recordings.records import Experiment
 from mckibben_jax.effect import Effect, name_of
 from mckibben_jax.effects import LIBRARY
 

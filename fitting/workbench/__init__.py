@@ -1,1 +1,1 @@
-"""The workbench: a session, its data, its words, and the server."""
+"""The workbench: a session, its data, its text, and the server."""

@@ -11,10 +11,10 @@ from typing import Any
 import tomlkit
 
 from fitting.errors import InputError
-from fitting.reading.init import muscle_file
-from fitting.reading.muscle_file import REQUIRED
-from fitting.reading.tables import COLUMNS, USUAL, plain_name, read_heads, split_head
-from fitting.records import TESTS
+from fitting.recordings.muscle_file import REQUIRED
+from fitting.recordings.records import TESTS
+from fitting.recordings.tables import COLUMNS, USUAL, plain_name, read_heads, split_head
+from fitting.recordings.template import muscle_file
 from fitting.units import example
 from fitting.writing import write_text, write_whole
 from mckibben_jax.muscle import quantities

@@ -2,11 +2,11 @@
 
 from pathlib import Path
 
-from fitting.console.options import Asked
+from fitting.cli.options import Asked
 from fitting.errors import InputError
-from fitting.reading import model_file
-from fitting.sampling.page import posterior_sections
-from fitting.showing.page import page
+from fitting.model_files import model_file
+from fitting.report.page import page
+from fitting.report.posterior_page import posterior_sections
 from fitting.workbench.data import is_dropped
 from fitting.workbench.session import Session, fit_of, in_own_units
 

@@ -35,7 +35,7 @@ def notebook() -> Path:
 
 def data_folder(dataset: str) -> Path:
     """The folder that a name on the command line means: a path, else a shipped data set."""
-    from fitting.console.shipped import shipped, shipped_names
+    from fitting.shipped import shipped, shipped_names
 
     if Path(dataset).exists():
         return Path(dataset).resolve()
@@ -132,7 +132,7 @@ def is_own(headers: dict[bytes, bytes], hosts: tuple[str, ...] | None) -> bool:
 
 def _warm() -> None:
     """Load what a session needs while the browser opens: the first picture comes the sooner."""
-    from fitting.console.prepare import prepare
+    from fitting.compiled.prepare import prepare
 
     prepare()
     importlib.import_module("fitting.workbench.session")

@@ -12,26 +12,26 @@ from typing import TYPE_CHECKING, Any, TypeVar, cast
 import numpy as np
 
 from fitting import units
-from fitting.compare import Comparison, compare
-from fitting.console.changing import with_added, with_dropped
-from fitting.console.diagnosing import candidates_of, diagnosed
-from fitting.console.options import Asked
-from fitting.console.task import Task, as_known, fitted, task_of
+from fitting.cli.options import Asked
+from fitting.comparison.compare import Comparison, compare
 from fitting.diagnosis.record import Diagnosis
 from fitting.errors import InputError
-from fitting.figures import Stage
-from fitting.least_squares import Fit
-from fitting.reading.define import defined_name
-from fitting.reading.own_effects import with_line
-from fitting.showing.loops_picture import Frame, frame, key, loops_html, thinned_in_words
-from fitting.showing.panels import panels
-from fitting.showing.parts import as_text
-from fitting.showing.sentences import judged, verdict_in_words
-from fitting.solving.evaluate import left_out_rmse
+from fitting.least_squares.evaluate import left_out_rmse
+from fitting.least_squares.fit import Fit
+from fitting.library.library import with_line
+from fitting.library.line import defined_name
+from fitting.report.figures import Stage
+from fitting.report.loops_picture import Frame, frame, key, loops_html, thinned_in_words
+from fitting.report.panels import panels
+from fitting.report.parts import as_text
+from fitting.report.sentences import judged, verdict_in_words
+from fitting.study.changing import with_added, with_dropped
+from fitting.study.diagnosing import candidates_of, diagnosed
+from fitting.study.task import Task, as_known, fitted, task_of
 from fitting.workbench.sliders import LaidOut, laid_out
 
 if TYPE_CHECKING:
-    from fitting.posterior import Posterior
+    from fitting.posterior.sample import Posterior
 
 Action = TypeVar("Action", bound=Callable[..., Any])  # of a session or a step, its first argument
 Progress = Callable[[str, float], None]
@@ -188,8 +188,8 @@ def planned(session: Session, told: Progress) -> Session:
 @in_own_units
 def sampled(session: Session, told: Progress, seconds: float = 60.0) -> Session:
     """What the data leave open of the parameters, sampled for at most so long."""
-    from fitting.posterior import sample
-    from fitting.sampling.record import describe
+    from fitting.posterior.record import describe
+    from fitting.posterior.sample import sample
 
     step, fit = session.last, fit_of(session)
     found = sample(
@@ -206,7 +206,7 @@ def sampled(session: Session, told: Progress, seconds: float = 60.0) -> Session:
 def designed(spec: str, told: Progress) -> str:
     """The muscle that does best what a design file asks for, in words."""
     from fitting.designs.file import read_design
-    from fitting.designs.words import describe
+    from fitting.report.design_text import describe
     from mckibben_jax.design.design import design
 
     with tempfile.TemporaryDirectory() as folder:

@@ -7,10 +7,10 @@ import jax.numpy as jnp
 import numpy as np
 
 from fitting import units
-from fitting.console.task import Task
-from fitting.least_squares import Fit
-from fitting.residuals import Problem, Samples, problem
-from fitting.solving.unknowns import Unknowns
+from fitting.least_squares.fit import Fit
+from fitting.problem.residuals import Problem, Samples, problem
+from fitting.problem.unknowns import Unknowns
+from fitting.study.task import Task
 
 PLACES = 201  # of a slider
 AROUND = 10.0  # standard errors that a slider goes to either side, if that is more than the value itself

@@ -34,9 +34,9 @@ def main(folder: str, which: str) -> None:
     jax.monitoring.register_event_duration_secs_listener(
         lambda event, seconds, **about: compiled.update([about.get("fun_name", "")] if event == COMPILED else [])
     )
-    from fitting.console.baseline import baseline
-    from fitting.diagnose import diagnose
-    from fitting.recordings import read_experiment
+    from fitting.diagnosis.diagnose import diagnose
+    from fitting.recordings.experiment import read_experiment
+    from fitting.study.baseline import baseline
     from mckibben_jax.effect import name_of
     from mckibben_jax.effects import LIBRARY
 

@@ -20,14 +20,14 @@ from scipy.stats import qmc
 from telling import tell
 
 from fitting.diagnosis import flips
-from fitting.diagnosis.apart import together
+from fitting.diagnosis.between_runs import together
 from fitting.diagnosis.examine import Examiner
 from fitting.diagnosis.universe import universe
-from fitting.least_squares import Subset, fit, free_names, solve, starting_places, subset_of
-from fitting.recordings import read_experiment
-from fitting.records import Experiment
-from fitting.residuals import Problem, Samples, problem
-from fitting.solving.unknowns import Unknowns, unknowns
+from fitting.least_squares.fit import Subset, fit, free_names, solve, starting_places, subset_of
+from fitting.problem.residuals import Problem, Samples, problem
+from fitting.problem.unknowns import Unknowns, unknowns
+from fitting.recordings.experiment import read_experiment
+from fitting.recordings.records import Experiment
 from mckibben_jax import effects as library
 from mckibben_jax.effect import name_of
 

@@ -20,17 +20,17 @@ import pytest
 from hidden.simulator import TYPICAL, Muscle, Noise, Truth, dataset, loops, with_baseline, write
 from telling import tell
 
-from fitting.compare import compare
-from fitting.diagnose import ENOUGH_SAMPLES, one_thread
+from fitting.comparison.compare import compare
+from fitting.diagnosis.diagnose import ENOUGH_SAMPLES, one_thread
 from fitting.diagnosis.examine import Examiner
 from fitting.diagnosis.search import Search
 from fitting.diagnosis.universe import universe
-from fitting.least_squares import Fit, fit, free_names, subset_of
-from fitting.recordings import read_experiment
-from fitting.records import Experiment
-from fitting.residuals import problem, thinned
-from fitting.solving.search import rows_and_slopes
-from fitting.solving.unknowns import unknowns
+from fitting.least_squares.fit import Fit, fit, free_names, subset_of
+from fitting.least_squares.search import rows_and_slopes
+from fitting.problem.residuals import problem, thinned
+from fitting.problem.unknowns import unknowns
+from fitting.recordings.experiment import read_experiment
+from fitting.recordings.records import Experiment
 from mckibben_jax import effects as library
 from mckibben_jax.effect import name_of
 from mckibben_jax.parameter import parameters

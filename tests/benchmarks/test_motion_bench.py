@@ -21,12 +21,12 @@ import pytest
 from motion_rivals import ANGLE, IRON, LENGTH, PRESSURE, RAYON, G, Values, compiled, release, slopes
 from scipy.optimize import least_squares
 
-from fitting.least_squares import subset_of
-from fitting.records import Experiment, Recording, Run
-from fitting.residuals import problem
-from fitting.solving.search import rows_and_slopes, solve
-from fitting.solving.shooting import begun_by_shooting
-from fitting.solving.unknowns import unknowns
+from fitting.least_squares.fit import subset_of
+from fitting.least_squares.search import rows_and_slopes, solve
+from fitting.least_squares.shooting import begun_by_shooting
+from fitting.problem.residuals import problem
+from fitting.problem.unknowns import unknowns
+from fitting.recordings.records import Experiment, Recording, Run
 from mckibben_jax.effects import IdealCylinder, KineticFriction, TextileFriction, Tip, ViscousDamping
 from mckibben_jax.model import model
 from mckibben_jax.motion import motion

@@ -12,13 +12,13 @@ import emcee
 import numpy as np
 import pytest
 
-from fitting.least_squares import fit
-from fitting.posterior import begun, sample
-from fitting.records import Experiment, Recording, Run
-from fitting.sampling.evaluation import log_probs
-from fitting.sampling.moves import MOVES
-from fitting.sampling.nuts import sample_nuts
-from fitting.sampling.quick import quick_look
+from fitting.least_squares.fit import fit
+from fitting.posterior.evaluation import log_probs
+from fitting.posterior.moves import MOVES
+from fitting.posterior.nuts import sample_nuts
+from fitting.posterior.quick import quick_look
+from fitting.posterior.sample import begun, sample
+from fitting.recordings.records import Experiment, Recording, Run
 from mckibben_jax.effects import (
     BladderNeoHookean,
     ConstantFriction,

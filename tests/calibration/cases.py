@@ -11,10 +11,10 @@ from typing import Any
 
 import numpy as np
 
-from fitting.least_squares import Fit, fit
-from fitting.posterior import sample
-from fitting.sampling.quick import quick_look
-from fitting.sampling.record import Posterior
+from fitting.least_squares.fit import Fit, fit
+from fitting.posterior.quick import quick_look
+from fitting.posterior.record import Posterior
+from fitting.posterior.sample import sample
 
 from .truths import PRIORS, Drawn, draw, model
 

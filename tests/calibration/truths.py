@@ -13,9 +13,9 @@ from pathlib import Path
 
 import numpy as np
 
-from fitting.recordings import read_experiment
-from fitting.records import Experiment
-from fitting.sampling.priors import Prior
+from fitting.problem.priors import Prior
+from fitting.recordings.experiment import read_experiment
+from fitting.recordings.records import Experiment
 from mckibben_jax.effect import Effect
 from mckibben_jax.effects import BladderNeoHookean, IdealCylinder, TextileFriction
 

@@ -12,11 +12,11 @@ import numpy as np
 from fitting.designs.file import read_design
 from fitting.designs.sweep_file import read_sweep
 from fitting.errors import InputError
-from fitting.reading.define import defined
-from fitting.reading.model_file import read_model
-from fitting.reading.own_effects import library
-from fitting.recordings import read_experiment, read_muscle, read_recording
-from fitting.sampling.store import Store
+from fitting.library.library import library
+from fitting.library.line import defined
+from fitting.model_files.model_file import read_model
+from fitting.posterior.store import Store
+from fitting.recordings.experiment import read_experiment, read_muscle, read_recording
 from tests.design_texts import BRAID, BREAKING, FORCE, KNOWN, MINIMUM, RUBBER, WALL, stroke
 
 jax.config.update("jax_enable_x64", True)

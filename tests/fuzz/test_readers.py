@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 
 from fitting import units
 from fitting.errors import InputError
-from fitting.reading.muscle_file import read_muscle
-from fitting.reading.tables import read_table
+from fitting.recordings.muscle_file import read_muscle
+from fitting.recordings.tables import read_table
 
 from .mutations import TOKENS, damaged
 from .readers import FOLDER, LOOP_HEAD, MUSCLE, READERS, _loops, _table, refusal

@@ -57,27 +57,35 @@ PHYSICS = Suite(
 )  # fmt: skip
 DIAGNOSIS = Suite(
     "diagnosis",
-    ("fitting/diagnosis",),
+    (
+        "fitting/diagnosis",
+        "fitting/comparison/fingerprint",
+        "fitting/comparison/parity",
+        "fitting/least_squares/held_out",
+    ),
     {
         "fitting/diagnosis/proposal": (("tests/test_proposal.py",),),
         "fitting/diagnosis/detection": (("tests/test_detection.py",), ("tests/test_diagnose.py",)),
-        "fitting/diagnosis/apart": (("tests/test_apart.py", "tests/test_projected.py"), ("tests/test_diagnose.py",)),
+        "fitting/diagnosis/between_runs": (
+            ("tests/test_apart.py", "tests/test_projected.py"),
+            ("tests/test_diagnose.py",),
+        ),
         "fitting/diagnosis/projected": (("tests/test_projected.py",), ("tests/test_flips.py",)),
-        "fitting/diagnosis/fingerprint": (("tests/test_fingerprint.py",), ("tests/test_compare.py",)),
-        "fitting/diagnosis/parity": (("tests/test_omnibus.py",), ("tests/test_compare.py",)),
+        "fitting/comparison/fingerprint": (("tests/test_fingerprint.py",), ("tests/test_compare.py",)),
+        "fitting/comparison/parity": (("tests/test_omnibus.py",), ("tests/test_compare.py",)),
         "fitting/diagnosis/omnibus": (
             ("tests/test_omnibus.py",),
             ("tests/test_flips.py",),
             ("tests/test_diagnose.py",),
         ),
-        "fitting/diagnosis/held_out": (("tests/test_verdict.py",), ("tests/test_flips.py",)),
+        "fitting/least_squares/held_out": (("tests/test_verdict.py",), ("tests/test_flips.py",)),
         "fitting/diagnosis/search": (("tests/test_search.py",), ("tests/test_diagnose.py",)),
         "fitting/diagnosis/examine": (
             ("tests/test_likes.py",),
             ("tests/test_search.py",),
             ("tests/test_diagnose.py",),
         ),
-        "fitting/diagnosis/likes": (("tests/test_likes.py",), ("tests/test_search.py",)),
+        "fitting/diagnosis/equivalent": (("tests/test_likes.py",), ("tests/test_search.py",)),
         "fitting/diagnosis/universe": (("tests/test_universe.py",), ("tests/test_search.py",)),
         "fitting/diagnosis/flips": (
             ("tests/test_verdict.py",),

@@ -30,8 +30,8 @@ def open_tie(found: Any) -> bool:
 
 def followed(case: Case, found: Any, experiment: Any, truth: Truth, folder: Path, base: Sequence[Any]) -> dict:
     """Verdicts after the proposed recording and after one drawn at random from what the rig has shown it can do."""
-    from fitting.next_measurement import next_measurement
     from fitting.planning.candidates import grid, shown
+    from fitting.planning.next_measurement import next_measurement
 
     if not open_tie(found):
         return {}
@@ -49,8 +49,8 @@ def followed(case: Case, found: Any, experiment: Any, truth: Truth, folder: Path
 
 def after(case: Case, p: Any, repeats: int, truth: Truth, folder: Path, base: Sequence[Any]) -> dict | None:
     """The verdict with one more recording, in a file of its own; None where the simulator cannot make it."""
-    from fitting.diagnose import diagnose
-    from fitting.recordings import read_experiment
+    from fitting.diagnosis.diagnose import diagnose
+    from fitting.recordings.experiment import read_experiment
 
     from .judge import verdict_of
 

@@ -78,8 +78,8 @@ def true_floor(case: Case, data: Dataset) -> float:
 
 def said(case: Case, folder: Path, base: list[str], rivals: bool, truth: Truth) -> dict[str, Any]:
     """What the program says of a folder, as plain numbers and words."""
-    from fitting.diagnose import concluded, searched
-    from fitting.recordings import read_experiment
+    from fitting.diagnosis.diagnose import concluded, searched
+    from fitting.recordings.experiment import read_experiment
     from mckibben_jax.effect import name_of
     from mckibben_jax.effects import LIBRARY
 
@@ -132,9 +132,9 @@ def verdict_of(found: Any) -> dict[str, Any]:
 
 def fingerprint(found: Any, experiment: Any) -> dict[str, float | None]:
     """What the comparison says of the kind of misfit."""
-    from fitting.compare import compare
-    from fitting.diagnose import ENOUGH_SAMPLES
-    from fitting.residuals import thinned
+    from fitting.comparison.compare import compare
+    from fitting.diagnosis.diagnose import ENOUGH_SAMPLES
+    from fitting.problem.residuals import thinned
 
     traces = compare(found.baseline, [thinned(experiment, ENOUGH_SAMPLES)]).fingerprint
     return {"odd": traces.odd_share, "even_P": traces.pressure_exponent_even, "odd_P": traces.pressure_exponent_odd}

@@ -108,7 +108,7 @@ def pool(workers: int):
 
 def prepared() -> None:
     """What a process needs once: 64 bits and the store of compiled code."""
-    from fitting.console.prepare import prepare
+    from fitting.compiled.prepare import prepare
 
     prepare()
 

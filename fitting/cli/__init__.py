@@ -1,0 +1,1 @@
+"""The command line: arguments and options, the commands, and where their results go."""

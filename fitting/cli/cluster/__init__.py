@@ -1,0 +1,1 @@
+"""Work shared with a running Dask scheduler."""

@@ -1,0 +1,30 @@
+"""`mckibben cite`: whom to thank."""
+
+from typing import Any
+
+import click
+
+from fitting.cli.options import Command, output_options, study_options
+from fitting.cli.run import errors_for_machines
+
+
+@click.command("cite", cls=Command)
+@click.argument("data", nargs=-1, metavar="[DATASET]...")
+@study_options
+@output_options
+def command(**given: Any) -> None:
+    """Say what to cite: the review, the model's effects, the data, the methods."""
+    from fitting.cli.options import Asked
+    from fitting.cli.output import hand_out
+    from fitting.compiled.prepare import prepare
+    from fitting.report.citations import citations
+    from fitting.report.terminal import headed, lines
+    from fitting.study.task import cited_task
+
+    prepare()
+    asked = Asked.of(given)
+    with errors_for_machines(asked.json):
+        task = cited_task(asked)
+    found = citations(task.effects, task.experiments)
+    shown = [part for label, texts in found.items() for part in lines(label.upper()[:9], texts)]
+    hand_out(given, "What to cite", shown or [headed("", "nothing to cite")], found)

@@ -1,0 +1,61 @@
+"""`mckibben compare`: where the model fails."""
+
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from fitting.cli.options import Command, data_argument, fit_options, output_options, study_options
+from fitting.cli.run import Study, begin
+
+if TYPE_CHECKING:
+    from fitting.diagnosis.alike import Knowable
+    from fitting.least_squares.fit import Fit
+
+
+@click.command("compare", cls=Command)
+@data_argument
+@study_options
+@fit_options
+@click.option("--alike", is_flag=True, help="Also which missing effects would look alike here, and what would tell.")
+@output_options
+def command(alike: bool, **given: Any) -> None:
+    """Compare the model with the data: how large the error is, where it is worst, and what kind it is.
+
+    Values that a model file gives are kept; what has no fitted value yet is fitted first.
+    """
+    study = begin(given)
+    from fitting.comparison.compare import compare
+    from fitting.report.alike_text import alike_report, alike_result, known_report, known_result
+    from fitting.report.next_step import after_comparison
+    from fitting.report.results import comparison_result, fit_result
+    from fitting.report.sentences import fit_in_words
+    from fitting.report.terminal import comparison_report, headed, lines, to_type
+    from fitting.study.task import as_known
+
+    with study.working("fitting and comparing"):
+        fit, fitted_here = as_known(study.task)
+        found = compare(fit, study.task.experiments)
+    can_be_known = _knowable(study, fit) if alike else None
+    more = {} if can_be_known is None else {"alike": alike_result(can_be_known)}
+    if fitted_here:
+        study.print([headed("FITTED", ", ".join(name for name in fitted_here if name in fit.free) or "nothing")])
+    study.print(lines("WARNING", fit_in_words(fit), "yellow") if fitted_here else [])
+    study.print(comparison_report(found))
+    study.print(known_report(fit))
+    study.print([] if can_be_known is None else alike_report(can_be_known))
+    after = after_comparison(found, study.task.experiments, study.asked.again)
+    study.print([headed("", ""), to_type("NEXT", after)] if after else [])
+    study.write(comparison_result(found) | {"fit": fit_result(fit), "known": known_result(fit)} | more)
+    if study.asked.html:
+        from fitting.report.page import write_page
+
+        write_page(study.asked.html, study.task, found)
+    study.end(fit.converged)
+
+
+def _knowable(study: Study, fit: "Fit") -> "Knowable":
+    from fitting.diagnosis.alike import knowable
+
+    with study.working("looking at every effect"):
+        kinds = [kind for kind in study.task.library.values() if not kind.rival]
+        return knowable(fit, study.task.experiments, kinds)

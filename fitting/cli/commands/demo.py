@@ -1,0 +1,43 @@
+"""`mckibben demo`: the whole story on data that come with the program."""
+
+from typing import Any
+
+import click
+
+from fitting.cli.options import Command, output_options
+from fitting.cli.run import begin
+
+PAGE = "mckibben_demo.html"
+
+
+@click.command("demo", cls=Command)
+@click.argument("name", default="muscle_a", metavar="[NAME]")
+@click.option("--reveal", is_flag=True, help="Print what was really put into the simulated data.")
+@output_options
+def command(name: str, reveal: bool, **given: Any) -> None:
+    """Compare, diagnose, add, watch the error fall, write a report; NAME is a shipped data set (muscle_a)."""
+    from fitting.shipped import shipped
+
+    folder = shipped(name)
+    if reveal:
+        _reveal(name, given)
+        return
+    study = begin({**given, "data": (str(folder),), "baseline": True, "html": given["html"] or PAGE})
+    from fitting.cli.demonstration import demonstrate
+
+    demonstrate(study)
+
+
+def _reveal(name: str, given: dict[str, Any]) -> None:
+    from fitting.cli.output import print_out
+    from fitting.report.results import write_json
+    from fitting.report.terminal import lines
+    from fitting.shipped import sealed
+
+    truth = sealed(name)
+    hidden = truth.get("hidden")
+    told = [", ".join(hidden) if hidden else "nothing is missing"] if truth else [f"{name} was measured: nobody knows"]
+    told += [f"{key} = {value:g} (SI)" for key, value in truth.get("parameters", {}).items()]
+    print_out(given, lines("TRUTH", told))
+    if given["json"]:
+        write_json(given["json"], truth)

@@ -1,0 +1,58 @@
+"""`mckibben design`: the muscle that does the job."""
+
+import sys
+from pathlib import Path
+from typing import Any
+
+import click
+
+from fitting.cli.options import Command, output_options
+from fitting.cli.run import NOT_CONVERGED, check_place, check_places, errors_for_machines, progress_bar
+from fitting.compiled.prepare import prepare
+
+
+@click.command("design", cls=Command)
+@click.argument("spec", metavar="SPEC.toml")
+@click.option("--effect-file", metavar="FILE", help="Python file with effects of your own.")
+@click.option("--posterior", metavar="FILE", help="Draws of `posterior --netcdf`: design on all of them.")
+@click.option("--picture", metavar="FILE", help="The muscle to scale (or the trade-off): .svg, .pdf or .png.")
+@click.option("--save", metavar="FILE", help="The design as a model file; of a trade-off a folder of them.")
+@output_options
+def command(
+    spec: str, effect_file: str | None, posterior: str | None, picture: str | None, save: str | None,
+    **given: Any,
+) -> None:  # fmt: skip
+    """Find the muscle that does best what SPEC.toml asks for, within what rubber and braid can bear."""
+    prepare()
+    check_places(given["json"], given["html"], picture)
+    from fitting.cli.output import print_out, write_out
+    from fitting.designs.answer import answer, check_kind
+    from fitting.designs.order import read_draws, read_order
+    from fitting.library.library import library
+
+    with errors_for_machines(given["json"]):
+        order = read_order(spec, library(effect_file))
+        draws = read_draws(posterior, order.task) if posterior else {}
+        if save and not (order.second and Path(save).is_dir()):  # a trade-off is saved into a folder
+            check_place(save)
+            _left_alone(Path(save))
+        if picture:
+            check_kind(picture)
+        with progress_bar("designing", given["quiet"]):
+            found = answer(order, draws, given["seed"])
+        print_out(given, [found.words])
+        if picture:
+            found.draw(picture)
+        if save:
+            found.save(Path(save))
+    write_out(given, "Design", [found.words], found.result)
+    sys.exit(0 if found.converged else NOT_CONVERGED)
+
+
+def _left_alone(path: Path) -> None:
+    """Refuse to replace what a person has written."""
+    from fitting.errors import InputError
+    from fitting.model_files.model_file import is_edited
+
+    if path.is_file() and is_edited(path):
+        raise InputError("the file was written or edited by hand and is left alone", path, cure="name another file")

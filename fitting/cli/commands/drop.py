@@ -1,0 +1,36 @@
+"""`mckibben drop`: take effects out of the model and fit the rest again."""
+
+from typing import Any
+
+import click
+
+from fitting.cli.options import (
+    Command,
+    fit_options,
+    output_options,
+    save_options,
+    shooting_option,
+    study_options,
+)
+from fitting.cli.run import begin
+
+
+@click.command("drop", cls=Command)
+@click.argument("arguments", nargs=-1, required=True, metavar="DATASET... EFFECT...")
+@study_options
+@fit_options
+@shooting_option
+@save_options
+@output_options
+def command(arguments: tuple[str, ...], **given: Any) -> None:
+    """Drop effects from the model, fit the rest, and say how far the error rises.
+
+    An argument that is an existing path is data, the others are effects.
+    """
+    from fitting.cli.arguments import split
+
+    data, names = split(arguments)
+    study = begin({**given, "data": data})
+    from fitting.study.changing import run, with_dropped
+
+    run(study, names, with_dropped)

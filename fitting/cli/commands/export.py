@@ -1,0 +1,43 @@
+"""`mckibben export`: the model for somebody else's simulator or controller."""
+
+from typing import Any
+
+import click
+
+from fitting.cli.options import Command, output_options
+from fitting.cli.run import errors_for_machines
+
+
+@click.command("export", cls=Command)
+@click.argument("model")
+@click.option(
+    "--to",
+    "form",
+    required=True,
+    type=click.Choice(["python", "table"]),
+    help="python: a module of plain numpy. table: force over contraction and pressure, both branches.",
+)
+@click.option("--out", metavar="FILE", help="Where it goes; default muscle.py or muscle.csv. A table may be .parquet.")
+@click.option("--contraction", metavar="LIST", help="Table: from, to; default 0 to where the force vanishes.")
+@click.option("--pressure", default="0 bar,5 bar", show_default=True, metavar="LIST", help="Table: from, to.")
+@click.option("--points", default="51,11", show_default=True, metavar="N,N", help="Table: contractions, pressures.")
+@click.option("--without", multiple=True, metavar="NAME", help="Leave this effect out, for example the load cell's.")
+@click.option("--muscle", metavar="FILE", help="muscle.toml, where it is not the model file's muscle.")
+@click.option("--effect-file", metavar="FILE", help="Python file with effects of your own.")
+@output_options
+def command(**given: Any) -> None:
+    """Write MODEL (a model.toml) for a program that does not know this one: plain numpy, or a table.
+
+    The module has step(state, pressure, displacement, dt), force, stiffness, linearise and pressure_for.
+    """
+    from fitting.cli.output import hand_out
+    from fitting.compiled.prepare import prepare
+    from fitting.report.terminal import headed
+
+    prepare()
+    with errors_for_machines(given["json"]):
+        from fitting.exporting.orders import exported
+
+        file, result, words = exported(given)
+    shown = [headed("WRITTEN", f"{file}: {words}"), headed("USE", result["use"])]
+    hand_out(given, "mckibben export", shown, result)

@@ -1,0 +1,45 @@
+"""`mckibben hill`: is it a Hill muscle?"""
+
+from typing import Any
+
+import click
+
+from fitting.cli.options import (
+    Command,
+    data_argument,
+    fit_options,
+    output_options,
+    shooting_option,
+    study_options,
+)
+from fitting.cli.run import begin
+
+
+@click.command("hill", cls=Command)
+@data_argument
+@study_options
+@fit_options
+@shooting_option
+@click.option("--no-motion", is_flag=True, help="Only the curve of speeds; fit no model to the recorded motion.")
+@output_options
+def command(no_motion: bool, **given: Any) -> None:
+    """Speed over load from quick releases: Hill's a/F0 and b, and whether dry friction alone gives the same curve."""
+    study = begin(given)
+    from fitting.hill.hill import by_pressure, curves
+    from fitting.hill.motion import motions
+    from fitting.report.hill_text import hill_report, hill_result
+
+    with study.working("reading speeds, fitting motions"):
+        found = curves(study.task.experiments)
+        moved = None if no_motion else motions(study.task, found)
+    shown = hill_report(found, moved, by_pressure(study.task.experiments))
+    study.print(shown)
+    study.write(hill_result(found, moved))
+    if study.asked.html:
+        from fitting.report.figures import as_svg
+        from fitting.report.hill_figures import speed_over_load
+        from fitting.report.parts import Section, write_words
+
+        picture = Section("Steady speed over load", picture=as_svg(speed_over_load(found), "hill"))
+        write_words(study.asked.html, "mckibben hill", shown, [picture])
+    study.end(moved is None or (moved.dry.converged and moved.viscous.converged))

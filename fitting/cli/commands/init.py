@@ -1,0 +1,28 @@
+"""`mckibben init`: a muscle.toml to fill in."""
+
+from typing import Any
+
+import click
+
+from fitting.cli.options import Command, output_options
+from fitting.cli.run import errors_for_machines
+
+
+@click.command("init", cls=Command)
+@click.argument("folder")
+@output_options
+def command(folder: str, **given: Any) -> None:
+    """Look at the CSV files of a folder and write a muscle.toml to fill in."""
+    with errors_for_machines(given["json"]):
+        from fitting.cli.output import hand_out
+        from fitting.recordings.template import write_muscle_file
+        from fitting.report.next_step import typed
+        from fitting.report.terminal import headed
+
+        path = write_muscle_file(folder)
+    shown = [
+        headed("WRITTEN", str(path)),
+        headed("NOW", "write a value for every '?' in it, and check what is called a guess or not used"),
+        headed("NEXT", f"mckibben compare {typed([folder])}"),
+    ]
+    hand_out(given, "mckibben init", shown, {"written": str(path)})

@@ -1,0 +1,36 @@
+"""`mckibben plan`: which recording would separate what is still tied."""
+
+from typing import Any
+
+import click
+
+from fitting.cli.options import Command, candidate_options, data_argument, output_options, study_options
+from fitting.cli.run import begin
+
+
+@click.command("plan", cls=Command)
+@data_argument
+@study_options
+@candidate_options
+@output_options
+def command(**given: Any) -> None:
+    """Say which recordings would tell apart what these data leave tied, and with what power."""
+    study = begin(given)
+    from fitting.planning.protocol import plan_of, plan_report, plan_result
+    from fitting.report.sentences import verdict_in_words
+    from fitting.report.terminal import headed
+    from fitting.study.diagnosing import candidates_of, diagnosed
+
+    candidates = candidates_of(study.task, given["candidates"], given["rivals"])
+    with study.working("diagnosing") as told:
+        found, _ = diagnosed(study.task, candidates, told)
+        told("planning", 0.95)
+        plan = plan_of(study.task, found, study.asked.data, study.asked.model)
+    report = [headed("VERDICT", verdict_in_words(found)), *plan_report(plan)]
+    study.print(report)
+    study.write(plan_result(plan, found))
+    if study.asked.html:
+        from fitting.report.parts import write_words
+
+        write_words(study.asked.html, "mckibben plan", report)
+    study.end(found.baseline.converged)

@@ -1,0 +1,93 @@
+"""`mckibben report`: everything on one page."""
+
+import sqlite3
+import tempfile
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from fitting.cli.options import (
+    CHAINS,
+    Command,
+    candidate_options,
+    data_argument,
+    fit_options,
+    output_options,
+    study_options,
+)
+from fitting.cli.run import Study, begin
+from fitting.errors import InputError
+
+if TYPE_CHECKING:
+    from fitting.least_squares.fit import Fit
+    from fitting.report.parts import Section
+
+PAGE = "mckibben_report.html"
+FEWEST_STEPS = 100  # of chains: fewer were not begun with this model, or hardly
+
+
+@click.command("report", cls=Command)
+@data_argument
+@study_options
+@candidate_options
+@fit_options
+@click.option("--no-diagnosis", is_flag=True, help="Compare only; takes seconds.")
+@output_options
+def command(no_diagnosis: bool, **given: Any) -> None:
+    """Compare, diagnose, and write one HTML page (mckibben_report.html, or what --html names).
+
+    A posterior that `mckibben posterior` sampled of the same model stands on it too.
+    """
+    study = begin({**given, "html": given["html"] or PAGE})
+    from fitting.comparison.compare import compare
+    from fitting.report.page import write_page
+    from fitting.report.results import comparison_result, diagnosis_result
+    from fitting.report.sentences import judged, verdict_in_words
+    from fitting.report.terminal import headed
+    from fitting.study.task import as_known
+
+    with study.working("comparing") as told:
+        task = study.task
+        if no_diagnosis:
+            diagnosis, planned = None, None
+            compared = compare(as_known(study.task)[0], study.task.experiments)
+        else:
+            from fitting.study.diagnosing import candidates_of, diagnosed, following, in_newtons
+
+            candidates = candidates_of(study.task, given["candidates"], given["rivals"])
+            diagnosis, compared = diagnosed(study.task, candidates, told)
+            planned = following(study.task, diagnosis, told)
+            task = in_newtons(study.task)
+    study.print([headed("VERDICT", verdict_in_words(diagnosis), "bold")] if diagnosis else [])
+    study.print([headed("RESULT", judged(compared))])
+    sampled = _posterior(study, compared.fit)
+    write_page(str(study.asked.html), task, compared, diagnosis, planned=planned, posterior=sampled)
+    study.print([headed("WRITTEN", str(study.asked.html))])
+    study.write(diagnosis_result(diagnosis, compared, planned) if diagnosis else comparison_result(compared))
+    study.end(compared.fit.converged)
+
+
+def _posterior(study: Study, fit: "Fit") -> "list[Section]":
+    """What was sampled of this model, if chains of it lie beside the data; they are read from a copy."""
+    task, kept = study.task, study.task.experiments[0].folder / CHAINS
+    if not kept.is_file():
+        return []
+    from fitting.posterior.sample import sample
+    from fitting.posterior.store import copied
+    from fitting.report.posterior_page import posterior_sections
+    from fitting.report.terminal import headed
+
+    steps = [0]
+    try:
+        with tempfile.TemporaryDirectory() as folder, study.working("reading the posterior"):
+            copy = copied(kept, Path(folder))
+            found = sample(fit, task.experiments, seed=task.seed, priors=task.priors, limit_s=0.0, chains=str(copy),
+                           progress=lambda done, _: steps.append(done))  # fmt: skip
+    except (InputError, OSError, sqlite3.Error) as error:  # the page is there without it
+        study.print([headed("NOTE", f"{kept} cannot be read, and no posterior stands on the page: {error}")])
+        return []
+    if steps[-1] < FEWEST_STEPS:
+        study.print([headed("NOTE", f"{kept} holds no posterior of this model and these data: left out")])
+        return []
+    return posterior_sections(found)

@@ -1,0 +1,56 @@
+"""`mckibben simulate`: a data set from a model."""
+
+from pathlib import Path
+from typing import Any
+
+import click
+
+from fitting.cli.options import Command, output_options
+from fitting.cli.run import check_places, errors_for_machines
+
+# as fitting.recordings.records has them, which would load jax for `--help`
+KINDS = ("loop", "isometric", "static", "isotonic", "quick release", "step")
+
+
+@click.command("simulate", cls=Command)
+@click.argument("model")
+@click.option("--test", default="loop", show_default=True, metavar="KIND", help=f"One of {', '.join(KINDS)}.")
+@click.option(
+    "--pressure",
+    "--pressures",
+    default="3 bar",
+    show_default=True,
+    metavar="LIST",
+    help="Loop, static, release: each in turn. Isometric, isotonic: value to value. Step: before, after.",
+)
+@click.option("--turns", default="0,0.2,0", show_default=True, metavar="LIST", help="Loops: turning contractions.")
+@click.option("--speed", default="10 mm/s", show_default=True, metavar="VALUE", help="Loops: speed.")
+@click.option("--contraction", metavar="LIST", help="Held contractions: isometric 0, static 0 to 0.25 unless given.")
+@click.option("--load", default="10 kg", show_default=True, metavar="LIST", help="Isotonic, release, step: hung loads.")
+@click.option("--duration", metavar="VALUE", help="Of a release or step (1 s), or of one ramp of the pressure (5 s).")
+@click.option("--rate", metavar="VALUE", help="Samples per second; 50 Hz, releases and steps 500 Hz.")
+@click.option("--noise", metavar="VALUE", help="Standard deviation of one reading; none unless given.")
+@click.option("--muscle", metavar="FILE", help="muscle.toml, where it is not the model file's muscle.")
+@click.option("--effect-file", metavar="FILE", help="Python file with effects of your own.")
+@click.option("--out", required=True, metavar="FOLDER", help="Where the data set goes.")
+@output_options
+def command(**given: Any) -> None:
+    """Write the data set that a rig would record if the muscle were as MODEL (a model.toml) says."""
+    from fitting.cli.output import hand_out
+    from fitting.compiled.prepare import prepare
+    from fitting.report.next_step import typed
+    from fitting.report.terminal import headed, lines
+
+    prepare()
+    check_places(given["json"], given["html"])
+    with errors_for_machines(given["json"]):
+        from fitting.study.simulation_orders import simulated
+
+        told = simulated(Path(given["out"]), given)
+    shown = [
+        headed("WRITTEN", f"{told.file} and muscle.toml beside it: {told.samples:,} samples"),
+        *lines("WARNING", told.warnings),
+        headed("NEXT", f"mckibben compare {typed([given['out']])} --model {typed([given['model']])}"),
+    ]
+    result = {"file": str(told.file), "samples": told.samples, "warnings": list(told.warnings)}
+    hand_out(given, "mckibben simulate", shown, result)

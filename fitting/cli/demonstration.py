@@ -1,0 +1,42 @@
+"""The story of the demo: compare, diagnose, add, and the error falls."""
+
+from fitting.cli.run import Study
+from fitting.comparison.compare import compare
+from fitting.report.figures import Stage
+from fitting.report.page import write_page
+from fitting.report.results import comparison_result, diagnosis_result, fit_result, steps_result
+from fitting.report.sentences import judged, kind_in_words, verdict_in_words
+from fitting.report.terminal import diagnosis_report, headed, steps_report
+from fitting.study.changing import change, told_in_words, with_added
+from fitting.study.diagnosing import diagnosed
+from fitting.study.task import fitted
+
+
+def demonstrate(study: Study) -> None:
+    """Tell the story, and write it as a page into the current folder."""
+    task = study.task
+    with study.working("1 of 3: fitting the baseline and comparing"):
+        first = compare(fitted(task), task.experiments)
+    study.print([headed("COMPARE", judged(first), "bold"), headed("", f"Worst at {first.worst}.")])
+    study.print([headed("", kind_in_words(first))])
+    with study.working("2 of 3: diagnosing") as told:
+        found, compared = diagnosed(task, None, told)
+    study.print(diagnosis_report(found, compared.unit))
+    added = found.explanations[0] if found.explanations else found.leading.effects[:1] if found.leading else ()
+    begun = Stage("baseline", first.rmse, found.held_out_rmse, found.verdict, first.fit.residual)
+    stages, last, final = [begun], first, task
+    if added:
+        final, words = with_added(task, added)
+        with study.working("3 of 3: adding it and fitting again") as told:
+            done = change(task, final, words, told)
+        stages.append(done.stages[-1])
+        last = done.comparison
+        study.print([headed("ADD", told_in_words(done, last.unit), "bold"), *steps_report(stages, last.unit)])
+    write_page(str(study.asked.html), final, last, found, stages)
+    study.print([headed("WRITTEN", f"{study.asked.html}: {verdict_in_words(found)}")])
+    study.print([headed("NEXT", f"mckibben demo {task.experiments[0].folder.name} --reveal")])
+    study.write(
+        {**comparison_result(last), **diagnosis_result(found, compared), **steps_result(stages)}
+        | {"fit": fit_result(last.fit)}
+    )
+    study.end(last.fit.converged)

@@ -1,0 +1,109 @@
+"""`--each` and `--scheduler`: many data sets, each fitted or diagnosed on its own, here or on a cluster."""
+
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from fitting.cli.options import Asked, bundle
+from fitting.cli.run import NOT_CONVERGED, check_places, errors_for_machines, progress_bar
+from fitting.compiled.prepare import prepare
+from fitting.errors import InputError
+from fitting.units import spoken
+
+if TYPE_CHECKING:
+    from rich.console import RenderableType
+
+    from fitting.cli.each.run import All
+
+each_options = bundle(
+    click.option("--each", is_flag=True, help="Each data set on its own; 'line/*' in quotes means all in there."),
+    click.option("--scheduler", metavar="ADDRESS", help="The same on the workers of this Dask scheduler."),
+    click.option("--out", metavar="FOLDER", help="Where the results of --each go; default: ./each_COMMAND."),
+)
+
+
+def asked_for_each(given: dict[str, Any]) -> bool:
+    """Whether each data set is to be looked at on its own; what only then has a meaning is refused without it."""
+    wanted = given["each"] or given["scheduler"] is not None
+    if given["out"] and not wanted:
+        raise InputError("--out is where the results of --each go", value=given["out"], cure="add --each")
+    return wanted
+
+
+def do_each(given: dict[str, Any], command: str) -> None:
+    """Do a command with every data set on its own."""
+    prepare()
+    asked = Asked.of(given)
+    check_places(asked.json, asked.html)
+    from fitting.cli.each.run import each, on
+    from fitting.cli.each.sets import data_sets
+    from fitting.cli.each.work import Order
+    from fitting.cli.output import hand_out
+    from fitting.version import command_line
+
+    with errors_for_machines(asked.json):
+        _refuse(given)
+        meant = data_sets(asked.data, single=asked.test is not None)
+        order = Order(command, given.get("candidates", ()), given.get("rivals", False), _code(asked), command_line())
+        work = None if given["scheduler"] is None else on(given["scheduler"])
+        place = Path(given["out"] or f"each_{command}")
+        with progress_bar("reading", asked.quiet) as told:
+            found = each(meant.sets, asked, order, place, work, told)
+    with spoken(found.units):
+        shown, title = _shown(found, meant.passed_by), f"{len(found.sets)} data sets, each on its own"
+        hand_out(given, title, shown, _result(found))
+    sys.exit(_status(found))
+
+
+def _refuse(given: dict[str, Any]) -> None:
+    """What has no meaning for many data sets."""
+    for name, why in (("save", "models go into the folder of --out"), ("propose", "it needs a study of one data set")):
+        if given.get(name):
+            cure = f"leave --{name} out: {why}"
+            raise InputError(f"--{name} beside --each", value=given[name] if name == "save" else None, cure=cure)
+    if given["scheduler"] is not None and given["effect_file"] is not None:
+        cure = "write the effect as a line with --define, or leave out --scheduler"
+        raise InputError("--effect-file is not sent to the workers of a scheduler", given["effect_file"], cure=cure)
+
+
+def _code(asked: Asked) -> str:
+    if not asked.effect_file:
+        return ""
+    try:
+        return Path(asked.effect_file).read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError):
+        return ""  # whoever reads it next says so
+
+
+def _shown(found: "All", passed_by: int) -> "list[RenderableType]":
+    from fitting.cli.each.folder import TABLE
+    from fitting.report.each_text import report
+    from fitting.report.terminal import headed
+
+    shown = report(found.sets, found.results)
+    if passed_by:
+        one = passed_by == 1
+        said = f"{passed_by} other{'' if one else 's'} that the pattern finds {'is' if one else 'are'} no data set"
+        shown.append(headed("NOTE", f"{said}: without muscle.toml"))
+    before = len(found.sets) - found.computed - sum("error" in result for result in found.results)
+    known = f"; {before} {'was' if before == 1 else 'were'} there already" if before > 0 else ""
+    return [*shown, headed("WRITTEN", f"{found.place}: {TABLE}, and the files of each data set{known}")]
+
+
+def _result(found: "All") -> dict[str, Any]:
+    """The same for machines."""
+    from fitting.report.each_text import outcome
+
+    rows = [{"data_set": one.name, "path": one.path, "outcome": outcome(result), "result": result}
+            for one, result in zip(found.sets, found.results, strict=True)]  # fmt: skip
+    return {"folder": str(found.place), "computed": found.computed, "data_sets": rows}
+
+
+def _status(found: "All") -> int:
+    """2 where nothing could be used, 3 where something could not or did not converge."""
+    if all("error" in result for result in found.results):
+        return 2
+    done = all("error" not in result and result.get("converged", True) for result in found.results)
+    return 0 if done else NOT_CONVERGED

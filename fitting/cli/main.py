@@ -1,0 +1,73 @@
+"""`mckibben ...`: finds the command, and turns every error of the user's into one message."""
+
+import importlib
+import importlib.util
+import sys
+from difflib import get_close_matches
+from typing import Any
+
+import click
+
+from fitting.errors import InputError
+from fitting.writing import FULL
+
+# in the order of a study; a command whose file is not there is not offered
+COMMANDS = ("demo", "init", "compare", "fit", "diagnose", "add", "drop", "discover", "plan", "posterior", "report",
+            "hill", "simulate", "export", "design", "sweep", "effects", "equations", "cite", "workbench")  # fmt: skip
+
+
+class Stop(click.ClickException):
+    """An error of the user's: one message, exit status 2."""
+
+    exit_code = 2
+
+    def show(self, file: Any = None) -> None:
+        """Print the message and nothing else."""
+        click.echo(f"mckibben: {self.message}", file=file or sys.stderr)
+
+
+class Program(click.Group):
+    """The group of all commands; each is loaded when it is asked for."""
+
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        """The commands that there are."""
+        return [name for name in COMMANDS if importlib.util.find_spec(_module(name)) is not None]
+
+    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
+        """The command of this name."""
+        if cmd_name not in self.list_commands(ctx):
+            return None
+        return importlib.import_module(_module(cmd_name)).command
+
+    def resolve_command(self, ctx: click.Context, args: list[str]) -> Any:
+        """As click does, but a misspelt command gets the nearest."""
+        known = self.list_commands(ctx)
+        if args and args[0] not in known:
+            near = get_close_matches(args[0], known, n=1)
+            cure = f"Did you mean '{near[0]}'?" if near else f"There are: {', '.join(known)}."
+            raise Stop(f"there is no command '{args[0]}'. {cure}")
+        return super().resolve_command(ctx, args)
+
+    def invoke(self, ctx: click.Context) -> Any:
+        """Run a command; what the user can cure becomes one message."""
+        try:
+            return super().invoke(ctx)
+        except InputError as error:
+            raise Stop(str(error)) from None
+        except RecursionError:
+            raise
+        except (BrokenPipeError, KeyboardInterrupt):
+            raise
+        except OSError as error:
+            cure = " Cure: make room, then give the same command again" if error.errno in FULL else ""
+            raise Stop(f"{error.filename or 'a file'}: {error.strerror or error}.{cure}") from None
+
+
+def _module(name: str) -> str:
+    return f"fitting.cli.commands.{name}"
+
+
+@click.group(cls=Program, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100})
+@click.version_option(package_name="mckibben-jax", prog_name="mckibben")
+def main() -> None:
+    """Compare a McKibben muscle with its model, see where the model fails, learn which effect is missing."""

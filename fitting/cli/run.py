@@ -1,0 +1,122 @@
+"""What the commands of a study share: start, show progress, print, write files, end with a status."""
+
+import os
+import time
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from fitting.cli.options import Asked
+from fitting.compiled.prepare import prepare
+from fitting.errors import InputError
+from fitting.units import own_units, spoken
+
+if TYPE_CHECKING:
+    from rich.console import Console, RenderableType
+
+    from fitting.study.task import Task
+
+NOT_CONVERGED = 3
+NO_RESULT = (".csv", ".tsv", ".toml", ".py")  # what people write, and no command hands out where it likes
+Progress = Callable[[str, float], None]
+
+
+@dataclass(frozen=True)
+class Study:
+    """One command on data: what was asked, what is to be done, and where the words go."""
+
+    asked: Asked
+    task: "Task"
+    console: "Console"
+    begun: float
+
+    def print(self, shown: Sequence["RenderableType"]) -> None:
+        """Print tables and lines; commands to be pasted are not broken, however narrow the terminal is."""
+        from rich.text import Text
+
+        for thing in shown:
+            self.console.print(thing, soft_wrap=isinstance(thing, Text))
+
+    def write(self, result: dict[str, Any]) -> None:
+        """Write `--json`, with what it takes to get the same again."""
+        from fitting.report.results import provenance, write_json
+
+        if self.asked.json:
+            seconds = round(time.monotonic() - self.begun, 2)
+            write_json(self.asked.json, result | {"provenance": provenance(self.task) | {"seconds": seconds}})
+
+    def end(self, converged: bool) -> None:
+        """End the command; a search that did not converge has its own status."""
+        if not converged:
+            click.echo("mckibben: the search did not converge; the result is written and marked so.", err=True)
+            raise click.exceptions.Exit(NOT_CONVERGED)
+
+    @contextmanager
+    def working(self, words: str) -> Iterator[Progress]:
+        """A progress bar on the error output while something takes its time."""
+        with progress_bar(words, self.asked.quiet) as told:
+            yield told
+
+
+def begin(given: dict[str, Any]) -> Study:
+    """Read what was typed; a message for machines too if that fails."""
+    asked, begun = Asked.of(given), time.monotonic()
+    prepare()
+    from fitting.report.terminal import console, opening
+    from fitting.study.task import task_of
+
+    check_places(asked.json, asked.html)
+    check_place(asked.save)
+    with errors_for_machines(asked.json):
+        task = task_of(asked)
+    click.get_current_context().with_resource(spoken(own_units(u for e in task.experiments for u in e.units)))
+    study = Study(asked, task, console(asked.quiet), begun)
+    study.print(opening(task))
+    return study
+
+
+def check_places(*paths: str | None) -> None:
+    """Refuse results that cannot be written, or would replace a measurement, before anything is computed for them."""
+    for path in paths:
+        check_place(path)
+        if path and Path(path).suffix.lower() in NO_RESULT and Path(path).exists():
+            cure = "name another file, for example result.json"
+            raise InputError("the file is no result of this program and is left alone", path, cure=cure)
+
+
+def check_place(path: str | None) -> None:
+    """Refuse a file that cannot be written."""
+    if path and (Path(path).is_dir() or not os.access(Path(path).resolve().parent, os.W_OK)):
+        cure = "name a file in a folder that exists and may be written to"
+        raise InputError("the file cannot be written", path, cure=cure)
+
+
+@contextmanager
+def errors_for_machines(path: str | None) -> Iterator[None]:
+    """Bad input also goes to `--json`, field by field."""
+    check_places(path)
+    try:
+        yield
+    except InputError as error:
+        if path:
+            from fitting.report.results import write_json
+
+            write_json(path, {"error": error.as_dict()})
+        raise
+
+
+@contextmanager
+def progress_bar(words: str, quiet: bool) -> Iterator[Progress]:
+    """A bar that is gone when the work is done; nothing where nobody looks."""
+    from rich.console import Console
+    from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
+
+    shown = Console(stderr=True, quiet=quiet)
+    columns = (SpinnerColumn(), TextColumn("{task.description}", markup=False), BarColumn(), TimeElapsedColumn())
+    with Progress(*columns, console=shown, transient=True, disable=quiet or not shown.is_terminal) as bar:
+        number = bar.add_task(words, total=None)
+        yield lambda text, share: bar.update(number, description=text, completed=share, total=1.0)

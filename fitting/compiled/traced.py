@@ -1,0 +1,178 @@
+"""Traced programs that the next process finds again.
+
+jax keeps compiled code on disk, but looks it up by the program that Python makes when it runs through the model; for a
+diagnosis with the whole library that was measured to take 16 of 23 CPU seconds. So the traced program is kept beside
+the compiled one, as `jax.export` writes it. Its name is a digest of all that shapes it: the sources of this program,
+the versions of what it calls, the structure of the arguments. What Python made otherwise (a user's own effect) is
+traced anew each time.
+"""
+
+import hashlib
+import inspect
+import sys
+from collections.abc import Callable, Iterator
+from functools import cache, update_wrapper
+from importlib.metadata import version
+from pathlib import Path
+from threading import Lock
+from typing import Any, Generic, ParamSpec, TypeVar
+
+import equinox as eqx
+import jax
+from jax import export
+from jax.core import Tracer
+
+from fitting.compiled import store
+
+P = ParamSpec("P")
+R = TypeVar("R")
+
+PACKAGES = ("mckibben_jax", "fitting")
+CALLED = ("jax", "jaxlib", "equinox", "optimistix", "lineax", "diffrax", "numpy")
+PLAIN = (str, int, float, bool, bytes, type(None))
+MOST = 64  # programs of one process; each belongs to one set of effects on data of one shape
+CHECK = hashlib.sha256
+
+
+class Unkept(Exception):
+    """Something that has no name which means the same in another process."""
+
+
+class Kept(Generic[P, R]):
+    """A compiled function of pytrees whose traced programs are kept where jax keeps compiled code, if it does."""
+
+    def __init__(self, function: Callable[P, R], like: Any):
+        self.function: Callable[..., Any] = function
+        self.called = f"{function.__module__}.{function.__qualname__}"
+        self.plain = eqx.filter_jit(function)
+        self.result = jax.tree.structure(like)
+        self.signature = inspect.signature(function)
+        self.programs: dict[tuple, Callable] = {}
+        self.lock = Lock()
+        update_wrapper(self, function)
+
+    def __call__(self, *args: P.args, **kwargs: P.kwargs) -> R:
+        """The function's value."""
+        folder = jax.config.jax_compilation_cache_dir  # type: ignore[attr-defined]
+        bound = self.signature.bind(*args, **kwargs)
+        bound.apply_defaults()
+        arrays, rest = eqx.partition(tuple(bound.arguments.values()), eqx.is_array)
+        leaves = jax.tree.leaves(arrays)
+        if folder is None or any(isinstance(leaf, Tracer) for leaf in leaves):
+            return self.plain(*args, **kwargs)
+        with self.lock:  # what two workers ask for is traced once
+            program = self._program(Path(folder), arrays, rest)
+        return jax.tree.unflatten(self.result, program(*leaves))
+
+    def _program(self, folder: Path, arrays: Any, rest: Any) -> Callable:
+        """The program for arguments like these: that of an earlier call, of another process, or a new one."""
+        leaves, tree = jax.tree.flatten(arrays)
+        shapes = tuple((leaf.shape, str(leaf.dtype)) for leaf in leaves)
+        asked = (folder, tree, shapes, tuple(jax.tree.leaves(rest)))
+        if asked not in self.programs:
+            while len(self.programs) >= MOST:
+                del self.programs[next(iter(self.programs))]
+            self.programs[asked] = jax.jit(self._read_or_traced(folder, arrays, rest, shapes))
+        return self.programs[asked]
+
+    def _read_or_traced(self, folder: Path, arrays: Any, rest: Any, shapes: tuple) -> Callable:
+        leaves, tree = jax.tree.flatten(arrays)
+
+        def flat(*leaves: Any) -> list:
+            return jax.tree.leaves(self.function(*eqx.combine(jax.tree.unflatten(tree, leaves), rest)))
+
+        try:
+            place = folder / f"{self._name(shapes, tree, rest)}.program"
+            found = _read(place)
+            if found is None:
+                found = export.export(jax.jit(flat))(*leaves)
+                _write(place, found)
+        except (Unkept, ValueError, NotImplementedError):  # or a part that jax cannot write
+            return flat
+        return found.call
+
+    def _name(self, shapes: tuple, tree: Any, rest: Any) -> str:
+        """What the program is called on disk."""
+        words = [
+            self.called,
+            _sources(),
+            jax.default_backend(),
+            str(jax.config.jax_enable_x64),  # type: ignore[attr-defined]
+            repr(shapes),
+            *_described(tree),
+            *(_plain(leaf) for leaf in jax.tree.leaves(rest)),
+        ]
+        return CHECK("\n".join(words).encode()).hexdigest()
+
+
+def kept(like: Any) -> Callable[[Callable[P, R]], Kept[P, R]]:
+    """Compile a function of pytrees, and keep what is traced; its value has the structure of `like`."""
+    return lambda function: Kept(function, like)
+
+
+# Names that mean the same in every process --------------------------------------------------------------------------
+
+
+@cache
+def _sources() -> str:
+    """A digest of all that could change what is traced."""
+    digest = CHECK(" ".join(f"{name} {version(name)}" for name in CALLED).encode())
+    digest.update(sys.version.encode())
+    for package in PACKAGES:
+        home = Path(inspect.getfile(sys.modules[package])).parent
+        for file in sorted(home.rglob("*.py")):
+            digest.update(str(file.relative_to(home)).encode() + b"\0" + file.read_bytes() + b"\0")
+    return digest.hexdigest()
+
+
+def _described(tree: Any) -> Iterator[str]:
+    """The structure of a pytree in words."""
+    node = tree.node_data()
+    if node is None:
+        yield "*" if tree.num_leaves else "none"
+        return
+    yield f"{_plain(node[0])} {_plain(node[1])} {len(tree.children())}"
+    for child in tree.children():
+        yield from _described(child)
+
+
+def _plain(value: Any) -> str:
+    """A value in words; Unkept where they could mean something else tomorrow."""
+    if isinstance(value, PLAIN) or value is type(None):
+        return repr(value)
+    if isinstance(value, tuple | list):
+        return f"({', '.join(_plain(each) for each in value)})"
+    if isinstance(value, dict):
+        return f"{{{', '.join(f'{_plain(key)}: {_plain(each)}' for key, each in value.items())}}}"
+    named = value if isinstance(value, type) else type(value)
+    known = getattr(sys.modules.get(named.__module__), named.__qualname__, None) is named and _of_ours(named)
+    if not known or not (named is value or _stateless(value)):
+        raise Unkept(f"{named.__module__}.{named.__qualname__}")
+    return f"{named.__module__}.{named.__qualname__}"
+
+
+def _stateless(value: Any) -> bool:
+    """Whether an object is no more than its class, as equinox's mark of a missing field."""
+    return not callable(value) and not getattr(value, "__dict__", None) and not hasattr(value, "__slots__")
+
+
+def _of_ours(named: type) -> bool:
+    """Whether a class is covered by the digest of sources and versions."""
+    return named.__module__.split(".")[0] in (*PACKAGES, *CALLED, "builtins")
+
+
+# On disk --------------------------------------------------------------------------------------------------------------
+
+
+def _read(place: Path) -> export.Exported | None:
+    """The program there; None where there is none, a torn one, or one that this jax cannot read."""
+    written = store.read(place)
+    try:
+        return None if written is None else export.deserialize(bytearray(written))
+    except ValueError:
+        return None
+
+
+def _write(place: Path, program: export.Exported) -> None:
+    """Keep a program; where that cannot be, the next process traces again."""
+    store.write(place, bytes(program.serialize()))

@@ -1,0 +1,79 @@
+"""Is there viscosity in the motion? Models without and with Hill's force, fitted to the recorded positions."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import jax.numpy as jnp
+import numpy as np
+
+from fitting.hill.hill import Curves, releases
+from fitting.least_squares.fit import Fit, fit
+from fitting.study.task import Task
+from mckibben_jax.effects import Hill
+from mckibben_jax.model import with_effects
+
+VISCOUS_BASELINE = Hill
+STARTS = 4  # of the fit to the motion, which begins from what is known
+FADED = 90.0  # m/s: Hill's b at which the force is next to nothing
+FAR = 1.5  # times the noise: there is something left for viscosity to explain
+STRAIGHT = 10.0  # times the fastest speed: with b so far up Hill's force is straight in speed to some 10 %
+
+
+@dataclass(frozen=True)
+class Motions:
+    """Two models fitted to the recorded positions: without viscosity, and with Hill's."""
+
+    dry: Fit
+    viscous: Fit
+
+    @property
+    def errors(self) -> tuple[float, float]:
+        """Root mean square errors of both, m."""
+        return self.dry.rmse, self.viscous.rmse
+
+    @property
+    def direct(self) -> dict[str, tuple[float, float]]:
+        """Hill's numbers from the motion itself, with robust errors, by full name."""
+        names = [name for name in self.viscous.layout.names if name not in self.dry.layout.names]
+        return {name: (self.viscous.values[name], self.viscous.error(name)) for name in names}
+
+    @property
+    def at_ends(self) -> tuple[str, ...]:
+        """Those of Hill's numbers that ended at an end of their range."""
+        return tuple(name for name in self.direct if name in self.viscous.at_bound)
+
+    def straight(self, fastest: float) -> bool:
+        """Whether Hill's force is a plain drag, (F0 + a)/b times the speed, up to the `fastest` speed (m/s)."""
+        return any(value > STRAIGHT * fastest for name, (value, _) in self.direct.items() if name.endswith("hill.b"))
+
+    @property
+    def explained(self) -> bool:
+        """Whether the better of the two leaves no more than noise."""
+        return min(_off(self.dry), _off(self.viscous)) < FAR
+
+
+def motions(task: Task, read: Sequence[Curves]) -> Motions:
+    """The task's model without and with Hill's viscous force, fitted to the releases.
+
+    The model with Hill's force begins where the one without it ends, the force as faint as its range allows (which is
+    not absence: some 10 N at 1 m/s and 900 N); where the other leaves more than noise, also from the numbers `read` off
+    the speeds.
+    """
+    experiments = releases(task.experiments)
+    options: dict[str, Any] = task.asked | {"shooting": task.shooting}
+    dry_effects = [effect for effect in task.effects if not isinstance(effect, VISCOUS_BASELINE)]
+    dry = fit(experiments, dry_effects, start=task.known, starts=min(task.starts, STARTS), **options)
+    curve = read[0].hill
+    begins = [(curve.curvature, FADED)]
+    begins += [(curve.curvature, curve.b)] if _off(dry) > FAR else []
+    viscous = []
+    for curvature, b in begins:
+        effects = with_effects(dry_effects, [VISCOUS_BASELINE(jnp.asarray(curvature), jnp.asarray(b))])
+        viscous.append(fit(experiments, effects, start={**task.known, **dry.values}, starts=1, **options))
+    return Motions(dry, min(viscous, key=lambda each: each.rmse))
+
+
+def _off(found: Fit) -> float:
+    """By how many times its noise a fit misses what was measured, rms."""
+    return float(np.sqrt(np.mean((found.residual / found.samples.sigma) ** 2)))

@@ -1,0 +1,51 @@
+"""How well a model foretells runs that it has not seen."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from fitting.problem.residuals import Samples
+
+FOLDS = 10
+REFIT_BELOW = 500  # samples: of few points each group weighs much, and one step from the whole fit misjudges
+
+
+def folds(samples: Samples) -> np.ndarray:
+    """Which left-out group each row belongs to: whole runs, else whole loops, else points of nearly one contraction."""
+    for keys in ((samples.run,), (samples.run, samples.loop)):
+        numbers = np.unique(np.stack(keys), axis=1, return_inverse=True)[1]
+        if 4 <= numbers.max() + 1 < max(len(samples) / 3, 5):
+            return numbers % FOLDS if numbers.max() + 1 > 3 * FOLDS else numbers
+    at = np.round(samples.contraction, 3)
+    numbers = np.unique(at, return_inverse=True)[1]
+    return numbers % FOLDS
+
+
+def left_out_rows(
+    rows: np.ndarray, slopes: np.ndarray, prior_rows: np.ndarray, prior_slopes: np.ndarray, group: np.ndarray
+) -> np.ndarray:
+    """Rows of each group under the parameters fitted without it, in one Gauss-Newton step from the whole fit."""
+    whole = slopes.T @ slopes + prior_slopes.T @ prior_slopes
+    # of the whole: what the others know nothing of then counts as nothing, and stays where the whole fit has it
+    scale = 1 / np.sqrt(np.maximum(np.diag(whole), 1e-300))
+    out = rows.copy()
+    for g in np.unique(group):
+        mine = group == g
+        rest = whole - slopes[mine].T @ slopes[mine]
+        gradient = -slopes[mine].T @ rows[mine]  # at the optimum of all rows the others' gradient is minus this one's
+        step = scale * (np.linalg.pinv(rest * np.outer(scale, scale), rcond=1e-12, hermitian=True) @ (scale * gradient))
+        out[mine] = rows[mine] - slopes[mine] @ step
+    return out
+
+
+def difference(worse: np.ndarray, better: np.ndarray, group: np.ndarray) -> tuple[float, float]:
+    """How far the mean square falls from one set of left-out rows to another, and its error over groups."""
+    fall = worse**2 - better**2
+    totals = np.array([fall[group == g].sum() for g in np.unique(group)])
+    count = len(totals)
+    return float(totals.sum() / len(fall)), float(np.std(totals, ddof=1) * np.sqrt(count) / len(fall))
+
+
+def rms(rows: Sequence[float] | np.ndarray) -> float:
+    """Root mean square."""
+    return float(np.sqrt(np.mean(np.square(rows))))

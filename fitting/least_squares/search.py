@@ -1,0 +1,145 @@
+"""One search, and many that share a compiled function: which effects are there and what varies are arguments of it."""
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any, Union
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import optimistix as optx
+from jaxtyping import ArrayLike
+
+from fitting.compiled.traced import kept
+from fitting.least_squares.box import BoxLevenbergMarquardt
+
+if TYPE_CHECKING:
+    from fitting.least_squares.shooting import Shooting
+    from fitting.problem.residuals import Problem
+
+    AnyProblem = Union[Problem, Shooting]  # noqa: UP007
+
+MAX_STEPS = 150
+
+HERE: Any = 0  # where an array stands in what a compiled function returns
+
+
+class Subset(eqx.Module):
+    """One fit among many that share a compiled function: which effects are there, which numbers are free.
+
+    Where `turned` is not 0, that many switches stand behind the unknowns in `full` and may be free like them: the
+    slopes along them are the signatures of missing effects.
+    """
+
+    full: jax.Array  # every unknown
+    free: jax.Array  # positions of those that vary
+    switches: jax.Array
+    live: jax.Array
+    lower: jax.Array  # of every unknown
+    upper: jax.Array
+    logarithmic: jax.Array
+    turned: int = eqx.field(static=True, default=0)
+
+    def vector(self, place: jax.Array) -> jax.Array:
+        """All unknowns, from the free ones' places in the unit box."""
+        lower, upper, log = self.lower[self.free], self.upper[self.free], self.logarithmic[self.free]
+        low, high = jnp.where(log, lower, 1.0), jnp.where(log, upper, 1.0)
+        straight = lower + place * (upper - lower)
+        return self.full.at[self.free].set(jnp.where(log, low * (high / low) ** place, straight))
+
+    def point(self, place: jax.Array) -> tuple[jax.Array, jax.Array]:
+        """All unknowns, and all switches."""
+        whole = self.vector(place)
+        return (whole[: -self.turned], whole[-self.turned :]) if self.turned else (whole, self.switches)
+
+    def place(self, vector: jax.Array) -> jax.Array:
+        """The inverse of `vector`."""
+        x, lower, upper = vector[self.free], self.lower[self.free], self.upper[self.free]
+        log = self.logarithmic[self.free]
+        low, high, at = jnp.where(log, lower, 1.0), jnp.where(log, upper, 2.0), jnp.where(log, x, 1.0)
+        straight = (x - lower) / (upper - lower)
+        return jnp.clip(jnp.where(log, jnp.log(at / low) / jnp.log(high / low), straight), 0.0, 1.0)
+
+    def slope(self, place: jax.Array) -> jax.Array:
+        """d(free unknowns)/d(place)."""
+        return jax.jvp(self.vector, (place,), (jnp.ones_like(place),))[1][self.free]
+
+
+@kept(like=(HERE, HERE))
+def rows_and_slopes(given: "AnyProblem", subset: Subset, place: jax.Array) -> tuple[jax.Array, jax.Array]:
+    """All rows and their Jacobian (rows, free) with respect to the free unknowns' places in the unit box.
+
+    Tangents are pushed forward together, once; `jax.linearize` would store every step of every scan.
+    """
+
+    def rows(at: jax.Array) -> jax.Array:
+        return given.rows(*subset.point(at), subset.live)
+
+    one = lambda tangent: jax.jvp(rows, (place,), (tangent,))  # noqa: E731
+    tangents, spread = given.directions(place.size)
+    value, slopes = jax.vmap(one, out_axes=(None, 1))(tangents)
+    return value, spread(slopes)
+
+
+def _with_slopes(evaluate: Callable) -> Callable:
+    """The rows as a function of (problem, subset, place) whose derivative is the slopes that came with them."""
+
+    @jax.custom_jvp
+    def rows(given: "AnyProblem", subset: Subset, place: jax.Array) -> jax.Array:
+        return evaluate(given, subset, place)[0]
+
+    @rows.defjvp
+    def _(primals, tangents):  # type: ignore[no-untyped-def]
+        value, slopes = evaluate(*primals)
+        return value, slopes @ tangents[2]
+
+    return rows
+
+
+class Ended(eqx.Module):
+    """Where one search ended: place in the unit box, half the sum of squares, and whether it converged."""
+
+    place: jax.Array
+    cost: jax.Array
+    converged: jax.Array
+    steps: jax.Array
+
+
+class Solved(eqx.Module):
+    """Every search's end (leading axis: starts), and rows and slopes at the best of them."""
+
+    ends: Ended
+    place: jax.Array
+    cost: jax.Array
+    rows: jax.Array
+    slopes: jax.Array
+
+
+@kept(like=Solved(Ended(HERE, HERE, HERE, HERE), HERE, HERE, HERE, HERE))
+def solve(
+    given: "AnyProblem", subset: Subset, starts: jax.Array, steps: int = MAX_STEPS, look: ArrayLike = False
+) -> Solved:
+    """Search from each start (starts, free) in turn; a loop over starts, for on a CPU it beats a batch of solvers.
+
+    `look`, which may be traced and one for each start, ends each search at its start: rows and slopes there, without
+    another compilation. Only the best point's rows and slopes are kept, so that memory does not grow with the number of
+    starts.
+    """
+
+    def one(best: tuple, begin: tuple[jax.Array, jax.Array]) -> tuple[tuple, Ended]:
+        start, look = begin
+        solver = BoxLevenbergMarquardt(jnp.zeros_like(start), jnp.ones_like(start), look=look)
+        fn = lambda at, args: rows(*args, at)  # noqa: E731
+        found = optx.least_squares(fn, solver, start, args=(given, subset), max_steps=steps, throw=False)
+        info = found.state.f_info  # type: ignore[attr-defined]
+        cost = 0.5 * jnp.sum(info.residual**2)
+        cost = jnp.where(jnp.isfinite(cost), cost, jnp.inf)
+        end = Ended(found.value, cost, found.result == optx.RESULTS.successful, found.stats["num_steps"])
+        mine = (found.value, cost, info.residual, info.jac.as_matrix())
+        return jax.tree.map(lambda a, b: jnp.where(cost < best[1], b, a), best, mine), end
+
+    # python runs through the model once, however often the solver looks at its derivatives
+    rows = _with_slopes(eqx.filter_closure_convert(rows_and_slopes, given, subset, starts[0]))
+    count, free = given.count, starts.shape[1]
+    nowhere = (starts[0], jnp.asarray(jnp.inf), jnp.full(count, jnp.nan), jnp.full((count, free), jnp.nan))
+    best, ends = jax.lax.scan(one, nowhere, (starts, jnp.broadcast_to(look, len(starts))))
+    return Solved(ends, *best)

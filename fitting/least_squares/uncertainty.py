@@ -1,0 +1,91 @@
+"""How well a fit knows what it fitted: covariance, what is at its bound, what can make up for what."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from fitting.problem.residuals import Samples
+
+ENOUGH_RUNS = 8  # fewer say too little about what runs share
+ALONE = 0.9  # of what is known of a direction: a cluster that gives so much cannot be judged by the others
+
+
+def clusters(samples: Samples, slopes: np.ndarray) -> np.ndarray:
+    """Number of the cluster that each row belongs to, in which errors are alike: its run; its closed loop where runs
+    are few, or where its run alone decides a parameter.
+
+    `slopes` (rows, and those of priors if any; k) are those of the free parameters in standard deviations. Left at what
+    a run wants that alone decides something, its errors show in its loops only; not in points of a static curve, each
+    of which is a loop, for these err together.
+    """
+    runs = np.unique(samples.run, return_inverse=True)[1]
+    loops = np.unique(np.stack([samples.run, samples.loop]), axis=1, return_inverse=True)[1]
+    if runs.max(initial=-1) + 1 < ENOUGH_RUNS:
+        return loops
+    root = _root_of_inverse(slopes.T @ slopes)
+    data = slopes[: len(runs)] @ root
+    decides = np.array([_by_loops(data[runs == run], loops[runs == run]) for run in range(runs.max() + 1)])
+    return np.unique(np.where(decides[runs], len(decides) + loops, runs), return_inverse=True)[1]
+
+
+def _by_loops(data: np.ndarray, loops: np.ndarray) -> bool:
+    """Whether a run alone decides something, and has loops of more than one point to judge that by."""
+    return len(np.unique(loops)) < len(loops) and np.linalg.norm(data, 2) ** 2 > ALONE
+
+
+def covariances(
+    data: np.ndarray, rows: np.ndarray, priors: np.ndarray, cluster: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Covariance of the free parameters: as if samples were independent, and robust to errors shared in a cluster.
+
+    The robust one is what leaving out each cluster in turn would give (CR3: Bell & McCaffrey 2002); the plain sandwich
+    is too small where clusters are few. No parameter's variance is below that of independent samples.
+    """
+    freedom = max(len(rows) - data.shape[1], 1)
+    variance = max(np.sum(rows**2) / freedom, 1e-30)  # of rows that fit exactly
+    known = priors.T @ priors
+    root = _root_of_inverse(data.T @ data / variance + known)  # coordinates in which the first covariance is 1
+    scores, shares = _by_cluster(data @ root / np.sqrt(variance), rows / np.sqrt(variance), cluster)
+    strength, along = np.linalg.eigh(shares)
+    grown = np.einsum("gji,gj->gi", along, scores) / (1 - np.clip(strength, 0.0, ALONE))
+    left_out = np.einsum("gij,gj->gi", along, grown)
+    plain = root @ root.T
+    robust = root @ (left_out.T @ left_out + root.T @ known @ root) @ root.T
+    lacking = np.sqrt(np.maximum(1 - np.diag(robust) / np.maximum(np.diag(plain), 1e-300), 0.0))
+    return plain, robust + plain * np.outer(lacking, lacking)
+
+
+def _by_cluster(slopes: np.ndarray, rows: np.ndarray, cluster: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Gradient (clusters, p) and curvature (clusters, p, p) of each cluster."""
+    order = np.argsort(cluster, kind="stable")
+    parts = np.split(order, np.flatnonzero(np.diff(cluster[order])) + 1)
+    gradient = np.stack([slopes[part].T @ rows[part] for part in parts])
+    return gradient, np.stack([slopes[part].T @ slopes[part] for part in parts])
+
+
+def _root_of_inverse(matrix: np.ndarray) -> np.ndarray:
+    """R with R R^T the inverse, without directions of which nothing is known."""
+    scale = 1 / np.sqrt(np.maximum(np.diag(matrix), 1e-300))
+    strength, along = np.linalg.eigh(matrix * np.outer(scale, scale))
+    seen = strength > 1e-14 * strength.max(initial=0.0)
+    return scale[:, None] * along * np.where(seen, 1 / np.sqrt(np.where(seen, strength, 1.0)), 0.0)
+
+
+def at_bound(names: Sequence[str], place: np.ndarray) -> tuple[str, ...]:
+    """Those of the free names that ended at an end of their range."""
+    return tuple(name for name, p in zip(names, place, strict=True) if p < 1e-6 or p > 1 - 1e-6)
+
+
+def ties(names: Sequence[str], slopes: np.ndarray, index: float = 20.0) -> dict[str, tuple[str, ...]]:
+    """Which parameters can make up for each other: collinearity index above 20 (Brun, Reichert & Kuensch 2001)."""
+    if len(names) < 2:
+        return {}
+    unit = slopes / np.maximum(np.linalg.norm(slopes, axis=0), 1e-300)
+    strength, direction = np.linalg.eigh(unit.T @ unit)
+    tied: dict[str, set[str]] = {}
+    for value, vector in zip(strength, direction.T, strict=True):
+        if value < 1 / index**2:
+            group = [name for name, share in zip(names, vector, strict=True) if abs(share) > 0.3]
+            for name in group:
+                tied.setdefault(name, set()).update(other for other in group if other != name)
+    return {name: tuple(sorted(others)) for name, others in tied.items() if others}

@@ -1,0 +1,1 @@
+"""Effects by name: the library, a user's Python file, and effects written in one line."""

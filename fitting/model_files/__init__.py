@@ -1,0 +1,1 @@
+"""model.toml: one reader and one writer."""

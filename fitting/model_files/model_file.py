@@ -1,0 +1,302 @@
+"""model.toml: a set of effects with their values, errors and states, and what they were fitted to."""
+
+import hashlib
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import tomlkit
+from tomlkit.items import InlineTable, Table
+
+from fitting import full_names, units
+from fitting.errors import InputError, unknown_name
+from fitting.least_squares.fit import Fit
+from fitting.library.library import with_line
+from fitting.library.line import Defined, defined_name
+from fitting.problem.priors import Prior, stated_priors
+from fitting.recordings.muscle_file import line_of, read_toml
+from fitting.recordings.records import Experiment
+from fitting.version import NAME, program_version
+from fitting.writing import text_replaced
+from mckibben_jax.effect import Effect, name_of
+from mckibben_jax.muscle import Muscle, quantities
+from mckibben_jax.parameter import parameters
+
+FORMAT = 1
+STATES = ("fitted", "fixed", "held")
+KEYS = ("format", "program", "name", "muscle", "muscle_of", "effect", "fitted_to")
+SEAL = "# Written by mckibben. Edit freely: it is then left alone. sha256 of what follows: "
+
+
+@dataclass(frozen=True)
+class ModelFile:
+    """A model as a file tells it: effects with their values, the muscle, and the data that it was fitted to."""
+
+    path: Path
+    name: str
+    muscle: Muscle | None
+    effects: tuple[Effect, ...]
+    values: dict[str, float]  # by full name, SI
+    states: dict[str, str]
+    data: dict[str, str] = field(default_factory=dict)  # data set -> sha256
+    priors: dict[str, Prior] = field(default_factory=dict)  # by full name, for the posterior
+
+    def fitted_to(self, experiments: Sequence[Experiment]) -> bool:
+        """Whether these are the very data that it was fitted to."""
+        return bool(self.data) and {e.sha256 for e in experiments} == set(self.data.values())
+
+
+# ------------------------------------------------------------------------------------------------------------ reading
+
+
+def read_model(path: Path | str, known: dict[str, type[Effect]]) -> ModelFile:
+    """Read a model file; `known` are the effects that there are, by name."""
+    path = Path(path)
+    if not path.is_file():
+        raise InputError("no such model file", path, cure="'mckibben fit' writes one beside the data")
+    table, raw = read_toml(path)
+    _check_format(table, path, raw)
+    for key in table:
+        if key not in KEYS:
+            raise unknown_name("key", key, KEYS, path, row=line_of(raw, key))
+    values: dict[str, float] = {}
+    states: dict[str, str] = {}
+    measured = {name: unit for name, (unit, _) in quantities().items()}
+    sizes = _read_table(table.get("muscle", {}), measured, path, raw, states, "muscle")
+    values |= {f"muscle.{name}": value for name, value in sizes.items()}
+    for dataset, more in _subtable(table, "muscle_of", path, raw).items():
+        found = _read_table(more, measured, path, raw, {}, "muscle")
+        values |= {full_names.of_set(f"muscle.{name}", dataset): value for name, value in found.items()}
+    entries = table.get("effect", [])
+    if not isinstance(entries, list) or not entries:
+        raise InputError("the model has no effect", path, cure='add [[effect]] and below it name = "ideal_cylinder"')
+    effects = tuple(_read_effect(entry, known, path, raw, values, states) for entry in entries)
+    data = _subtable(_subtable(table, "fitted_to", path, raw), "data", path, raw)
+    return ModelFile(
+        path,
+        str(table.get("name", path.resolve().parent.name)),
+        _muscle(sizes, path) if sizes else None,
+        effects,
+        values,
+        states,
+        {name: str(text).removeprefix("sha256:") for name, text in data.items()},
+        stated_priors(table, effects, path, raw),
+    )
+
+
+def _subtable(table: dict[str, Any], key: str, path: Path, raw: bytes) -> dict[str, Any]:
+    """A table inside a table; empty where there is none."""
+    found = table.get(key, {})
+    if not isinstance(found, dict):
+        cure = "take it out, or write it as the program does"
+        raise InputError(f"{key} is not a table", path, line_of(raw, key), value=found, cure=cure)
+    return found
+
+
+def _check_format(table: dict[str, Any], path: Path, raw: bytes) -> None:
+    found = table.get("format", FORMAT)
+    if not isinstance(found, int) or isinstance(found, bool) or found < 1:
+        cure = f"write format = {FORMAT}"
+        raise InputError("format is not a whole number from 1 on", path, line_of(raw, "format"), value=found, cure=cure)
+    if found > FORMAT:
+        raise InputError(
+            f"the file was written by a newer program (format {found}, program {table.get('program', 'unknown')}); "
+            f"this is program {program_version()}, which reads format {FORMAT}",
+            path,
+            line_of(raw, "format"),
+            cure=f"{_newer(table.get('program'))}, or fit again with --baseline",
+        )
+
+
+def _newer(program: Any) -> str:
+    """The command that installs the program which wrote a file, as far as the file says which."""
+    known = isinstance(program, str) and re.fullmatch(r"\d+(\.\d+){0,3}((a|b|rc|\.dev|\.post)\d+)?", program)
+    return f"pip install '{NAME}>={program}'" if known else f"pip install --upgrade {NAME}"
+
+
+def _read_effect(
+    entry: Any,
+    known: dict[str, type[Effect]],
+    path: Path,
+    raw: bytes,
+    values: dict[str, float],
+    states: dict[str, str],
+) -> Effect:
+    name = entry.get("name") if isinstance(entry, dict) else None
+    if not isinstance(name, str):
+        raise InputError("an [[effect]] has no name", path, cure='write name = "ideal_cylinder"')
+    if "define" in entry:
+        known = _with_defined(name, entry["define"], known, path, raw)
+    if name not in known:
+        error = unknown_name("effect", name, known, path)
+        error.cure += " An effect of your own needs --effect-file or --define"
+        raise error
+    declared = {p.name: p for p in parameters(known[name])}
+    given = {key: value for key, value in entry.items() if key not in ("name", "define")}
+    found = _read_table(given, {k: p.unit for k, p in declared.items()}, path, raw, states, name)
+    for key, value in found.items():
+        p = declared[full_names.common(key)]
+        check_range(f"{name}.{key}", value, p.lower, p.upper, p.unit, path, line_of(raw, key))
+        values[f"{name}.{key}"] = value
+    return known[name](**{key: value for key, value in found.items() if "@" not in key})
+
+
+def _with_defined(
+    name: str, line: Any, known: dict[str, type[Effect]], path: Path, raw: bytes
+) -> dict[str, type[Effect]]:
+    """The known effects and the one that an [[effect]] carries its own definition of: read as data, never run."""
+    row = line_of(raw, "define")
+    if not isinstance(line, str) or defined_name(line) != name:
+        cure = f'write define = "{name} = ..." as in --define'
+        raise InputError(f"define does not define '{name}'", path, row, value=line, cure=cure)
+    return with_line(known, line, path, row)
+
+
+def check_range(
+    name: str, value: float, lower: float, upper: float, unit: str, path: Path | None = None, row: int | None = None
+) -> None:
+    """Refuse a value outside the range that its effect declares."""
+    slack = 1e-9 * (upper - lower)
+    if not lower - slack <= value <= upper + slack:
+        allowed = f"{units.show(lower, unit)} to {units.show(upper, unit)}"
+        raise InputError(
+            f"{name} lies outside its range", path, row, value=units.show(value, unit), cure=f"{allowed} is allowed"
+        )
+
+
+def _read_table(
+    table: Any, known: dict[str, str], path: Path, raw: bytes, states: dict[str, str], owner: str
+) -> dict[str, float]:
+    """Values in SI of a table of `{ value, error, state }` or plain values; their states go into `states`."""
+    if not isinstance(table, dict):
+        raise InputError(f"{owner} is not a table", path, value=table, cure="write name = { value = ..., state = ... }")
+    found = {}
+    for key, entry in table.items():
+        plain = full_names.common(key)
+        if plain not in known:
+            raise unknown_name(f"parameter of {owner}:", key, known, path, row=line_of(raw, key))
+        entry = entry if isinstance(entry, dict) else {"value": entry}
+        state = entry.get("state", "fitted")
+        if state not in STATES:
+            raise unknown_name(f"state of {owner}.{key}:", str(state), STATES, path, row=line_of(raw, key))
+        try:
+            found[key] = units.to_si(entry.get("value"), known[plain], f"{owner}.{key}")
+        except InputError as error:
+            raise InputError(error.problem, path, line_of(raw, key), value=error.value, cure=error.cure) from None
+        states[f"{owner}.{key}"] = state
+    return found
+
+
+def _muscle(sizes: dict[str, float], path: Path) -> Muscle:
+    for key in ("length", "radius", "braid_angle"):
+        if key not in sizes:
+            raise InputError(f"[muscle] lacks {key}", path, cure="take it from the data set's muscle.toml")
+    return Muscle(**sizes)  # type: ignore[arg-type]
+
+
+# ------------------------------------------------------------------------------------------------------------ writing
+
+
+def write_model(path: Path | str, fit: Fit, experiments: Sequence[Experiment]) -> str | None:
+    """Write a fitted model; a file that was edited, or a place that cannot be written to, is left alone.
+
+    Returned is why nothing was written, in words, or None.
+    """
+    path = Path(path)
+    if path.is_dir():
+        return f"{path} is a folder"
+    if path.exists() and is_edited(path):
+        return f"{path} was written or edited by hand and is left alone"
+    try:
+        text_replaced(path, model_text(fit, experiments))
+    except OSError as error:
+        return f"{path} cannot be written: {error.strerror}"
+    return None
+
+
+def model_text(fit: Fit, experiments: Sequence[Experiment]) -> str:
+    """A fitted model as the text of its file."""
+    return sealed(tomlkit.dumps(_document(fit, experiments)))
+
+
+def sealed(body: str) -> str:
+    """The text of a model file with the line by which it is known that nobody has edited it."""
+    return SEAL + _digest(body) + "\n" + body
+
+
+def is_edited(path: Path) -> bool:
+    """Whether a model file is not as the program wrote it."""
+    try:
+        first, _, body = path.read_text(encoding="utf-8").partition("\n")
+    except (OSError, UnicodeDecodeError):
+        return True
+    return not first.startswith(SEAL) or first.removeprefix(SEAL).strip() != _digest(body)
+
+
+def _digest(body: str) -> str:
+    return hashlib.sha256(re.sub(r"\s+", " ", body).strip().encode()).hexdigest()[:16]
+
+
+def _document(fit: Fit, experiments: Sequence[Experiment]) -> tomlkit.TOMLDocument:
+    document = tomlkit.document()
+    document["format"] = FORMAT
+    document["program"] = program_version()
+    document["name"] = experiments[0].name
+    document["muscle"] = _muscle_table(fit, 0, experiments[0])
+    if len(experiments) > 1:
+        more = {e.name: _muscle_table(fit, d, e) for d, e in enumerate(experiments) if d}
+        document["muscle_of"] = more
+    effects = tomlkit.aot()
+    for effect in fit.layout.templates[0].effects:
+        effects.append(_effect_table(fit, effect))
+    document["effect"] = effects
+    document["fitted_to"] = {"data": _inline({folder_name(e): f"sha256:{e.sha256}" for e in experiments})}
+    return document
+
+
+def folder_name(experiment: Experiment) -> str:
+    """By which the data are called in files: their folder's name."""
+    return experiment.folder.resolve().name
+
+
+def _muscle_table(fit: Fit, dataset: int, experiment: Experiment) -> Table:
+    table = tomlkit.table()
+    for name, (unit, _) in quantities().items():
+        full = f"muscle.{name}"
+        full = full if full in fit.layout.names else full_names.of_set(full, experiment.name)
+        if full in fit.layout.names:
+            table[name] = _entry(fit, full, unit)
+    return table
+
+
+def _effect_table(fit: Fit, effect: Effect) -> Table:
+    table = tomlkit.table()
+    table["name"] = name_of(effect)
+    if isinstance(effect, Defined):
+        table["define"] = effect.line
+    declared = {p.name: p.unit for p in parameters(effect)}
+    for full in fit.layout.of_effect(name_of(effect)):
+        key = full.split(".", 1)[1]
+        table[key] = _entry(fit, full, declared[full_names.common(key)])
+    return table
+
+
+def _entry(fit: Fit, name: str, unit: str) -> InlineTable:
+    value, error = fit.values[name], fit.error(name)
+    entry = {"value": units.write(value, unit)}
+    if name in fit.free:
+        entry["error"] = units.show(error, unit, digits=2)
+    return _inline(entry | {"state": state_of(fit, name)})
+
+
+def _inline(entries: dict[str, str]) -> InlineTable:
+    table = tomlkit.inline_table()
+    table.update(entries)
+    return table
+
+
+def state_of(fit: Fit, name: str) -> str:
+    """Whether a value was fitted, was held because the data cannot see it, or was fixed."""
+    return "fitted" if name in fit.free else "held" if name in fit.held else "fixed"

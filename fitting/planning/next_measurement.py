@@ -1,0 +1,324 @@
+"""Which recording would tell apart what these data leave tied.
+
+Every explanation that remains is fitted by itself and asked what it foretells of a grid of recordings that the rig has
+shown it can make. The recording that is proposed separates the worst pair best, after each of the two has given way as
+far as the old data let it. Where none does, the grid is widened: what the rig has not shown, then another muscle.
+Releases and steps are not proposed: the test sets them aside.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import combinations
+
+import numpy as np
+from threadpoolctl import threadpool_limits
+
+from fitting.diagnosis.diagnose import ENOUGH_SAMPLES, of_force
+from fitting.diagnosis.record import Diagnosis
+from fitting.planning.candidates import Protocol, Shown, grid, in_words, on_specimen, shown, specimens
+from fitting.planning.foreseen import Candidates, Explained, Varying, candidates, explained
+from fitting.planning.separation import Outlook, Readings, noise_of_test
+from fitting.problem.residuals import thinned
+from fitting.recordings.records import Experiment
+from mckibben_jax.effect import Effect, name_of
+from mckibben_jax.effects import LIBRARY
+
+MOST_EXPLANATIONS = 6
+REPEATS = (3, 6, 9, 12)  # loops that may be asked for
+USUAL = 6  # loops by which candidates are compared
+HOPELESS = 6.0  # squared standard errors: closer than this no number of loops one would record helps
+PLENTY = 200.0  # squared standard errors: more than this separates no better
+ENOUGH_POWER = 0.9
+WORTH_MORE = 0.2  # of power, for which a rig may be asked for what it has not shown
+TRIED = 3  # of the best candidates, refitted in earnest
+
+
+@dataclass(frozen=True)
+class PairPower:
+    """Two explanations, and how often the test would reject the wrong one of them after the recording."""
+
+    one: tuple[str, ...]
+    other: tuple[str, ...]
+    power: float
+    discrepancy: float  # squared standard errors after both have given way
+
+
+@dataclass(frozen=True)
+class NextMeasurement:
+    """A recording to make. Pressures in Pa, contractions as shares of the length, `speed` in m/s (isometric: Pa/s)."""
+
+    what: str
+    why: str
+    separates: tuple[tuple[str, ...], ...]  # the pair that is hardest to tell apart by it
+    power: float  # for that pair: the probability that the wrong one is rejected
+    protocol: Protocol
+    repeats: int
+    speed: float
+    seconds: float  # that it takes
+    needs: str  # what the data do not show that the rig can do; empty if nothing
+    pairs: tuple[PairPower, ...]
+    tied: tuple[tuple[tuple[str, ...], tuple[str, ...]], ...] = ()  # pairs that it leaves as they are
+
+
+@dataclass(frozen=True)
+class Prospect:
+    """All that is needed to judge recordings: explanations, candidates, and which of these can be made."""
+
+    outlook: Outlook
+    can: Shown
+    usable: tuple[int, ...]
+    seed: int
+
+    @property
+    def names(self) -> tuple[tuple[str, ...], ...]:
+        """What each explanation adds."""
+        return tuple(e.effects for e in self.outlook.explained)
+
+    @property
+    def protocols(self) -> tuple[Protocol, ...]:
+        """The candidates."""
+        return self.outlook.planned.protocols
+
+
+def next_measurement(
+    diagnosis: Diagnosis,
+    experiments: Sequence[Experiment],
+    *,
+    known: Sequence[Effect] = (),
+    fix: Sequence[str] = (),
+    free: Sequence[str] = (),
+    own: Sequence[str] = (),
+    seed: int = 0,
+) -> NextMeasurement | None:
+    """The recording that would separate what a diagnosis leaves; None where nothing is left to separate.
+
+    `experiments`, `fix`, `free` and `own` as they were diagnosed; `known` are effects that the library does not have.
+    """
+    steps = measurements(diagnosis, experiments, known=known, fix=fix, free=free, own=own, seed=seed, most=1)
+    return steps[0] if steps else None
+
+
+def measurements(
+    diagnosis: Diagnosis,
+    experiments: Sequence[Experiment],
+    *,
+    known: Sequence[Effect] = (),
+    fix: Sequence[str] = (),
+    free: Sequence[str] = (),
+    own: Sequence[str] = (),
+    seed: int = 0,
+    most: int = 3,
+) -> tuple[NextMeasurement, ...]:
+    """Recordings in the order in which to make them: each for the pairs that those before it leave tied."""
+    rivals = remaining(diagnosis)
+    if len(rivals) < 2:
+        return ()
+    with threadpool_limits(1, "blas"):  # small matrices: more threads only wait for each other
+        return _measurements(diagnosis, experiments, rivals, known, Varying(fix, free, own), seed, most)
+
+
+def _measurements(
+    diagnosis: Diagnosis,
+    experiments: Sequence[Experiment],
+    rivals: Sequence[tuple[str, ...]],
+    known: Sequence[Effect],
+    varying: Varying,
+    seed: int,
+    most: int,
+) -> tuple[NextMeasurement, ...]:
+    first = prospect(diagnosis, experiments, rivals, varying, known=known, seed=seed)
+    pairs = list(combinations(range(len(rivals)), 2))
+    steps: list[NextMeasurement] = []
+    while pairs and len(steps) < most:
+        step = _best(first, pairs)
+        if step is None or step.power < ENOUGH_POWER - WORTH_MORE:
+            step = _better(step, _on_others(diagnosis, experiments, rivals, first, known, varying, pairs))
+        if step is None:
+            break
+        steps.append(step)
+        names = list(rivals)
+        done = {(names.index(p.one), names.index(p.other)) for p in step.pairs if p.power >= ENOUGH_POWER}
+        if not done:
+            break
+        pairs = [pair for pair in pairs if pair not in done]
+    return tuple(steps)
+
+
+def remaining(diagnosis: Diagnosis) -> tuple[tuple[str, ...], ...]:
+    """The explanations that are still to be told apart, those that foretell best first."""
+    if diagnosis.verdict == "not in the library":
+        return tuple(e.effects for e in diagnosis.nearest)
+    order = [e.effects for e in diagnosis.tried]
+    names = sorted(diagnosis.explanations, key=lambda added: order.index(added) if added in order else len(order))
+    return tuple(names[:MOST_EXPLANATIONS])
+
+
+# ----------------------------------------------------------------------------------------------------- what is foretold
+
+
+def prospect(
+    diagnosis: Diagnosis,
+    experiments: Sequence[Experiment],
+    rivals: Sequence[tuple[str, ...]],
+    varying: Varying,
+    *,
+    known: Sequence[Effect] = (),
+    other_muscles: bool = False,
+    seed: int = 0,
+) -> Prospect:
+    """Fit each explanation to the data and let it foretell every candidate."""
+    tested = of_force(experiments)[0]
+    light = [thinned(experiment, ENOUGH_SAMPLES // len(tested)) for experiment in tested]
+    can = shown(next(e for e in experiments if e.name == tested[0].name))
+    if other_muscles:
+        plan = [(other, on_specimen(can, other.name), can) for other in specimens(light[0])]
+    else:
+        plan = [(light[0], grid(can), can)]
+    planned = candidates(light, plan)
+    told = tuple(_explained(diagnosis, planned, added, known, varying) for added in rivals)
+    outlook = Outlook(planned, told, noise_of_test(told[0], planned), _readings(light, can))
+    return Prospect(outlook, can, _usable(planned, told, can), seed)
+
+
+def _explained(
+    diagnosis: Diagnosis,
+    planned: Candidates,
+    added: Sequence[str],
+    known: Sequence[Effect],
+    varying: Varying,
+) -> Explained:
+    """An explanation, fitted from where the diagnosis left its effects."""
+    kinds = {name_of(effect): effect for effect in (*(kind() for kind in LIBRARY), *known)}
+    start = dict(diagnosis.baseline.values)
+    for name in added:
+        evidence = diagnosis.effects.get(name)
+        found = {} if evidence is None else {f"{name}.{key}": value for key, (value, _) in evidence.estimate.items()}
+        start |= found
+    base = diagnosis.baseline.layout.templates[0].effects
+    return explained(planned, base, [kinds[name] for name in added], start, varying)
+
+
+def _readings(light: Sequence[Experiment], can: Shown) -> Readings:
+    """How new readings will err: as the old ones, and thinned as the test will thin them all."""
+    runs = [run for e in light for r in e.recordings if r.test != "static" for run in r.runs]
+    loops = sum(len(np.unique(run.loop)) for run in runs)
+    apart = float(np.median([np.median(np.diff(run.time)) for run in runs])) if runs else can.interval
+    return Readings(max(apart / can.interval, 1.0), can.interval, ENOUGH_SAMPLES / (loops + USUAL))
+
+
+def _usable(planned: Candidates, told: Sequence[Explained], can: Shown) -> tuple[int, ...]:
+    """Candidates in which no explanation foretells that the muscle is slack, further than the data have been."""
+    least = min(can.force, 0.0) - 3 * can.noise
+    forces = [e.rows * planned.samples.sigma for e in told]  # of candidates, whose readings are 0
+    fine = lambda rows: all(np.all(np.isfinite(f[rows])) and f[rows].min() > least for f in forces)  # noqa: E731
+    return tuple(number for number, rows in enumerate(planned.rows) if fine(rows))
+
+
+# ---------------------------------------------------------------------------------------------------------- the choice
+
+
+def _best(given: Prospect, pairs: Sequence[tuple[int, int]]) -> NextMeasurement | None:
+    """The best recording that the rig has shown it can make; one beyond that only where it is worth it."""
+    inside = _chosen(given, pairs, [n for n in given.usable if not given.protocols[n].beyond])
+    if inside is not None and inside.power >= ENOUGH_POWER - WORTH_MORE:
+        return inside
+    return _better(inside, _chosen(given, pairs, [n for n in given.usable if given.protocols[n].beyond]))
+
+
+def _better(first: NextMeasurement | None, other: NextMeasurement | None) -> NextMeasurement | None:
+    """The first of two, unless the other is worth its trouble."""
+    if first is None or other is None:
+        return first or other
+    return other if other.power > first.power + WORTH_MORE else first
+
+
+def _chosen(given: Prospect, pairs: Sequence[tuple[int, int]], numbers: Sequence[int]) -> NextMeasurement | None:
+    """The recording among these that separates the worst pair best; None where none separates any."""
+    if not numbers:
+        return None
+    apart = np.array([[given.outlook.discrepancy(*pair, number, USUAL) for number in numbers] for pair in pairs])
+    alive = [row for row in range(len(pairs)) if apart[row].max() > HOPELESS]
+    if not alive:
+        return None
+    least = np.minimum(apart[alive].min(axis=0), PLENTY)
+    order = sorted(range(len(numbers)), key=lambda i: (-np.round(2 * np.log(least[i] + 1)), trouble(given, numbers[i])))
+    made: list[NextMeasurement] = []
+    for i in order[:TRIED]:
+        made.append(_judged(given, numbers[i], [pairs[row] for row in alive], apart[alive, i]))
+        if made[-1].power >= ENOUGH_POWER:
+            break
+    tied = tuple((given.names[a], given.names[b]) for row, (a, b) in enumerate(pairs) if row not in alive)
+    return replace(max(made, key=lambda m: m.power), tied=tied)
+
+
+def trouble(given: Prospect, number: int) -> float:
+    """What a recording asks of the rig: other speeds than it was used to, and time."""
+    p, can = given.protocols[number], given.can
+    seen = can.ramps if p.test == "isometric" else tuple(v / can.length for v in can.speeds)
+    strange = 0.0 if not np.isfinite(seen[0]) or p.rate == 0 else min(abs(np.log(p.rate / v)) for v in seen)
+    return strange + 0.1 * np.log1p(_seconds(p, 1)) + (1.0 if p.hold else 0.0)
+
+
+def _seconds(p: Protocol, repeats: int) -> float:
+    return 2 * repeats * (p.branch_time + p.hold)
+
+
+def _judged(given: Prospect, number: int, pairs: Sequence[tuple[int, int]], apart: np.ndarray) -> NextMeasurement:
+    """A recording with as few loops as have the power, which is counted for its worst pair."""
+    worst = pairs[int(np.argmin(apart))]
+    repeats, power = REPEATS[-1], 0.0
+    for repeats in REPEATS:
+        power = _power(given, worst, number, repeats)
+        if power >= ENOUGH_POWER:
+            break
+    judged = tuple(
+        PairPower(
+            given.names[a],
+            given.names[b],
+            power if (a, b) == worst else _power(given, (a, b), number, repeats),
+            given.outlook.discrepancy(a, b, number, repeats),
+        )
+        for a, b in pairs
+    )
+    return proposed(given, number, repeats, judged)
+
+
+def proposed(given: Prospect, number: int, repeats: int, pairs: Sequence[PairPower]) -> NextMeasurement:
+    """The record of a candidate that was chosen, with what it does for these pairs."""
+    p, weakest = given.protocols[number], min(pairs, key=lambda pair: pair.power)
+    return NextMeasurement(
+        what=in_words(p, repeats, given.can.length),
+        why=_why(weakest),
+        separates=(weakest.one, weakest.other),
+        power=weakest.power,
+        protocol=p,
+        repeats=repeats,
+        speed=p.rate if p.test == "isometric" else p.rate * given.can.length,
+        seconds=_seconds(p, repeats),
+        needs=p.needs,
+        pairs=tuple(pairs),
+    )
+
+
+def _power(given: Prospect, pair: tuple[int, int], number: int, repeats: int) -> float:
+    """The worse of the two directions: either may be the truth."""
+    one, other = pair
+    return min(given.outlook.power(a, b, number, repeats, given.seed) for a, b in ((one, other), (other, one)))
+
+
+def _why(pair: PairPower) -> str:
+    return f"{' + '.join(pair.one)} and {' + '.join(pair.other)} foretell different forces there"
+
+
+def _on_others(
+    diagnosis: Diagnosis,
+    experiments: Sequence[Experiment],
+    rivals: Sequence[tuple[str, ...]],
+    first: Prospect,
+    known: Sequence[Effect],
+    varying: Varying,
+    pairs: Sequence[tuple[int, int]],
+) -> NextMeasurement | None:
+    """A recording on another muscle of the same make: its length or wall changed, its effects' values the same."""
+    others = prospect(diagnosis, experiments, rivals, varying, known=known, other_muscles=True, seed=first.seed)
+    return _chosen(others, pairs, others.usable)

@@ -1,0 +1,223 @@
+"""How readings err: white noise, noise that remembers itself, and an offset that a whole run shares.
+
+Each recording has its own. `size` is the standard deviation of one reading's error in units of its stated (or
+estimated) noise. A share `run` of its variance is common to a run; of the rest a share `remembered` fades from reading
+to reading as exp(-apart/memory), a first-order autoregression; what remains is white. Of many readings whose errors are
+alike, this likelihood counts what is independent. Prior: flat in log size and log memory, flat in the shares.
+
+Which components there are is chosen from the residual of the fit by the Bayesian information criterion (Schwarz 1978).
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from scipy.optimize import minimize
+
+from fitting.problem.residuals import Samples
+
+KINDS = (("size",), ("size", "run"), ("size", "remembered", "memory"), ("size", "remembered", "memory", "run"))
+PARTS = ("size", "remembered", "memory", "run")
+SIZE_SPAN = np.log(1e3)  # how far the size may be from the residual's, up or down
+SHORTEST = 0.3  # readings: a memory below this is white noise
+LONGEST = 3.0  # runs: a memory above this is an offset
+FEW_READINGS, FEW_RUNS = 30, 3  # below which nothing can be said about memory, about runs
+EDGE = 1e-4  # of a share: where searches stay inside
+
+
+class Noise(eqx.Module):
+    """The likelihood of the rows of a problem, from the components of each recording's noise.
+
+    The parameters stand in one vector of places in the unit box, recording by recording, as in `PARTS`.
+    """
+
+    at: jax.Array  # (runs, readings): the row of each reading, in order; the last is repeated
+    gap: jax.Array  # (runs, readings): positions since the reading before
+    present: jax.Array  # (runs, readings)
+    run_of: jax.Array  # (runs,): recording
+    recording: jax.Array  # of every row
+    which: jax.Array  # (part, recording): position in the parameters, counted on into `ABSENT`
+    lower: jax.Array  # of the parameters
+    upper: jax.Array
+    logarithmic: jax.Array
+
+    def values(self, place: jax.Array) -> jax.Array:
+        """The parameters from their places in the unit box."""
+        straight = self.lower + place * (self.upper - self.lower)
+        return jnp.where(self.logarithmic, jnp.exp(straight), straight)
+
+    def terms(self, rows: jax.Array, place: jax.Array) -> jax.Array:
+        """Log-likelihood of each row given those before it in its run; up to a constant."""
+        size, remembered, memory, run = jnp.concatenate([self.values(place), ABSENT])[self.which]
+        log_size = jnp.log(size)[self.recording]
+        terms = -0.5 * (rows * jnp.exp(-log_size)) ** 2 - log_size
+        if self.at.size == 0:
+            return terms
+        mine = (size[self.run_of], remembered[self.run_of], memory[self.run_of], run[self.run_of])
+        error, variance = innovations(rows[self.at], self.gap, *mine)
+        alike = -0.5 * (error**2 / variance + jnp.log(variance))
+        # the padding goes to a row that is not there
+        return terms.at[jnp.where(self.present, self.at, len(rows))].set(alike, mode="drop")
+
+
+ABSENT = jnp.array([0.0, 1.0])  # a share that is not there, a memory that does not matter
+
+
+def innovations(
+    rows: jax.Array, gap: jax.Array, size: jax.Array, remembered: jax.Array, memory: jax.Array, run: jax.Array
+) -> tuple[jax.Array, jax.Array]:
+    """What each reading adds to those before it in its run, and the variance of that: a Kalman filter.
+
+    Arrays (runs, readings) from parameters (runs,). Its two states are the fading error and the run's offset.
+    """
+    variance = size**2
+    common, rest = run * variance, (1 - run) * variance
+    fading, white = remembered * rest, (1 - remembered) * rest
+    zero = jnp.zeros_like(size)
+
+    def step(carry: tuple, now: tuple) -> tuple[tuple, tuple]:
+        a, b, aa, ab, bb = carry
+        row, apart = now
+        keep = jnp.exp(-apart / memory)
+        a, aa, ab = keep * a, keep**2 * aa + (1 - keep**2) * fading, keep * ab
+        to_a, to_b = aa + ab, ab + bb
+        total = to_a + to_b + white
+        error = row - a - b
+        gain_a, gain_b = to_a / total, to_b / total
+        moved = (a + gain_a * error, b + gain_b * error, aa - gain_a * to_a, ab - gain_a * to_b, bb - gain_b * to_b)
+        return moved, (error, total)
+
+    begin = (zero, zero, fading, zero, common)
+    _, (error, total) = jax.lax.scan(step, begin, (rows.T, gap.T), unroll=4)
+    return error.T, total.T
+
+
+# The choice -----------------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Chosen:
+    """The noise of one recording: its components, and their most likely values."""
+
+    parts: tuple[str, ...]
+    values: tuple[float, ...]
+
+    def told(self, label: str) -> str:
+        """In words."""
+        if self.parts == ("size",):
+            return f"noise of {label}: white (the residual shows nothing else)"
+        at = dict(zip(self.parts, self.values, strict=True))
+        words = []
+        if "memory" in at:
+            words.append(f"{100 * at['remembered']:.0f} % fades over {at['memory']:.3g} readings (AR(1))")
+        if "run" in at:
+            words.append(f"{100 * at['run']:.0f} % is shared by a run")
+        white = (1 - at.get("run", 0.0)) * (1 - at.get("remembered", 0.0))
+        rest = ", the rest white" if white >= 0.005 else ""
+        return f"noise of {label}: {', '.join(words)}{rest}; chosen from the residual by BIC"
+
+
+def chosen(rows: np.ndarray, samples: Samples, parts: Sequence[tuple[str, ...]] | None = None) -> tuple[Chosen, ...]:
+    """The noise of each recording that its residual speaks for; of these `parts` where they are given."""
+    numbers = np.unique(samples.recording)
+    return tuple(
+        _chosen(rows[mask], samples.where(mask), KINDS if parts is None else (parts[i],))
+        for i, mask in enumerate(samples.recording == number for number in numbers)
+    )
+
+
+def _chosen(rows: np.ndarray, samples: Samples, offered: Sequence[tuple[str, ...]]) -> Chosen:
+    known = len(offered) == 1
+    found = []
+    for parts in offered:
+        if known or _sensible(parts, samples):
+            values, log_likelihood = _most_likely(rows, samples, parts)
+            found.append((log_likelihood - 0.5 * len(parts) * np.log(len(rows)), Chosen(parts, values)))
+    return max(found, key=lambda one: one[0])[1]
+
+
+def _sensible(parts: tuple[str, ...], samples: Samples) -> bool:
+    runs = len(np.unique(samples.run))
+    alone = len(samples) == runs
+    return ("memory" not in parts or (len(samples) >= FEW_READINGS and not alone)) and (
+        "run" not in parts or (runs >= FEW_RUNS and not alone)
+    )
+
+
+@jax.jit
+def _cost(noise: Noise, rows: jax.Array, place: jax.Array) -> tuple[jax.Array, jax.Array]:
+    return jax.value_and_grad(lambda at: -jnp.sum(noise.terms(rows, at)) / len(rows))(place)
+
+
+def _most_likely(rows: np.ndarray, samples: Samples, parts: tuple[str, ...]) -> tuple[tuple[float, ...], float]:
+    """The values of these parts under which the rows are most likely, and their log-likelihood.
+
+    The others stay as good as absent: one compiled function serves all choices.
+    """
+    rms = float(np.sqrt(np.mean(rows**2)))
+    if parts == ("size",):
+        return (rms,), -len(rows) * (0.5 + np.log(max(rms, 1e-300)))
+    noise, measured = noise_of_rows(samples, [PARTS], [rms]), jnp.asarray(rows)
+    free = [PARTS.index(part) for part in parts]
+
+    def whole(at: np.ndarray) -> np.ndarray:
+        place = np.array([0.5, 0.0, 0.5, 0.0])
+        place[free] = at
+        return place
+
+    def cost(at: np.ndarray) -> tuple[float, np.ndarray]:
+        value, slope = _cost(noise, measured, jnp.asarray(whole(at)))
+        return float(value), np.asarray(slope)[free]
+
+    bounds = [(EDGE, 1 - EDGE)] * len(parts)
+    starts = np.array([[0.5, 0.9, 0.3, 0.2], [0.5, 0.5, 0.7, 0.2]])[:, free]
+    ends = [minimize(cost, start, jac=True, method="L-BFGS-B", bounds=bounds) for start in starts]
+    best = min(ends, key=lambda end: end.fun)
+    values = np.asarray(noise.values(jnp.asarray(whole(best.x))))[free]
+    return tuple(map(float, values)), -float(best.fun) * len(rows)
+
+
+# The layout -----------------------------------------------------------------------------------------------------------
+
+
+def noise_of_rows(samples: Samples, parts: Sequence[tuple[str, ...]], sizes: Sequence[float]) -> Noise:
+    """The noise of these rows, with each recording's components; sizes may vary around `sizes`."""
+    numbers = np.unique(samples.recording, return_inverse=True)[1]
+    alike = [i for i, mine in enumerate(parts) if len(mine) > 1]
+    runs = [np.flatnonzero(samples.run == run) for run in np.unique(samples.run)]
+    runs = [run for run in runs if numbers[run[0]] in alike]
+    longest = max(map(len, runs), default=0)
+    at = np.array([np.pad(run, (0, longest - len(run)), mode="edge") for run in runs], int).reshape(len(runs), longest)
+    present = np.array([np.arange(longest) < len(run) for run in runs], bool).reshape(len(runs), longest)
+    gap = np.maximum(np.diff(samples.position[at], axis=1, prepend=-1), 1) if runs else at
+    lower, upper, log, which, count = [], [], [], np.zeros((len(PARTS), len(parts)), int), 0
+    total = sum(map(len, parts))
+    for i, mine in enumerate(parts):
+        ends = _ends(sizes[i], longest)
+        for k, part in enumerate(PARTS):
+            which[k, i] = count if part in mine else total + (part == "memory")
+            if part in mine:
+                count += 1
+                lower, upper = [*lower, ends[part][0]], [*upper, ends[part][1]]
+                log.append(part in ("size", "memory"))
+    return Noise(
+        at=jnp.asarray(at),
+        gap=jnp.asarray(gap, float),
+        present=jnp.asarray(present),
+        run_of=jnp.asarray(numbers[at[:, 0]] if runs else np.zeros(0), int),
+        recording=jnp.asarray(numbers),
+        which=jnp.asarray(which),
+        lower=jnp.asarray(lower),
+        upper=jnp.asarray(upper),
+        logarithmic=jnp.asarray(log),
+    )
+
+
+def _ends(size: float, longest: int) -> dict[str, tuple[float, float]]:
+    middle = np.log(max(size, 1e-10))
+    memory = (np.log(SHORTEST), np.log(max(LONGEST * longest, 10.0)))
+    return {"size": (middle - SIZE_SPAN, middle + SIZE_SPAN), "remembered": (0.0, 1.0), "memory": memory,
+            "run": (0.0, 1.0)}  # fmt: skip

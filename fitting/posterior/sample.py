@@ -1,0 +1,237 @@
+"""What the data leave open: the posterior of a fitted model, sampled by emcee on the rows that the fit minimised.
+
+Likelihood: every reading errs normally, with the noise that the residual of its recording speaks for
+(`posterior_noise`): white, fading from reading to reading, shared by a run. Leaving readings out (`thinned`) costs
+little where errors are alike, and widens the posterior where they are independent.
+
+Prior: as stated in model.toml, normal for values with `+/-` in muscle.toml, else uniform within the range of each
+parameter (in the parameter, also where a search goes in its logarithm).
+
+What no sampler can see is a wrong model: a stable chain around a wrong value. So the spread that is robust to whatever
+a loop or a run shares stands beside, and the test that nothing is missing decides whether intervals are called
+calibrated.
+"""
+
+import hashlib
+import json
+import time
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from pathlib import Path
+
+import emcee
+import numpy as np
+
+from fitting.errors import InputError
+from fitting.least_squares.fit import Fit
+from fitting.posterior.evaluation import log_probs
+from fitting.posterior.moves import MOVES, Snooker
+from fitting.posterior.noise import PARTS
+from fitting.posterior.record import Posterior, describe, effective_samples, save, settled, to_json
+from fitting.posterior.setup import posed
+from fitting.posterior.store import Arrays, Store
+from fitting.posterior.summary import concluded
+from fitting.posterior.target import Posed
+from fitting.precision import require_x64
+from fitting.problem.priors import Prior
+from fitting.recordings.records import Experiment
+
+ROWS = 4000  # readings that are enough; more are thinned
+ENSEMBLES = 4  # walkers of one ensemble are not independent chains, ensembles are
+SPREAD = 2.0  # standard deviations of the mode over which walkers start: wider than the answer, so that R-hat can tell
+STRIDE, PATIENCE = 50, 2.0  # steps, and seconds, between looks at the clock
+WARM_UP = 150  # steps from which the shape of the posterior is learnt; not kept
+FIRST_CHECK = 200  # steps before the first look at the chains
+RULES = "2"  # of sampling: chains grown under other rules are not gone on with
+
+Progress = Callable[[int, float], None]
+__all__ = ["Posterior", "Snooker", "describe", "sample", "save", "store_for", "to_json"]
+
+
+def sample(
+    fit: Fit,
+    experiments: Sequence[Experiment] = (),
+    *,
+    seed: int = 0,
+    walkers: int | None = None,
+    ensembles: int = ENSEMBLES,
+    max_steps: int = 20_000,
+    limit_s: float = 600.0,
+    rows: int = ROWS,
+    priors: dict[str, Prior] | None = None,
+    noise: Sequence[tuple[str, ...]] | None = None,
+    chains: str | None = None,
+    again: bool = False,
+    progress: Progress | None = None,
+) -> Posterior:
+    """Sample what a fit leaves open, from independent ensembles of walkers that start around its mode.
+
+    Goes on until the chain is longer than 50 autocorrelation times and R-hat is below 1.01, or until `max_steps`, or
+    `limit_s` seconds. `experiments`, those of the fit, allow thinning to about `rows` readings. `priors` by full name
+    take the place of those of muscle.toml; `noise` gives the components of each recording's noise, which are chosen
+    otherwise. `chains` names the file that keeps the chains as they grow: the same call goes on where it was, unless
+    `again`. `progress` is told the steps taken and the effective samples so far. The same seed gives the same
+    posterior, unless time ran out.
+    """
+    deadline = time.monotonic() + limit_s
+    what = begun(fit, experiments, rows, priors, noise)
+    count = walkers or max(32, 2 * (2 * len(what.names) // 2 + 1))
+    plan = _Plan(seed, count, max(ensembles, 2), max_steps, deadline, progress)
+    store = None if chains is None else store_for(chains, what, experiments, plan.rules)
+    if store and again:
+        store.forget()
+    what, warm = _frame(what, store, plan)
+    z, steps, late = _grown(what, plan, store and store.at("main"), warm, (min(FIRST_CHECK, max_steps), max_steps))
+    timed = late and limit_s > 0  # without any time nothing is sampled: the chains are read as they are
+    ended = f"after {limit_s:g} s ({steps} steps)" if timed else f"after {steps} steps"
+    return concluded(fit, experiments, what, _kept(z), ended, "emcee", seed)
+
+
+def begun(
+    fit: Fit,
+    experiments: Sequence[Experiment] = (),
+    rows: int = ROWS,
+    priors: dict[str, Prior] | None = None,
+    noise: Sequence[tuple[str, ...]] | None = None,
+) -> Posed:
+    """What is to be sampled."""
+    require_x64()
+    if not fit.free:
+        raise InputError("nothing varies in this model", cure="free a parameter, for example --free muscle.radius")
+    return posed(fit, experiments, rows, priors, noise)
+
+
+def store_for(path: str, what: Posed, experiments: Sequence[Experiment], rules: Sequence[int]) -> Store:
+    """The place of just this run in a file of chains."""
+    subset, noise = what.target.subset, what.target.noise
+    fixed = np.delete(np.asarray(subset.full), np.asarray(subset.free))
+    known = {
+        "rules": [RULES, emcee.__version__, *map(int, rules)],
+        "data": sorted(e.sha256 for e in experiments),
+        "rows": len(what.samples),
+        "names": what.names,
+        "effects": [f"{type(e)} {getattr(e, 'line', '')}" for e in what.target.problem.templates[0].effects],
+        "fixed": [f"{value:.9g}" for value in fixed],
+        "ends": [f"{value:.9g}" for end in (subset.lower, subset.upper) for value in np.asarray(end)[subset.free]],
+        "priors": {name: [p.kind, f"{p.first:.9g}", f"{p.second:.9g}"] for name, p in what.priors.items()},
+        "noise": [len(noise.lower), *PARTS],
+        "steps": [block.steps for block in what.target.problem.blocks],
+    }
+    return Store(Path(path), hashlib.sha256(json.dumps(known, sort_keys=True).encode()).hexdigest()[:32])
+
+
+# Growing chains -------------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class _Plan:
+    """How much is to be sampled, and until when."""
+
+    seed: int
+    walkers: int
+    ensembles: int
+    max_steps: int
+    deadline: float
+    progress: Progress | None
+
+    @property
+    def rules(self) -> tuple[int, int, int]:
+        """What the chains depend on."""
+        return self.seed, self.walkers, self.ensembles
+
+
+def _frame(what: Posed, store: Store | None, plan: _Plan) -> tuple[Posed, np.ndarray]:
+    """The problem in coordinates that a warm-up has whitened, and where its walkers ended."""
+    kept = store and store.frame()
+    if kept:
+        return what.moved(kept["centre"], kept["axes"]), kept["walkers"]
+    random = np.random.default_rng((plan.seed, 0))
+    start = SPREAD * random.standard_normal((plan.ensembles, plan.walkers, len(what.names)))
+    steps = min(WARM_UP, plan.max_steps)
+    z, _, late = _grown(what, plan, store and store.at("warm-up"), start, (steps, steps), 1)
+    moved, walkers = _whitened(what, z)
+    if store and not late:
+        target = moved.target
+        store.begin({"centre": np.asarray(target.centre), "axes": np.asarray(target.axes), "walkers": walkers})
+    return moved, walkers
+
+
+def _whitened(what: Posed, z: np.ndarray) -> tuple[Posed, np.ndarray]:
+    """Coordinates in which the second half of a warm-up has mean 0 and unit spread, and its last walkers in these."""
+    late = z[:, z.shape[1] // 2 :].reshape(-1, z.shape[-1])
+    centre, factor = late.mean(axis=0), np.linalg.cholesky(np.cov(late.T) + 1e-9 * np.eye(z.shape[-1]))
+    axes = np.asarray(what.target.axes)
+    moved = what.moved(np.asarray(what.target.centre) + axes @ centre, axes @ factor)
+    return moved, np.linalg.solve(factor, (z[:, -1].reshape(-1, z.shape[-1]) - centre).T).T.reshape(z[:, -1].shape)
+
+
+def _grown(
+    what: Posed, plan: _Plan, store: Store | None, start: np.ndarray, checks: tuple[int, int], salt: int = 2
+) -> tuple[np.ndarray, int, bool]:
+    """Chains z (ensemble, step, walker, coordinate), their steps, and whether time ran out before they were enough."""
+    blocks = store.blocks() if store else []
+    parts = [block["chain"] for block in blocks]
+    walkers = [_sampler(what, plan, (number, salt), blocks[-1] if blocks else None) for number in range(plan.ensembles)]
+    at = [emcee.State(place) for place in (parts[-1][:, -1] if parts else start)]
+    steps, (check, most) = sum(part.shape[1] for part in parts), checks
+    stride = 4
+    while True:
+        late = time.monotonic() > plan.deadline and steps > 0
+        while check < steps and check < most:
+            check = min(int(1.3 * check) + 1, most)
+        if late or steps >= check:
+            z = np.concatenate(parts, axis=1)
+            natural = what.target.natural(_kept(z))
+            if plan.progress:
+                plan.progress(steps, effective_samples(natural))
+            if late or steps >= most or settled(natural):
+                return z, steps, late and steps < most
+            check = min(int(1.3 * steps) + 1, most)
+        begun, taken = time.monotonic(), min(stride, check - steps)
+        for sampler in walkers:
+            sampler.reset()
+        at = _run(walkers, at, taken, what.target.moves)
+        parts.append(np.stack([np.asarray(sampler.get_chain()) for sampler in walkers]))
+        steps += taken
+        if store:
+            store.append(len(parts), {"chain": parts[-1], **_states(walkers)})
+        stride = int(np.clip(PATIENCE * taken / (time.monotonic() - begun), 4, STRIDE))
+
+
+def _run(
+    walkers: Sequence[emcee.EnsembleSampler], at: Sequence[emcee.State], steps: int, apart: bool
+) -> list[emcee.State]:
+    """Each ensemble some steps further; in threads of their own where a density takes long to compute."""
+    one = lambda sampler, place: sampler.run_mcmc(place, steps, skip_initial_state_check=True)  # noqa: E731
+    if not apart:
+        return list(map(one, walkers, at))
+    with ThreadPoolExecutor(len(walkers)) as pool:
+        return list(pool.map(one, walkers, at))
+
+
+def _sampler(what: Posed, plan: _Plan, which: tuple[int, int], block: Arrays | None) -> emcee.EnsembleSampler:
+    log_prob = log_probs(what.target, -(-plan.walkers // 2))
+    sampler = emcee.EnsembleSampler(plan.walkers, len(what.names), log_prob, moves=MOVES(), vectorize=True)
+    number = which[0]
+    if block is None:
+        seed = np.random.SeedSequence((plan.seed, *which))
+        sampler.random_state = np.random.RandomState(np.random.MT19937(seed)).get_state()
+    else:
+        word, rest = block[f"random_{number}"], block[f"left_{number}"]
+        sampler.random_state = ("MT19937", word, int(rest[0]), int(rest[1]), float(rest[2]))
+    return sampler
+
+
+def _states(walkers: Sequence[emcee.EnsembleSampler]) -> Arrays:
+    """The random numbers' states, which a resumed chain goes on from."""
+    found: Arrays = {}
+    for number, sampler in enumerate(walkers):
+        _, word, *rest = sampler.random_state
+        found |= {f"random_{number}": np.asarray(word), f"left_{number}": np.asarray(rest, float)}
+    return found
+
+
+def _kept(chain: np.ndarray) -> np.ndarray:
+    """What is kept of chains (ensemble, step, ...): all but the first quarter."""
+    return chain[:, chain.shape[1] // 4 :]

@@ -1,0 +1,170 @@
+"""A fit becomes a posterior to be sampled: which readings, which noise, which priors, and where its mode is."""
+
+import dataclasses
+from collections.abc import Iterator, Sequence
+
+import jax.numpy as jnp
+import numpy as np
+
+from fitting import full_names
+from fitting.least_squares.fit import Fit, Subset, subset_of
+from fitting.posterior.evaluation import BATCH, at_mode, log_probs
+from fitting.posterior.noise import PARTS, Chosen, Noise, chosen, noise_of_rows
+from fitting.posterior.target import Posed, Target
+from fitting.problem.positions import steps_of
+from fitting.problem.priors import Prior, check_overlap, spread, together, uniform
+from fitting.problem.residuals import Problem, Samples, problem, thinned
+from fitting.recordings.records import Experiment, Recording
+
+INSIDE = 1e-6  # of a range: how near its ends a search may begin
+COARSER = (4, 2)  # times as long a step as the fit's, tried in this order where a motion is integrated
+ALIKE = 0.1  # standard deviation of the log-density's change over draws below which a longer step will do
+
+
+def posed(
+    fit: Fit,
+    experiments: Sequence[Experiment],
+    rows: int,
+    stated: dict[str, Prior] | None = None,
+    noise: Sequence[tuple[str, ...]] | None = None,
+) -> Posed:
+    """The posterior of a fit's free parameters, in coordinates whitened by the curvature at its mode."""
+    given, samples = slimmed(fit, experiments, rows)
+    priors = {name: _prior(fit, name, stated or {}) for name in fit.free}
+    subset = _narrowed(subset_of(fit.layout, fit.vector, fit.free), fit, priors)
+    place = subset.place(subset.full)
+    at = among(fit.samples, samples)
+    residual, slopes = (fit.residual / fit.samples.sigma)[at], fit.slopes[at] * np.asarray(subset.slope(place))
+    found = chosen(residual, samples, noise)
+    components = noise_of_rows(samples, [one.parts for one in found], [one.values[0] for one in found])
+    spreads = {name: _spread(fit, name, prior) for name, prior in priors.items()}
+    begin = _logits(np.asarray(place), slopes, found, components, samples)
+    target = Target(given, subset, components, together(list(priors.values())), *map(jnp.asarray, begin))
+    every = _labels(given, experiments)
+    labels = tuple(every[number] for number in np.unique(samples.recording))
+    names = (*fit.free, *(f"noise.{part}@{label}" for one, label in zip(found, labels, strict=True)
+                          for part in PARTS if part in one.parts))  # fmt: skip
+    idle = tuple(name for name in stated or {} if not any(name in (f, full_names.common(f)) for f in fit.free))
+    told = [rec.noise is not None for experiment in experiments for rec in experiment.recordings]
+    good_to = tuple(len(told) == len(every) and told[number] for number in np.unique(samples.recording))
+    whole = Posed(target, samples, found, labels, names, priors, spreads, idle, stated=good_to)
+    return _well_integrated(whole) if target.moves else whole.moved(*at_mode(target))
+
+
+def among(every: Samples, some: Samples) -> np.ndarray:
+    """Where each of some samples stands among all."""
+    place = {key: i for i, key in enumerate(zip(every.run.tolist(), every.row.tolist(), strict=True))}
+    return np.array([place[key] for key in zip(some.run.tolist(), some.row.tolist(), strict=True)], int)
+
+
+def _well_integrated(what: Posed) -> Posed:
+    """The same at its mode, motions integrated in steps as long as the density allows."""
+    moved = what.moved(*at_mode(with_coarser_steps(what.target, COARSER[0])))
+    fine = moved.target
+    z = np.random.default_rng(0).standard_normal((BATCH, len(what.names)))
+    exact = log_probs(fine, BATCH)(z)
+    for times in COARSER:
+        coarse = with_coarser_steps(fine, times)
+        change = float(np.std(log_probs(coarse, BATCH)(z) - exact))
+        if change < ALIKE:  # not so where it is no number
+            told = f"motions take steps {times} times as long as in the fit: the log-density moves by {change:.2f}"
+            return dataclasses.replace(moved, target=coarse, integration=told)
+    return moved
+
+
+def with_coarser_steps(target: Target, times: int) -> Target:
+    """With steps that are longer."""
+    given = target.problem
+    blocks = tuple(dataclasses.replace(b, steps=-(-b.steps // times)) if b.steps else b for b in given.blocks)
+    return dataclasses.replace(target, problem=dataclasses.replace(given, blocks=blocks).coarser(times))
+
+
+def _prior(fit: Fit, name: str, stated: dict[str, Prior]) -> Prior:
+    entry = fit.layout.entries[fit.layout.names.index(name)]
+    mine = stated.get(name) or stated.get(full_names.common(name))
+    if mine is not None:
+        check_overlap(mine, name, entry.unit, entry.lower, entry.upper)
+        return mine
+    return Prior("normal", *entry.prior) if entry.prior else uniform(entry.lower, entry.upper)
+
+
+def _spread(fit: Fit, name: str, prior: Prior) -> float:
+    entry = fit.layout.entries[fit.layout.names.index(name)]
+    return spread(prior, entry.lower, entry.upper)
+
+
+def _narrowed(subset: Subset, fit: Fit, priors: dict[str, Prior]) -> Subset:
+    """Ranges without what a prior excludes."""
+    lower, upper = np.array(subset.lower), np.array(subset.upper)
+    log = np.array(subset.logarithmic)
+    for i, prior in zip(fit.layout.at(priors), priors.values(), strict=True):
+        lower[i], upper[i] = prior.ends(float(lower[i]), float(upper[i]))
+        log[i] &= lower[i] > 0
+    return dataclasses.replace(subset, lower=jnp.asarray(lower), upper=jnp.asarray(upper), logarithmic=jnp.asarray(log))
+
+
+def slimmed(fit: Fit, experiments: Sequence[Experiment], rows: int) -> tuple[Problem, Samples]:
+    """The fit's data, or every k-th of its readings where there are more than `rows` and `experiments` are given.
+
+    The noise of a reading stays what it was for all of them. Readings of a motion stay unless they are more than half
+    of what is wanted: its steps cost the same however few of them are read.
+    """
+    if len(fit.samples) <= rows or not experiments:
+        return fit.problem, fit.samples
+    noise = iter(float(block.sigma[0, 0]) for block in fit.problem.blocks)
+    stated = [_with(e, tuple(dataclasses.replace(rec, noise=next(noise)) for rec in e.recordings)) for e in experiments]
+    moving, other = (sum(_weighted(rec) for e in stated for rec in e.recordings if bool(steps_of(rec)) is m)
+                     for m in (True, False))  # fmt: skip
+    kept = min(moving, rows / 2)
+    shares = {True: kept / max(moving, 1.0), False: (rows - kept) / max(other, 1.0)}
+    return problem([thinned_about(experiment, shares) for experiment in stated], fit.layout)
+
+
+def thinned_about(experiment: Experiment, shares: dict[bool, float]) -> Experiment:
+    """These shares of the readings of recordings in which something moves under a load, and of the others."""
+    slim: dict[bool, Iterator[Recording]] = {}
+    for moves, share in shares.items():
+        mine = tuple(rec for rec in experiment.recordings if bool(steps_of(rec)) is moves)
+        about = max(int(share * sum(map(_weighted, mine))), 1)
+        slim[moves] = iter(thinned(_with(experiment, mine), about).recordings if share < 1 else mine)
+    return _with(experiment, tuple(next(slim[bool(steps_of(rec))]) for rec in experiment.recordings))
+
+
+def _with(experiment: Experiment, recordings: tuple[Recording, ...]) -> Experiment:
+    return dataclasses.replace(experiment, recordings=recordings)
+
+
+def _weighted(recording: Recording) -> float:
+    return sum(float(run.weight.sum()) for run in recording.runs)
+
+
+def _labels(given: Problem, experiments: Sequence[Experiment]) -> tuple[str, ...]:
+    """What the recordings are called: by their file, with the data set where that is not enough."""
+    files = [(experiment.name, rec.file) for experiment in experiments for rec in experiment.recordings]
+    if len(files) != len(given.blocks):
+        return tuple(f"recording {i + 1}" for i in range(len(given.blocks)))
+    plain = [file for _, file in files]
+    return tuple(file if plain.count(file) == 1 else f"{name}/{file}" for name, file in files)
+
+
+def _logits(
+    place: np.ndarray, slopes: np.ndarray, found: Sequence[Chosen], noise: Noise, samples: Samples
+) -> tuple[np.ndarray, np.ndarray]:
+    """Where the search for the mode begins, and how far it may step, in logits."""
+    size = np.array([one.values[0] for one in found])[np.unique(samples.recording, return_inverse=True)[1]]
+    steeper = slopes / size[:, None]
+    curvature = steeper.T @ steeper + 12 * np.eye(len(place))  # 1/12: the variance of a place of which nothing is known
+    width = np.linalg.inv(curvature)
+    inside = np.maximum(INSIDE, np.minimum(0.5 * np.sqrt(np.diag(width)), 0.1))
+    place = np.clip(place, inside, 1 - inside)
+    values = np.concatenate([one.values for one in found])
+    log, lower, upper = (np.asarray(part) for part in (noise.logarithmic, noise.lower, noise.upper))
+    of_noise = (np.where(log, np.log(np.where(log, values, 1.0)), values) - lower) / (upper - lower)
+    whole = np.clip(np.concatenate([place, of_noise]), INSIDE, 1 - INSIDE)
+    axes = np.zeros((len(whole),) * 2)
+    free = len(place)
+    axes[:free, :free] = np.linalg.cholesky(width) / (place * (1 - place))[:, None]
+    names = [part for one in found for part in PARTS if part in one.parts]
+    step = {"size": 0.02, "remembered": 0.3, "memory": 0.2, "run": 0.5}
+    axes[free:, free:] = np.diag([step[name] for name in names])
+    return np.log(whole / (1 - whole)), axes

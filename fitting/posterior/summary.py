@@ -1,0 +1,147 @@
+"""From chains to what they say: quantiles, how far to trust them, what the prior has to do with it."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import jax.numpy as jnp
+import numpy as np
+
+from fitting.diagnosis import flips, omnibus
+from fitting.diagnosis.between_runs import Yielding
+from fitting.diagnosis.working_noise import noise_from
+from fitting.least_squares.fit import Fit
+from fitting.least_squares.uncertainty import clusters
+from fitting.posterior.evaluation import prior_curvature, slopes_at
+from fitting.posterior.predict import bands
+from fitting.posterior.record import (
+    Draws,
+    Missing,
+    Posterior,
+    arviz,
+    correlation_steps,
+    quantities,
+    unsettled,
+)
+from fitting.posterior.setup import among
+from fitting.posterior.target import Posed
+from fitting.posterior.warnings import doubts, notes
+from fitting.problem.residuals import Samples
+from fitting.recordings.records import Experiment
+
+GATED = 3500  # readings that the test for anything missing looks at, as in a diagnosis
+REACHED = 4.0  # standard deviations of the draws within which the end has to lie
+NEAR_END, MANY = 0.01, 0.05  # more than this share of the draws so near an end of the range: the range cuts them off
+
+
+def concluded(
+    fit: Fit,
+    experiments: Sequence[Experiment],
+    what: Posed,
+    z: np.ndarray,
+    ended: str,
+    method: str,
+    seed: int,
+    unreliable: tuple[str, ...] | None = None,
+) -> Posterior:
+    """The record of chains z (ensemble, step, walker, coordinate); `unreliable` is what else speaks against them."""
+    natural = what.target.natural(z)
+    cluster = clusters(fit.samples, fit.slopes)[among(fit.samples, what.samples)]
+    told = unsettled(what.names, natural, ended) if unreliable is None else unreliable
+    found = quantities(fit, what, natural, robust_share(what, z, cluster))
+    missing = anything_missing(fit, seed)
+    doubted = doubts(fit, found, what, missing)
+    some, time = z.reshape(-1, z.shape[-1]), correlation_steps(natural)
+    thin = natural[:, :: max(1, int(time / 2)) if np.isfinite(time) else 1]  # two steps for each correlation time
+    sensitivity = prior_sensitivity(what, thin)
+    return Posterior(
+        parameters={name: replace(found[name], prior_sensitivity=sensitivity.get(name, 0.0)) for name in fit.free},
+        noise={name: found[name] for name in what.names[len(fit.free) :]},
+        held=fit.held,
+        draws=Draws(what.names, thin),
+        bands=bands(what, some, np.random.default_rng(seed), experiments),
+        readings=len(what.samples),
+        method=method,
+        settled=not told,
+        missing=missing,
+        warnings=(*told, *doubted),
+        notes=notes(fit, what, cut_off(what, z), missing, len(np.unique(cluster))),
+        calibrated=not doubted,
+    )
+
+
+def robust_share(what: Posed, z: np.ndarray, cluster: np.ndarray) -> np.ndarray:
+    """Standard deviation robust to what a cluster shares, as a multiple of the posterior's, for every coordinate.
+
+    The sandwich C M C: C is the posterior's covariance, M the spread of the likelihood's slopes from cluster to cluster
+    and the curvature of the prior, all in z.
+    """
+    flat = z.reshape(-1, z.shape[-1])
+    centre, spread = flat.mean(axis=0), np.atleast_2d(np.cov(flat.T))
+    number = np.unique(cluster, return_inverse=True)[1]
+    count = number.max() + 1
+    slopes = np.zeros((count, len(centre)))
+    np.add.at(slopes, number, np.nan_to_num(slopes_at(what.target, centre).terms.T))
+    slopes -= slopes.mean(axis=0)
+    between = slopes.T @ slopes * (count / max(count - 1, 1))
+    middle = between + prior_curvature(what.target, centre)
+    axes = np.asarray(what.target.axes)
+    bread = axes @ spread
+    plain = np.einsum("ij,ij->i", bread, axes)
+    robust = np.einsum("ij,jk,ik->i", bread, middle, bread)
+    return np.sqrt(np.maximum(robust, 0) / np.maximum(plain, 1e-300))
+
+
+def anything_missing(fit: Fit, seed: int) -> Missing | None:
+    """The test with which a diagnosis begins: is anything at all missing? None where no force was measured."""
+    force = np.array([block.of_force for block in fit.problem.blocks])[fit.samples.recording]
+    if not force.any():
+        return None
+    kept = np.flatnonzero(force)[:: max(1, -(-int(force.sum()) // GATED))]
+    samples = _renumbered(fit.samples.where(kept))
+    rows, slopes = (fit.residual / fit.samples.sigma)[kept], fit.slopes[kept]
+    basis = omnibus.basis(samples)
+    noise = noise_from(rows, np.hstack([basis.whole, slopes]), samples)
+    priors = np.asarray(fit.problem.prior_rows(jnp.asarray(fit.vector)))
+    none = np.zeros((len(rows), 0))  # no candidate is asked for: the basis that knows no effect decides
+    unit = flips.units(samples, noise.memory)
+    own = Yielding(slopes, priors, fit.slopes[len(fit.samples) :], np.full(slopes.shape[1], -1))
+    verdict = flips.judged(rows, own, own, none, flips.Ground(samples, unit, basis, noise, seed))
+    return Missing(verdict.p, verdict.level, verdict.rejected, unit.words)
+
+
+def _renumbered(samples: Samples) -> Samples:
+    """Positions counted anew, so that neighbours are one apart."""
+    position = np.arange(len(samples))
+    for run in np.unique(samples.run):
+        mine = samples.run == run
+        position[mine] = np.arange(mine.sum())
+    return replace(samples, position=position)
+
+
+def prior_sensitivity(what: Posed, natural: np.ndarray) -> dict[str, float]:
+    """How far each parameter moves when its priors are made sharper or wider (Kallioinen et al. 2022).
+
+    0 where all are uniform; above 0.05 the prior has a say.
+    """
+    log = np.zeros(natural.shape[:-1])
+    values = natural[..., : len(what.priors)]
+    for i, prior in enumerate(what.priors.values()):
+        log = log + prior.log_density(values[..., i])
+    if not np.ptp(log) > 0:
+        return {}
+    chains = lambda a: np.moveaxis(a, 1, 2).reshape(-1, a.shape[1])  # noqa: E731
+    posterior = {name: chains(natural[..., i]) for i, name in enumerate(what.priors)}
+    az = arviz()
+    data = az.from_dict(posterior=posterior)
+    data.add_groups(log_prior={"prior": chains(log)})  # `from_dict` drops a group that it does not know
+    found = az.psens(data, component="prior")
+    return {name: float(found[name]) for name in posterior if np.isfinite(found[name])}
+
+
+def cut_off(what: Posed, z: np.ndarray) -> tuple[str, ...]:
+    """The parameters that an end of their range cuts off."""
+    place = what.target.places(z.reshape(-1, z.shape[-1]))[:, : what.target.free]
+    near = np.mean((place < NEAR_END) | (place > 1 - NEAR_END), axis=0)
+    middle, spread = np.mean(place, axis=0), np.maximum(np.std(place, axis=0), 1e-300)
+    reached = np.minimum(middle, 1 - middle) < REACHED * spread  # small in its range is not yet cut off
+    return tuple(name for name, cut in zip(what.priors, (near > MANY) & reached, strict=True) if cut)

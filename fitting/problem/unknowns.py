@@ -1,0 +1,167 @@
+"""What may vary in a fit: every parameter of a set of effects and of each data set's muscle, as one flat vector."""
+
+import dataclasses
+from collections.abc import Iterable, Sequence
+from functools import cached_property
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from fitting import full_names
+from fitting.recordings.records import Experiment
+from mckibben_jax.effect import Effect, name_of
+from mckibben_jax.model import Model, model
+from mckibben_jax.muscle import Muscle
+from mckibben_jax.muscle import quantities as muscle_quantities
+from mckibben_jax.parameter import parameters
+
+LOG_RATIO = 50.0  # a positive range wider than this is searched in the logarithm
+PRIOR_WIDTH = 25.0  # standard deviations that a stated value may move: far enough for a wrong model to show itself
+
+
+@dataclasses.dataclass(frozen=True)
+class Unknown:
+    """One number that may vary: its full name, unit and range, where a search starts, and its normal prior if any."""
+
+    name: str
+    unit: str
+    lower: float
+    upper: float
+    start: float
+    starts: tuple[float, ...]
+    prior: tuple[float, float] | None = None
+
+    @property
+    def logarithmic(self) -> bool:
+        """Whether the search goes in the logarithm."""
+        return self.lower > 0 and self.upper / self.lower > LOG_RATIO
+
+    def slope(self, value: float) -> float:
+        """d(value)/d(place in the range, which counts from 0 to 1)."""
+        return value * float(np.log(self.upper / self.lower)) if self.logarithmic else self.upper - self.lower
+
+
+@dataclasses.dataclass(frozen=True)
+class Unknowns:
+    """The flat vector of everything that may vary, and how each data set's model takes its values from it.
+
+    Effects' parameters are shared by all data sets, those of the muscle are each data set's own, as is every name
+    listed as `own`.
+    """
+
+    entries: tuple[Unknown, ...]
+    templates: tuple[Model, ...]
+    places: tuple[np.ndarray, ...]  # for each data set: where in the vector each leaf of its model stands
+
+    @cached_property
+    def names(self) -> tuple[str, ...]:
+        """Full names, in the order of the vector."""
+        return tuple(entry.name for entry in self.entries)
+
+    @property
+    def lower(self) -> np.ndarray:
+        """Lower ends of the ranges."""
+        return np.array([entry.lower for entry in self.entries])
+
+    @property
+    def upper(self) -> np.ndarray:
+        """Upper ends of the ranges."""
+        return np.array([entry.upper for entry in self.entries])
+
+    @property
+    def logarithmic(self) -> np.ndarray:
+        """Which entries are searched in the logarithm."""
+        return np.array([entry.logarithmic for entry in self.entries])
+
+    @property
+    def start(self) -> np.ndarray:
+        """Where a search starts."""
+        return np.array([entry.start for entry in self.entries])
+
+    @cached_property
+    def _positions(self) -> dict[str, int]:
+        return {name: position for position, name in enumerate(self.names)}
+
+    @cached_property
+    def _by_effect(self) -> dict[str, tuple[str, ...]]:
+        found: dict[str, tuple[str, ...]] = {}
+        for name in self.names:
+            owner = full_names.owner_of(name)
+            found[owner] = (*found.get(owner, ()), name)
+        return found
+
+    def at(self, names: Iterable[str]) -> np.ndarray:
+        """Positions of these names in the vector."""
+        return np.array([self._positions[name] for name in names], dtype=int)
+
+    def of_effect(self, effect: str) -> tuple[str, ...]:
+        """The names that belong to an effect."""
+        return self._by_effect.get(effect, ())
+
+    def model(self, vector: jax.Array, dataset: int = 0, switches: Any = None, live: Any = None) -> Model:
+        """The model of one data set with these values."""
+        template = self.templates[dataset]
+        switches = template.switches if switches is None else switches
+        return filled(template, jnp.asarray(vector)[self.places[dataset]], switches, live)
+
+
+def unknowns(
+    experiments: Sequence[Experiment], effects: Sequence[Effect], own: Sequence[str] = (), several: bool | None = None
+) -> Unknowns:
+    """Lay out the unknowns of a set of effects on one or more data sets."""
+    several = len(experiments) > 1 if several is None else several
+    entries: dict[str, Unknown] = {}
+    templates, places = [], []
+    for experiment in experiments:
+        template = model(experiment.muscle, *effects)
+        named = [*_of_muscle(experiment), *_of_effects(template)]
+        labelled = [_label(entry, experiment.name, several and _is_own(entry.name, own)) for entry in named]
+        for entry in labelled:
+            entries.setdefault(entry.name, entry)
+        order = list(entries)
+        templates.append(template)
+        places.append(np.array([order.index(entry.name) for entry in labelled]))
+    return Unknowns(tuple(entries.values()), tuple(templates), tuple(places))
+
+
+def _is_own(name: str, own: Sequence[str]) -> bool:
+    return name.startswith("muscle.") or name in own
+
+
+def _label(entry: Unknown, dataset: str, own: bool) -> Unknown:
+    return dataclasses.replace(entry, name=full_names.of_set(entry.name, dataset)) if own else entry
+
+
+def _of_muscle(experiment: Experiment) -> list[Unknown]:
+    return [
+        _measured(f"muscle.{name}", unit, float(value), experiment.priors.get(f"muscle.{name}"), experiment.muscle)
+        for name, (unit, _) in muscle_quantities().items()
+        if (value := getattr(experiment.muscle, name)) is not None
+    ]
+
+
+def _measured(name: str, unit: str, value: float, prior: tuple[float, float] | None, muscle: Muscle) -> Unknown:
+    lower, upper = (value / 5, value * 5) if value > 0 else (0.0, float(muscle.radius))
+    if name == "muscle.braid_angle":
+        lower, upper = np.radians(3.0), np.radians(54.0)
+    if prior is not None:
+        mean, spread = prior
+        lower, upper = max(lower, mean - PRIOR_WIDTH * spread), min(upper, mean + PRIOR_WIDTH * spread)
+    return Unknown(name, unit, lower, upper, value, (value,), prior)
+
+
+def _of_effects(template: Model) -> list[Unknown]:
+    return [
+        Unknown(f"{name_of(effect)}.{p.name}", p.unit, p.lower, p.upper, float(getattr(effect, p.name)), p.starts)
+        for effect in template.effects
+        for p in parameters(effect)
+    ]
+
+
+def filled(template: Model, values: jax.Array, switches: jax.Array, live: jax.Array | None = None) -> Model:
+    """The template with these values: those of the muscle, then those of the effects, as they are declared."""
+    leaves, structure = jax.tree.flatten((template.muscle, template.effects))
+    muscle, effects = jax.tree.unflatten(structure, [values[i] for i in range(len(leaves))])
+    return Model(muscle, effects, switches, live)

@@ -1,1 +1,0 @@
-"""From files to checked readings: tables, units, branches, loops, and what a user defines."""

@@ -1,0 +1,246 @@
+"""A data-set folder as an `Experiment`: muscle.toml and its recordings, in SI units, every reading checked."""
+
+import hashlib
+import re
+import shlex
+from collections import Counter
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from fitting import units
+from fitting.errors import InputError, unknown_name
+from fitting.recordings.muscle_file import line_of, muscle_of, name_of, read_muscle, read_toml, source_of
+from fitting.recordings.noise import one_load_cell
+from fitting.recordings.plausible import check_plausible, without_copies
+from fitting.recordings.readings import FEWEST_SAMPLES, POSITIONS, read_runs
+from fitting.recordings.records import FORCE_TESTS, TESTS, Experiment, Recording, Run
+from fitting.recordings.runs import run_of
+from fitting.recordings.tables import COLUMNS, Table, read_table
+from mckibben_jax.muscle import Muscle
+
+__all__ = ["read_experiment", "read_muscle", "read_recording", "read_single"]
+
+TURNED_BY = {"loop": "length", "isometric": "pressure", "isotonic": "pressure"}
+MOST_NAMED = 8  # data sets in a message
+ONE_PRESSURE = 0.05  # share by which pressures differ that are one
+OWN_UNITS = ("set_pressure", "pressure", "length", "displacement", "force")  # columns that say what units people use
+OPTIONS = ("file", "test", "noise", "columns", "units", "valid", "pressure", "force_sign")
+
+
+def read_experiment(folder: Path | str) -> Experiment:
+    """Read a data set: a folder with muscle.toml and the recordings it names."""
+    folder = Path(folder)
+    if folder.name == "muscle.toml":
+        folder = folder.parent
+    if folder.is_file():
+        raise InputError(
+            "this is a file, not a folder", folder, cure="for one file give --muscle muscle.toml --test loop"
+        )
+    if not folder.is_dir():
+        raise InputError("no such folder", folder, cure="a data set is a folder with muscle.toml and CSV recordings")
+    path = folder / "muscle.toml"
+    if not path.exists():
+        _check_inside(folder)
+    table, raw = read_toml(path)
+    muscle, priors = muscle_of(table, path, raw)
+    entries = table.get("recording", [])
+    if not isinstance(entries, list) or not entries or not all(isinstance(entry, dict) for entry in entries):
+        cure = 'add [[recording]] and below it file = "loops.csv" and test = "loop"'
+        raise InputError("no recording is named", path, cure=cure)
+    digest = hashlib.sha256(raw)
+    recordings = []
+    for entry in entries:
+        recording, content = _recording_of(entry, folder, path, raw, muscle)
+        recordings.append(recording)
+        digest.update(content)
+    return without_copies(
+        Experiment(
+            name_of(table, path),
+            folder,
+            muscle,
+            one_load_cell(recordings),
+            priors,
+            digest.hexdigest(),
+            source_of(table, path),
+            units.unit_of(str(table["muscle"]["length"])),
+        )
+    )
+
+
+def _check_inside(folder: Path) -> None:
+    """Refuse a folder that is no data set but holds some, naming them."""
+    if any(path.suffix.lower() == ".csv" for path in folder.iterdir()):
+        return  # then its muscle.toml is what is missing
+    inside = sorted(path.parent for path in folder.glob("*/muscle.toml"))
+    bare = sorted({path.parent for path in folder.glob("*/*.[cC][sS][vV]")} - {*inside})
+    if inside:
+        named = " ".join(shlex.quote(str(path)) for path in inside[:MOST_NAMED])
+        more = f" (and {len(inside) - MOST_NAMED} more)" if len(inside) > MOST_NAMED else ""
+        cure = f"name one of them, or several that share the parameters of effects: {named}{more}"
+        raise InputError(f"this folder is no data set, but {len(inside)} of its folders are", folder, cure=cure)
+    if bare:
+        cure = f"begin with 'mckibben init {shlex.quote(str(bare[0]))}', then name that folder"
+        raise InputError(f"this folder is no data set; {len(bare)} of its folders hold CSV files", folder, cure=cure)
+
+
+def read_recording(path: Path | str, test: str, muscle: Muscle, options: Mapping[str, Any] | None = None) -> Recording:
+    """Read one CSV as a recording of this kind of test; `options` are the keys a `[[recording]]` may have."""
+    return _read(Path(path), test, muscle, dict(options or {}), Path(path).name)[0]
+
+
+def read_single(
+    path: Path | str, muscle_file: Path | str, test: str, options: Mapping[str, Any] | None = None
+) -> Experiment:
+    """A data set of one CSV, with the muscle of a muscle.toml that may stand elsewhere."""
+    path = Path(path)
+    muscle, priors, name, source = read_muscle(muscle_file)
+    recording, content = _read(path, test, muscle, dict(options or {}), path.name)
+    described = Path(muscle_file) / "muscle.toml" if Path(muscle_file).is_dir() else Path(muscle_file)
+    digest = hashlib.sha256(described.read_bytes() + content).hexdigest()
+    return without_copies(Experiment(name, path.parent, muscle, (recording,), priors, digest, source))
+
+
+def _recording_of(
+    entry: dict[str, Any], folder: Path, toml: Path, raw: bytes, muscle: Muscle
+) -> tuple[Recording, bytes]:
+    """One `[[recording]]` of a muscle.toml."""
+    for key in ("file", "test"):
+        if not isinstance(entry.get(key), str):
+            raise InputError(
+                f"a [[recording]] lacks {key}",
+                toml,
+                line_of(raw, "[[recording]]"),
+                value=entry.get(key),
+                cure=f'add {key} = "{"loops.csv" if key == "file" else "loop"}"',
+            )
+    try:
+        return _read(folder / entry["file"], entry["test"], muscle, entry, entry["file"])
+    except InputError as error:
+        if error.file is None:  # then an option of this entry is wrong
+            error.file = toml
+            error.row = next((line_of(raw, key) for key in entry if re.search(rf"\b{key}\b", error.problem)), None)
+        raise
+
+
+def _read(path: Path, test: str, muscle: Muscle, options: dict[str, Any], name: str) -> tuple[Recording, bytes]:
+    test = kind_of(test)
+    _check_options(options)
+    noise = (
+        None
+        if options.get("noise") is None
+        else units.to_si(options["noise"], "N" if test in FORCE_TESTS else "m", "noise")
+    )
+    if noise is not None and noise <= 0:
+        raise InputError("noise is not positive", value=options["noise"], cure="leave it out if it is unknown")
+    table = read_table(path, options.get("columns"), options.get("units"))
+    with units.spoken(units.own_units([_stated(table)])):  # what is wrong is said as the owner of the data would
+        runs, notes = _checked_runs(table, test, muscle, options)
+    position = next(column for column in POSITIONS if column in table)
+    return Recording(name, test, runs, noise, notes, position, _stated(table)), table.raw
+
+
+def _checked_runs(
+    table: Table, test: str, muscle: Muscle, options: dict[str, Any]
+) -> tuple[tuple[Run, ...], tuple[str, ...]]:
+    """The runs of a table, every reading checked, and notes on what was set aside."""
+    counts: Counter[str] = Counter()
+    parts = read_runs(table, test, muscle, options, counts)
+    odd = check_plausible(parts, table, test, muscle, options.get("valid"))
+    runs = tuple(run_of(part, test) for part in parts)
+    for part in parts:
+        counts.update(part.counts)
+    if not any(run.weight.any() for run in runs):
+        why = "; ".join(_weightless(counts, table))
+        raise InputError(
+            f"no sample is left that carries weight: {why}", table.file, cure="widen `valid`, or record more"
+        )
+    return runs, (*_notes(counts, table, test, runs), *odd, *_limits_of(runs, test))
+
+
+def _stated(table: Table) -> dict[str, str]:
+    """SI unit -> the unit of the column that is measured in it; a load hung on as a mass is no force."""
+    stated = {str(COLUMNS[name]): unit for name, unit in table.units.items() if name in OWN_UNITS}
+    load = table.units.get("load")
+    return {"N": load} | stated if load and units.dimension(load) == units.dimension("N") else stated
+
+
+def kind_of(test: str) -> str:
+    """The kind of test that a name means: 'Quick_release' -> 'quick release'."""
+    plain = str(test).strip().lower().replace("_", " ").replace("-", " ")
+    if plain not in TESTS:
+        raise unknown_name("test", str(test), TESTS)
+    return plain
+
+
+def _check_options(options: dict[str, Any]) -> None:
+    for key in options:
+        if key not in OPTIONS:
+            raise unknown_name("key in [[recording]]:", key, OPTIONS)
+    for key in ("columns", "units", "valid"):
+        if not isinstance(options.get(key, {}), dict):
+            raise InputError(f"{key} is not a table", value=options[key], cure=f"write {key} = {{ force = ... }}")
+    for key in ("columns", "units"):
+        for name, value in options.get(key, {}).items():
+            if not isinstance(value, str):
+                raise InputError(f"{key}: {name} is not text", value=value, cure=f'write {key} = {{ {name} = "..." }}')
+    if options.get("pressure", "gauge") not in ("gauge", "absolute"):
+        raise InputError(
+            "pressure is neither gauge nor absolute", value=options["pressure"], cure='write pressure = "gauge"'
+        )
+    sign = options.get("force_sign", 1)
+    if isinstance(sign, bool) or sign not in (1, -1):
+        raise InputError(
+            "force_sign is neither 1 nor -1",
+            value=sign,
+            cure="write force_sign = -1 where the rig counts pulling as negative",
+        )
+
+
+# -------------------------------------------------------------------------------------------------------------- notes
+
+
+def _weightless(counts: Counter[str], table: Table) -> list[str]:
+    total = len(table.row)
+    return [f"{count} of {total} samples carry no weight: {reason}" for reason, count in counts.items() if count]
+
+
+def _notes(counts: Counter[str], table: Table, test: str, runs: tuple[Run, ...]) -> tuple[str, ...]:
+    """What was set aside and why, with counts."""
+    notes = _weightless(counts, table)
+    if table.unused:
+        notes.append(f"not used: {', '.join(table.unused)}")
+    if test == "static" and "branch" not in table:
+        notes.append("direction not stated: friction taken as 0")
+    if test in TURNED_BY:
+        branches = sum(int(run.half[-1]) + 1 for run in runs)
+        how = "the branch column" if "branch" in table else f"the turning points of the {TURNED_BY[test]}"
+        notes.append(f"{branches} branches in {len(runs)} runs, told by {how}")
+    if test in ("loop", "isotonic"):
+        notes.append("speed derived from the position by local parabolas that stop at turning points")
+    return tuple(notes)
+
+
+def _limits_of(runs: tuple[Run, ...], test: str) -> list[str]:
+    """What these data cannot say whatever the model: one direction, one pressure."""
+    notes = []
+    signs = {int(sign) for run in runs for sign in np.unique(run.branch[run.weight > 0])} - {0}
+    if test in TURNED_BY and len(signs) == 1:
+        way = "inflating" if test != "loop" else "contracting"
+        back = "deflating" if test != "loop" else "elongating"
+        notes.append(
+            f"only {way if 1 in signs else back} was recorded: friction cannot be told from a force that does not "
+            "depend on the direction; record the way back too"
+        )
+    pressures = np.concatenate([run.pressure[run.weight > 0] for run in runs])
+    if len(pressures) < FEWEST_SAMPLES:
+        notes.append(f"only {len(pressures)} readings count: any model with that many parameters meets them")
+    lowest, highest = float(pressures.min()), float(pressures.max())
+    if test in ("loop", "static") and highest - lowest < ONE_PRESSURE * abs(highest):
+        notes.append(
+            f"one pressure only, {units.show(float(np.median(pressures)), 'Pa')}: how anything depends on the pressure "
+            "is the model's word; record a second one"
+        )
+    return notes

@@ -1,0 +1,58 @@
+"""How noisy one reading is, before any model is believed."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from fitting.recordings.records import FORCE_TESTS, Recording, Run
+
+STATIC_SHARE = 0.005  # of full scale: what one point of a static map is taken to be good for, if nothing is stated
+PRESUMED = "presumed"  # where the noise is known from, if from nowhere
+THIRD = np.array([1.0, -3.0, 3.0, -1.0])
+
+
+def noise_of(recording: Recording) -> float:
+    """Standard deviation of one reading, N or m: as stated, else from the scatter of neighbouring readings."""
+    if recording.noise is not None:
+        return float(recording.noise)
+    scale = full_scale(recording)
+    if recording.test == "static":
+        return STATIC_SHARE * scale
+    scatter = [value for run in recording.runs for value in _third_differences(run)]
+    estimate = 1.4826 * np.median(np.abs(scatter)) / np.sqrt(np.sum(THIRD**2)) if scatter else 0.0
+    return float(max(estimate, resolution(recording) / np.sqrt(12), 1e-4 * scale, 1e-12))
+
+
+def one_load_cell(recordings: Sequence[Recording]) -> tuple[Recording, ...]:
+    """The same recordings; what is presumed of a static map's points goes by the largest force of the whole data set.
+
+    A map at low pressure, read by the same load cell, is not better for it.
+    """
+    scale = max((full_scale(r) for r in recordings if r.test in FORCE_TESTS), default=0.0)
+    presumed = STATIC_SHARE * scale
+    return tuple(
+        replace(r, noise=presumed, noise_from=PRESUMED) if r.test == "static" and r.noise is None else r
+        for r in recordings
+    )
+
+
+def resolution(recording: Recording) -> float:
+    """The step in which a channel was digitised: the smallest difference between two different readings."""
+    levels = np.unique(np.concatenate([run.measured for run in recording.runs]))
+    steps = np.diff(levels)[np.diff(levels) > 1e-9 * full_scale(recording)]
+    return float(steps.min()) if len(steps) else 0.0
+
+
+def full_scale(recording: Recording) -> float:
+    """The largest absolute reading."""
+    return max(float(np.max(np.abs(run.measured))) for run in recording.runs)
+
+
+def _third_differences(run: Run) -> list[float]:
+    """Third differences within branches: a smooth signal leaves nothing of itself in them."""
+    if len(run) < len(THIRD):
+        return []
+    differences = np.convolve(run.measured, THIRD, mode="valid")
+    together = (run.half[3:] == run.half[:-3]) & (run.weight[3:] > 0) & (run.weight[:-3] > 0)
+    return list(differences[together])

@@ -1,0 +1,201 @@
+"""Whether readings can come from this muscle at all: wrong units, dead or swapped sensors, copies of a run.
+
+Held against the ideal cylinder (eq 10), which knows no rubber, ends or friction: a real muscle may pull half as much
+or twice as much, but not thirty times. What is refused here would be fitted with parameters that mean nothing. Who
+knows better states `valid` limits of the force in muscle.toml; then no force is refused.
+"""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from fitting import units
+from fitting.errors import InputError
+from fitting.recordings.readings import POSITIONS
+from fitting.recordings.records import FORCE_TESTS, Experiment, Recording
+from fitting.recordings.runs import Readings
+from fitting.recordings.tables import Table
+from mckibben_jax.laws.braid import ideal_force
+from mckibben_jax.muscle import Muscle
+
+BEYOND = 30.0  # times the ideal force, or one part in as many: no muscle, a wrong unit (10^3, 100) or a dead sensor
+ODD = 4.0  # times the ideal force: worth a word; whole numbers of that size are a converter's counts
+STANDSTILL = 1e-4  # contraction
+FEWEST = 5  # readings from which something is said of how they go together
+LEAST_PRESSURE = 1e3  # Pa: of a vented muscle the ideal law says nothing
+LEAST_CHANGE = 0.05  # of the ideal force: where it changes less, nothing is asked of the readings
+OPPOSED = -0.8  # correlation of the readings with the ideal force
+TINY_STROKE, LARGE_DROP = 0.005, 0.5  # a stroke of half a per cent does not take half of the force away
+
+
+def check_plausible(parts: Sequence[Readings], table: Table, test: str, muscle: Muscle, valid: object) -> list[str]:
+    """Refuse readings that this muscle cannot give; what is merely odd is returned in words."""
+    column = "force" if test in FORCE_TESTS else "load"
+    used = [part for part in parts if part.usable.any()]
+    if not used or (isinstance(valid, dict) and column in valid):
+        return []
+    pressure = max(float(np.max(part.pressure[part.usable])) for part in used)
+    if pressure < LEAST_PRESSURE:
+        return []
+    reach = _ideal(np.minimum(np.concatenate([p.contraction[p.usable] for p in used]).min(), 0.0), pressure, muscle)
+    notes = _too_large(parts, table, column, float(reach))
+    if test in FORCE_TESTS:
+        ideal = [np.maximum(_ideal(part.contraction, part.pressure, muscle), 0.0) for part in parts]
+        _too_small(parts, table, ideal)
+        _constant(parts, table, ideal)
+        _opposed(parts, table, ideal)
+        if test == "loop":
+            _tiny_stroke(used, table)
+    else:
+        _at_rest(used, table)
+    return notes
+
+
+def _ideal(contraction: np.ndarray, pressure: np.ndarray | float, muscle: Muscle) -> np.ndarray:
+    return np.asarray(ideal_force(contraction, pressure, muscle.radius, muscle.braid_angle))
+
+
+def _forces(part: Readings) -> np.ndarray:
+    return part.measured if part.load is None else part.load
+
+
+def _too_large(parts: Sequence[Readings], table: Table, column: str, reach: float) -> list[str]:
+    values, rows = (np.concatenate([of(part)[part.usable] for part in parts]) for of in (_forces, lambda p: p.row))
+    at = int(np.argmax(np.abs(values)))
+    times, whole = abs(values[at]) / reach, bool(np.all(values == np.round(values)))
+    most = f"{times:.3g} times what the ideal muscle of this size pulls at most ({units.show(reach, 'N')})"
+    if times > BEYOND or (times > ODD and whole and len(values) >= FEWEST and np.ptp(values) > 0):
+        beyond = int(np.count_nonzero(np.abs(values) > min(BEYOND, max(ODD, 0.5 * times)) * reach))
+        few = beyond < max(3, 0.01 * len(values))
+        raw = "whole numbers look like a converter's raw counts: turn them into newtons with its calibration; else "
+        look = "check this reading" if few else "check the units of force and pressure, and the radius"
+        mine = f'valid = {{ {column} = ["-10 N", "5 kN"] }} with your limits'
+        cure = f"{raw if whole and not few else ''}{look}; if it is right, say so: {mine}"
+        here = int(np.flatnonzero(table.row == rows[at])[0])
+        raise table.error(f"the {column} is {most}", here, column, units.show(values[at], "N"), cure)
+    return [f"the {column} reaches {most}: is its unit right, and that of the pressure?"] if times > ODD else []
+
+
+def _too_small(parts: Sequence[Readings], table: Table, ideal: list[np.ndarray]) -> None:
+    """A load cell that is disconnected, a muscle that was slack all the time, kN for N."""
+    largest = max(float(np.max(np.abs(part.measured[part.usable]), initial=0.0)) for part in parts)
+    pulls = max(float(np.max(force[part.usable], initial=0.0)) for part, force in zip(parts, ideal, strict=True))
+    if pulls > BEYOND * largest:
+        raise InputError(
+            f"the force is all but nothing where the ideal muscle of this size pulls {units.show(pulls, 'N')}: "
+            "the muscle was slack, the load cell not connected, or the unit is another",
+            table.file,
+            table.header_row,
+            table.heads["force"],
+            value=f"at most {units.show(largest, 'N')}",
+            cure="check the units of force and pressure (N or kN, kPa or bar) and the load cell's cable",
+        )
+
+
+def _constant(parts: Sequence[Readings], table: Table, ideal: list[np.ndarray]) -> None:
+    """A force that stays while length or pressure move, in every run that moves."""
+    stays, moves, steady = [], [], []
+    for part, force in zip(parts, ideal, strict=True):
+        expected, found = (_spread(values[part.usable]) for values in (force, part.measured))
+        if expected > LEAST_CHANGE * force.max(initial=0.0) > 0:
+            stays.append(found)
+            moves.append(expected)
+            steady.append(_spread(part.pressure[part.usable]) < 0.1 * np.abs(part.pressure).max())
+    if moves and all(BEYOND * found < expected for found, expected in zip(stays, moves, strict=True)):
+        swapped = "" if all(steady) else "check whether the columns force and pressure are exchanged; "
+        raise InputError(
+            "the force stays the same while the muscle moves: the ideal force changes by "
+            f"{units.show(max(moves), 'N')}. A saturated or dead load cell, or a hung load",
+            table.file,
+            table.header_row,
+            table.heads["force"],
+            value=f"changes by {units.show(max(stays), 'N')}",
+            cure=f'{swapped}check the load cell; a muscle that lifts a constant load is test = "isotonic"',
+        )
+
+
+def _spread(values: np.ndarray) -> float:
+    """Range of all but the outermost hundredth."""
+    return float(np.ptp(np.quantile(values, [0.01, 0.99]))) if len(values) >= FEWEST else 0.0
+
+
+def _opposed(parts: Sequence[Readings], table: Table, ideal: list[np.ndarray]) -> None:
+    """A force that rises where every muscle's falls: a sign, or exchanged columns."""
+    together = []
+    for part, force in zip(parts, ideal, strict=True):
+        expected, found = force[part.usable], part.measured[part.usable]
+        if _spread(expected) > LEAST_CHANGE * force.max(initial=0.0) and np.ptp(found) > 0:
+            together.append(float(np.corrcoef(expected, found)[0, 1]))
+    if together and max(together) < OPPOSED:
+        raise InputError(
+            "the force rises where that of a muscle falls (with contraction, or as the pressure drops)",
+            table.file,
+            table.header_row,
+            table.heads["force"],
+            value=f"correlation {max(together):.2f} with the ideal force",
+            cure="if the rig counts pulling as negative write force_sign = -1; else check the sign of the position "
+            "(positive is shorter), and whether two columns are exchanged",
+        )
+
+
+def _tiny_stroke(parts: Sequence[Readings], table: Table) -> None:
+    """Millimetres for metres, 1 for per cent: the force falls by half while the muscle hardly moves."""
+    strokes = [float(np.ptp(part.contraction[part.usable])) for part in parts]
+    drops = [float(np.ptp(part.measured[part.usable]) / np.max(np.abs(part.measured[part.usable]))) for part in parts]
+    if max(strokes) < TINY_STROKE and min(drops) > LARGE_DROP:
+        position = next(name for name in POSITIONS if name in table)
+        raise InputError(
+            f"the force falls by {100 * min(drops):.0f} % while the muscle shortens by {100 * max(strokes):.2g} % only",
+            table.file,
+            table.header_row,
+            table.heads[position],
+            value=f"contraction {100 * max(strokes):.2g} %",
+            cure="check the unit of this column, and the muscle's length in muscle.toml",
+        )
+
+
+def _at_rest(parts: Sequence[Readings], table: Table) -> None:
+    """A position test in which nothing moves."""
+    stroke = max(float(np.ptp(part.contraction[part.usable])) for part in parts)
+    if stroke < STANDSTILL:
+        position = next(name for name in POSITIONS if name in table)
+        raise InputError(
+            "the muscle does not move in any run",
+            table.file,
+            table.header_row,
+            table.heads[position],
+            value=f"contraction {100 * stroke:.2g} %",
+            cure="check the unit of this column and the position sensor, or leave the recording out",
+        )
+
+
+# ------------------------------------------------------------------------------------------------------------- copies
+
+
+def without_copies(experiment: Experiment) -> Experiment:
+    """The same without the weight of runs that are copies of another, reading by reading: a copy is no repeat."""
+    seen: dict[bytes, str] = {}
+    recordings = []
+    for recording in experiment.recordings:
+        kept = recording if recording.test == "static" else _without(recording, seen)
+        if not any(run.weight.any() for run in kept.runs):
+            cure = "leave one of the two [[recording]] out"
+            problem = f"{kept.notes[-1]}, and so is all that this recording holds"
+            raise InputError(problem, experiment.folder / recording.file, cure=cure)
+        recordings.append(kept)
+    return replace(experiment, recordings=tuple(recordings))
+
+
+def _without(recording: Recording, seen: dict[bytes, str]) -> Recording:
+    runs, notes = [], []
+    for run in recording.runs:
+        hung = np.zeros(len(run)) if run.load is None else run.load
+        key = np.stack([run.measured, run.contraction, run.pressure, run.time - run.time[0], hung]).tobytes()
+        first = seen.setdefault(key, f"run {run.name} of {recording.file}")
+        copied = first != f"run {run.name} of {recording.file}" and np.ptp(run.measured) > 0
+        if copied:
+            copy = f"run {run.name} of {recording.file} is a copy of {first}, reading by reading"
+            notes.append(f"{copy}: it has no weight")
+        runs.append(replace(run, weight=0.0 * run.weight) if copied else run)
+    return replace(recording, runs=tuple(runs), notes=(*recording.notes, *notes))

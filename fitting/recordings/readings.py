@@ -1,0 +1,302 @@
+"""From a table to the readings of each run: which columns a test needs, the program's conventions, checks, runs."""
+
+from collections import Counter
+from typing import Any
+
+import numpy as np
+
+from fitting import units
+from fitting.errors import InputError, nearest, unknown_name
+from fitting.recordings.records import FORCE_TESTS
+from fitting.recordings.runs import Readings
+from fitting.recordings.tables import COLUMNS, USUAL, Table, plain_name
+from mckibben_jax.muscle import Muscle
+
+PRESSURES = ("pressure", "set_pressure")
+POSITIONS = ("contraction", "length", "displacement")
+DIRECTIONS = {"contraction": 1, "inflate": 1, "elongation": -1, "deflate": -1}
+CONTRACTIONS = (-0.2, 0.6)  # beyond these no braided muscle goes
+LARGEST_PRESSURE = 50e5  # Pa
+SMALLEST_LOOP_PRESSURE = 1e3  # Pa
+FEWEST_SAMPLES = 5
+HELD = 0.01  # contraction that an isometric test may wander
+
+
+def read_runs(table: Table, test: str, muscle: Muscle, options: dict[str, Any], counts: Counter[str]) -> list[Readings]:
+    """The readings of every run, checked; `counts` gains the samples that are set aside, by reason."""
+    position = _check_columns(table, test)
+    readings = _all_readings(table, test, muscle, options, position, counts)
+    _check_ranges(readings, table, test, options, position)
+    parts = [_part(readings, at, label) for label, at in _runs(readings, table, test)]
+    counts.update(readings.counts)
+    for part in parts:
+        _check_run(part, table, test)
+    return parts
+
+
+# ----------------------------------------------------------------------------------------------------- what is needed
+
+
+def _check_columns(table: Table, test: str) -> str:
+    """Check that all columns of this test are there; the name of the one that says where the muscle is."""
+    needed = ["pressure"] + ["time"] * (test != "static") + (["force"] if test in FORCE_TESTS else ["load"])
+    for name in needed:
+        if name not in table and not (test == "step" and name == "pressure" and "set_pressure" in table):
+            raise _lacks(table, test, name, (name,))
+    found = [name for name in POSITIONS if name in table]
+    if not found:
+        raise _lacks(table, test, "contraction, length or displacement", POSITIONS)
+    if len(found) > 1:
+        raise InputError(
+            f"{' and '.join(found)} say the same twice", table.file, table.header_row, cure="keep one of these columns"
+        )
+    return found[0]
+
+
+def _lacks(table: Table, test: str, what: str, names: tuple[str, ...]) -> InputError:
+    """The error for a missing column: a misspelt one is named, else the cure is a mapping."""
+    problem = f"a '{test}' recording needs a column {what}"
+    for head in table.unused:
+        like = nearest(plain_name(head), names)
+        if like:
+            return InputError(problem, table.file, table.header_row, head, cure=f"did you mean '{like}'?")
+    unit = USUAL[str(COLUMNS[names[0]])]
+    return InputError(
+        problem,
+        table.file,
+        table.header_row,
+        value=", ".join([*table.heads.values(), *table.unused]),
+        cure=f"head it '{names[0]} [{unit}]', or say in muscle.toml which column it is: columns = "
+        f'{{ {names[0]} = "its name" }}',
+    )
+
+
+# ------------------------------------------------------------------------------------------------- the program's words
+
+
+def _all_readings(
+    table: Table, test: str, muscle: Muscle, options: dict[str, Any], position: str, counts: Counter[str]
+) -> Readings:
+    """The whole file: gauge pressure, contraction, pulling positive; what is missing or not valid is marked."""
+    atmosphere = units.ATMOSPHERE if options.get("pressure") == "absolute" else 0.0
+    columns = {name: values for name, values in table.columns.items() if COLUMNS[name] is not None}
+    for name in PRESSURES:
+        if name in columns:
+            columns[name] = columns[name] - atmosphere
+    if "force" in columns:
+        columns["force"] = columns["force"] * options.get("force_sign", 1)
+    length = float(muscle.length)
+    moved = columns[position]
+    contraction = {"contraction": moved, "length": (length - moved) / length, "displacement": moved / length}[position]
+    usable = _usable(columns, options.get("valid", {}), table, counts)
+    set_pressure = columns.get("set_pressure") if test == "step" else None
+    return Readings(
+        name="",
+        time=columns.get("time", np.arange(float(len(table.row)))),
+        pressure=columns.get("pressure", set_pressure),  # type: ignore[arg-type]
+        contraction=contraction,
+        measured=columns["force"] if test in FORCE_TESTS else contraction * length,
+        row=table.row,
+        usable=usable,
+        direction=_directions(table) if "branch" in table else None,
+        load=None if test in FORCE_TESTS else columns["load"],
+        set_pressure=set_pressure,
+    )
+
+
+def _usable(columns: dict[str, np.ndarray], valid: dict[str, Any], table: Table, counts: Counter[str]) -> np.ndarray:
+    """Which samples have all their readings, and these inside `valid`; the others are counted by reason."""
+    usable = np.ones(len(table.row), dtype=bool)
+    for name, values in columns.items():
+        missing = np.isnan(values)
+        counts[f"no reading in '{table.heads[name]}'{_rows(table, missing & usable)}"] += int(
+            np.count_nonzero(missing & usable)
+        )
+        usable &= ~missing
+    for name, limits in valid.items():
+        if name not in columns:
+            raise unknown_name("column in valid:", name, columns, table.file)
+        low, high = _limits(name, limits)
+        outside = usable & ~((columns[name] >= low) & (columns[name] <= high))
+        counts[f"{name} outside {limits[0]} .. {limits[1]}"] += int(np.count_nonzero(outside))
+        usable &= ~outside
+    return usable
+
+
+def _rows(table: Table, which: np.ndarray) -> str:
+    """' (row 17)', ' (rows 17, 18, 21, ...)': where to look."""
+    rows = [str(row) for row in table.row[which][:4]]
+    more = ["..."] if len(rows) > 3 else []
+    return f" (row{'s' * (len(rows) > 1)} {', '.join(rows[:3] + more)})" if rows else ""
+
+
+def _limits(name: str, limits: Any) -> tuple[float, float]:
+    if not isinstance(limits, list) or len(limits) != 2:
+        raise InputError(
+            f"valid: {name} is not a pair of values", value=limits, cure='write valid = { force = ["5 N", "5000 N"] }'
+        )
+    convert = units.load_to_si if name == "load" else units.to_si
+    low, high = (convert(limit, str(COLUMNS[name]), f"valid: {name}") for limit in limits)
+    if low >= high:
+        raise InputError(f"valid: {name} holds nothing", value=limits, cure="write the lower limit first")
+    return low, high
+
+
+def _directions(table: Table) -> np.ndarray:
+    """The branch column as +1 (contraction, inflate) and -1 (elongation, deflate)."""
+    labels = table["branch"]
+    known, which = np.unique(labels.astype(str), return_inverse=True)
+    for number, label in enumerate(known):
+        if label.lower() not in DIRECTIONS:
+            like = nearest(label, DIRECTIONS)
+            cure = f"did you mean '{like}'?" if like else f"write one of {', '.join(DIRECTIONS)}"
+            raise table.error("not a branch", int(np.argmax(which == number)), "branch", label, cure)
+    return np.array([DIRECTIONS[label.lower()] for label in known])[which]
+
+
+# ------------------------------------------------------------------------------------------------------------- checks
+
+
+def _check_ranges(r: Readings, table: Table, test: str, options: dict[str, Any], position: str) -> None:
+    """Readings that no muscle gives betray a wrong unit, sign or length."""
+    low, high = CONTRACTIONS
+    _refuse(
+        table,
+        r.usable & ((r.contraction < low) | (r.contraction > high)),
+        position,
+        f"contraction outside {low} .. {high}",
+        r.contraction,
+        _position_cure(position),
+    )
+    for name, pressure in (("pressure", r.pressure), ("set_pressure", r.set_pressure)):
+        if pressure is None or name not in table:
+            continue
+        _refuse(
+            table,
+            r.usable & (pressure > LARGEST_PRESSURE),
+            name,
+            f"pressure above {units.show(LARGEST_PRESSURE, 'Pa')}",
+            pressure,
+            "check the column's unit",
+            units.shown_in("Pa", LARGEST_PRESSURE)[0],
+        )
+        _refuse(
+            table,
+            r.usable & (pressure < -1.02 * units.ATMOSPHERE),
+            name,
+            "pressure below vacuum",
+            pressure,
+            "check the unit, and whether it is gauge or absolute",
+        )
+    top = float(np.max(r.pressure[r.usable], initial=-np.inf))
+    if test == "loop" and 0 < top < SMALLEST_LOOP_PRESSURE and "pressure" not in options.get("valid", {}):
+        least = units.show(SMALLEST_LOOP_PRESSURE, "Pa")
+        said = f'valid = {{ pressure = ["-{least}", "{least}"] }}'
+        raise InputError(
+            f"the pressure never reaches {least}",
+            table.file,
+            column=table.heads["pressure"],
+            value=f"at most {units.show(top, 'Pa', digits=3)}",
+            cure=f"check the column's unit; if the muscle was vented, say so: {said}",
+        )
+
+
+def _refuse(
+    table: Table, bad: np.ndarray, column: str, problem: str, values: np.ndarray, cure: str, unit: str | None = None
+) -> None:
+    """Refuse a table with `bad` readings, naming the first of them (a pressure in `unit`, if it is given)."""
+    if bad.any():
+        at = int(np.argmax(bad))
+        more = f" ({np.count_nonzero(bad)} rows)" if np.count_nonzero(bad) > 1 else ""
+        raise table.error(
+            problem + more,
+            at,
+            column,
+            units.show(values[at], str(COLUMNS[column]) if column in PRESSURES else "1", unit=unit),
+            cure,
+        )
+
+
+def _position_cure(position: str) -> str:
+    return {
+        "contraction": "check whether the unit is [1] or [%]; positive is shorter",
+        "length": "check the unit, and the muscle's length in muscle.toml",
+        "displacement": "check the unit and the sign: positive is shorter than the muscle's length in muscle.toml",
+    }[position]
+
+
+def _check_run(r: Readings, table: Table, test: str) -> None:
+    """Enough samples, and time that rises."""
+    called = f"run {r.name} has" if "run" in table else "there are"
+    fewest = 1 if test == "static" else FEWEST_SAMPLES
+    if len(r.time) < fewest:
+        raise InputError(
+            f"{called} only {len(r.time)} samples, {fewest} are needed",
+            table.file,
+            int(table.row[0] if not len(r.row) else r.row[0]),
+            cure="record more, or delete the run",
+        )
+    if test == "static":
+        return
+    step = np.diff(r.time)
+    if (step <= 0).any():
+        at = int(np.argmax(step <= 0)) + 1
+        back = step[at - 1] < 0
+        cure = "if another experiment begins here, add a column 'run' that numbers the experiments"
+        cure = "give each experiment its own number in the column 'run'" if "run" in table else cure
+        raise InputError(
+            "time goes back" if back else "two samples have the same time",
+            table.file,
+            int(r.row[at]),
+            table.heads["time"],
+            f"{r.time[at]:.9g} s after {r.time[at - 1]:.9g} s",
+            cure if back else "write the time with more digits, or delete one of the rows",
+        )
+    if test == "isometric" and r.usable.any() and np.ptp(np.quantile(r.contraction[r.usable], [0.02, 0.98])) > HELD:
+        raise InputError(
+            f"{called.removesuffix(' has').removesuffix('there are')} the length is not held",
+            table.file,
+            int(r.row[0]),
+            cure='a recording in which the length moves is test = "loop"',
+        )
+
+
+# --------------------------------------------------------------------------------------------------------------- runs
+
+
+def _runs(r: Readings, table: Table, test: str) -> list[tuple[str, np.ndarray]]:
+    """Label and rows of every run, in the order of the file; rows without a time are in none."""
+    timed = ~np.isnan(r.time)
+    if "run" in table:
+        labels = table["run"].astype(str)
+        names, first = np.unique(labels, return_index=True)
+        return [(str(names[k]), np.flatnonzero((labels == names[k]) & timed)) for k in np.argsort(first)]
+    if test == "isometric":
+        return _held_lengths(r, timed)
+    return [("1", np.flatnonzero(timed))]
+
+
+def _held_lengths(r: Readings, timed: np.ndarray) -> list[tuple[str, np.ndarray]]:
+    """Stretches of one length: a new run begins where the length jumps by more than a wandering sensor does."""
+    rows = np.flatnonzero(timed & ~np.isnan(r.contraction))
+    jumps = np.flatnonzero(np.abs(np.diff(r.contraction[rows])) > HELD / 2) + 1
+    parts = [part for part in np.split(rows, jumps) if len(part) >= FEWEST_SAMPLES]
+    r.counts["between two lengths"] += len(rows) - sum(map(len, parts))
+    return [(str(number), part) for number, part in enumerate(parts or [rows], 1)]
+
+
+def _part(r: Readings, at: np.ndarray, name: str) -> Readings:
+    """These rows as readings of their own, gaps bridged."""
+    gaps = ("pressure", "contraction", "measured", "load", "set_pressure")
+    bridged: dict[str, Any] = {key: _bridge(values[at]) for key in gaps if (values := getattr(r, key)) is not None}
+    direction = None if r.direction is None else r.direction[at]
+    return Readings(name=name, time=r.time[at], row=r.row[at], usable=r.usable[at], direction=direction, **bridged)
+
+
+def _bridge(values: np.ndarray) -> np.ndarray:
+    """Missing readings interpolated: they carry no weight, but memory runs through them."""
+    missing = np.isnan(values)
+    if not missing.any() or missing.all():
+        return np.nan_to_num(values)
+    place = np.arange(len(values))
+    return np.interp(place, place[~missing], values[~missing])

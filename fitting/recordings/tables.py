@@ -1,0 +1,224 @@
+"""CSV files as tables in SI: which column is what, its unit, and every cell checked before it becomes a number."""
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+import pandas as pd
+
+from fitting import units
+from fitting.errors import InputError, nearest, unknown_name
+from fitting.recordings.table_cells import NUMBER, cells_of, heads_of, lines_of, separator_of
+from fitting.recordings.table_text import text_of
+
+# SI unit of every column; None: a label, "load": newtons or a mass
+COLUMNS = {"run": None, "time": "s", "pressure": "Pa", "set_pressure": "Pa", "contraction": "1", "length": "m",
+           "displacement": "m", "force": "N", "load": "load", "branch": None}  # fmt: skip
+USUAL = {"s": "s", "Pa": "kPa", "1": "1", "m": "mm", "N": "N", "load": "kg"}  # what such a column is mostly given in
+LARGEST_NUMBER = 1e30  # SI: what is squared and summed later stays finite
+OPTIONAL = ("run", "branch", "set_pressure")
+_HEADER = re.compile(r"^(.*?)\s*(?:\[([^\]]*)\]|\(([^)]*)\))?$", re.DOTALL)
+
+
+class _Place(NamedTuple):
+    """Where cells stand: the file, the line of its header, the line of each row; and its decimal mark."""
+
+    path: Path
+    header_row: int
+    rows: np.ndarray
+    decimal: str
+
+
+@dataclass(frozen=True)
+class Table:
+    """Columns in SI by the program's names, the line of the file that each row stands in, and what was noticed."""
+
+    file: str
+    columns: dict[str, np.ndarray]
+    heads: dict[str, str]  # what the file calls each column
+    header_row: int
+    row: np.ndarray  # line of the file, per row of the table
+    unused: tuple[str, ...]  # heads of columns that are none of the program's
+    raw: bytes
+    units: dict[str, str]  # what the file gives each column in, by the program's names; labels have none
+
+    def __contains__(self, name: str) -> bool:
+        return name in self.columns
+
+    def __getitem__(self, name: str) -> np.ndarray:
+        return self.columns[name]
+
+    def error(self, problem: str, at: int, column: str, value: Any = None, cure: str = "") -> InputError:
+        """An error about one cell: `at` counts rows of the table."""
+        return InputError(problem, self.file, int(self.row[at]), self.heads.get(column, column), value, cure)
+
+
+def read_table(
+    path: Path, called: Mapping[str, str] | None = None, given_units: Mapping[str, str] | None = None
+) -> Table:
+    """Read and check a CSV; `called` maps names to what the file calls them, `given_units` states units."""
+    text, raw = text_of(path)
+    header_row, header, lines, rows = lines_of(text, path, _is_head)
+    separator = separator_of(header, path)
+    heads = heads_of(header, separator, path)
+    called, given_units = called or {}, given_units or {}
+    where, unused = _columns(heads, called, path, header_row)
+    cells, decimal = cells_of(lines, rows, heads, separator, path)
+    _check_units_used(given_units, where, path)
+    place = _Place(path, header_row, rows, decimal)
+    given = {name: _unit_of(name, heads[at], called, given_units) for name, at in where.items()}
+    columns = {name: _column(name, cells[at], heads[at], given[name], place) for name, at in where.items()}
+    named = {name: heads[at] for name, at in where.items()}
+    stated = {name: unit for name, unit in given.items() if unit and COLUMNS[name] is not None}
+    return Table(str(path), columns, named, header_row, rows, tuple(unused), raw, stated)
+
+
+def read_heads(path: Path) -> list[str]:
+    """The header cells of a CSV as they stand there."""
+    _, header, _, _ = lines_of(text_of(path)[0], path, _is_head)
+    return heads_of(header, separator_of(header, path), path)
+
+
+# --------------------------------------------------------------------------------------------------- names and units
+
+
+def split_head(head: str) -> tuple[str, str | None]:
+    """Name and unit of a header cell 'name [unit]' or 'name (unit)'; the unit is None where there is none."""
+    match = _HEADER.match(head.strip())
+    assert match is not None  # the pattern matches every text
+    return match[1].strip(), match[2] if match[2] is not None else match[3]
+
+
+def plain_name(head: str) -> str:
+    """'Set pressure [bar]' -> 'set_pressure'."""
+    return re.sub(r"[\s\-]+", "_", split_head(head)[0].lower())
+
+
+def _is_head(cell: str) -> bool:
+    return plain_name(cell) in COLUMNS
+
+
+def _columns(heads: list[str], called: Mapping[str, str], path: Path, row: int) -> tuple[dict[str, int], list[str]]:
+    """Which column of the file is which quantity, and what columns are none; a column that a recording may do without
+    is not passed over when it is only misspelt."""
+    for name in called:
+        if name not in COLUMNS:
+            raise unknown_name("name in columns", name, COLUMNS, path)
+    where = {name: _called(name, head, heads, path) for name, head in called.items()}
+    free = [at for at in range(len(heads)) if at not in where.values()]
+    for at in free:
+        name = plain_name(heads[at])
+        if name in COLUMNS and name not in called:
+            if name in where:
+                raise InputError(f"two columns are called {name}", path, row, heads[at], cure="keep one of them")
+            where[name] = at
+    unused = [heads[at] for at in free if at not in where.values() and heads[at]]
+    for head in unused:
+        like = nearest(plain_name(head), [name for name in OPTIONAL if name not in where], 0.75)
+        if like is not None:
+            raise InputError("no such column", path, row, head, cure=f"did you mean '{like}'? Else rename it")
+    return where, unused
+
+
+def _called(name: str, head: str, heads: list[str], path: Path) -> int:
+    """The column that `columns` names: by the whole header cell, or by its name without the unit."""
+    for same in (lambda h: h == head.strip(), lambda h: split_head(h)[0] == split_head(head)[0]):
+        found = [at for at, h in enumerate(heads) if same(h)]
+        if len(found) > 1:
+            cure = "give each a name of its own"
+            raise InputError(f"{len(found)} columns are called '{head}', which is to be {name}", path, cure=cure)
+        if found:
+            return found[0]
+    raise unknown_name(f"column for {name}:", head, heads, path)
+
+
+def _unit_of(name: str, head: str, called: Mapping[str, str], given: Mapping[str, str]) -> str | None:
+    """Unit of a column: from `units`, else from the header, else from what `columns` calls it."""
+    for unit in (given.get(name), split_head(head)[1], split_head(called.get(name, ""))[1]):
+        if unit is not None:
+            return str(unit)
+    return None
+
+
+def _check_units_used(given: Mapping[str, str], where: Mapping[str, int], path: Path) -> None:
+    for name in given:
+        if name not in where:
+            raise unknown_name("column in units:", name, where, path)
+
+
+# ------------------------------------------------------------------------------------------------- cells to SI values
+
+
+def _column(name: str, cells: pd.Series, head: str, unit: str | None, place: _Place) -> np.ndarray:
+    """One column in SI; missing readings are NaN. Labels stay text."""
+    si = COLUMNS[name]
+    if si is None:
+        return _labels(cells, head, place)
+    numbers = _numbers(cells, head, place)
+    if unit is None:
+        example = USUAL[si]
+        cure = f"write '{name} [{example}]' in the header, or in muscle.toml units = {{ {name} = \"{example}\" }}"
+        raise InputError("the column has no unit", place.path, place.header_row, head, cure=cure)
+    try:
+        factor = units.load_factor(unit) if si == "load" else units.factor(unit, si)
+    except InputError as error:
+        raise InputError(error.problem, place.path, place.header_row, head, cure=error.cure) from None
+    beyond = np.abs(numbers) > LARGEST_NUMBER / factor
+    if beyond.any():
+        at = int(np.argmax(beyond))
+        cure = "write a reading that can be measured; leave the cell empty where one is missing"
+        raise InputError("the number is too large", place.path, int(place.rows[at]), head, numbers[at], cure)
+    return numbers * factor
+
+
+def _labels(cells: pd.Series, head: str, place: _Place) -> np.ndarray:
+    empty = cells.isna().to_numpy()
+    if empty.any():
+        raise InputError(
+            "the cell is empty", place.path, int(place.rows[np.argmax(empty)]), head, cure="fill it in every row"
+        )
+    if pd.api.types.is_float_dtype(cells) and ((cells % 1 == 0) & (cells.abs() < 2**53)).all():
+        cells = cells.astype(int)
+    return cells.astype(str).str.strip().to_numpy(dtype=object)
+
+
+def _numbers(cells: pd.Series, head: str, place: _Place) -> np.ndarray:
+    """Cells as numbers; infinite ones are missing; text is an error."""
+    if not pd.api.types.is_numeric_dtype(cells) or pd.api.types.is_bool_dtype(cells):
+        texts = cells.astype(str).str.strip()
+        if place.decimal == ",":  # a point may then stand for thousands: no number
+            texts = texts.str.replace(".", "?").str.replace(",", ".")
+        numbers = pd.Series(pd.to_numeric(texts.where(cells.notna()), errors="coerce"))
+        wrong = np.asarray(numbers.isna() & cells.notna())
+        if wrong.any():
+            at = int(np.argmax(wrong))
+            text = str(cells.iloc[at])
+            raise InputError(
+                "not a number", place.path, int(place.rows[at]), head, text, _number_cure(text, place.decimal, at == 0)
+            )
+        cells = numbers
+    numbers = cells.to_numpy(dtype=float, copy=True)
+    numbers[~np.isfinite(numbers)] = np.nan
+    if np.isnan(numbers).all():
+        raise InputError(
+            "the column holds no reading", place.path, place.header_row, head, cure="fill it in, or delete the column"
+        )
+    return numbers
+
+
+def _number_cure(text: str, decimal: str, first: bool) -> str:
+    """What to do about a cell that is no number; `first`: it stands in the row below the header."""
+    if decimal == "," and NUMBER.fullmatch(text):
+        return "write a decimal comma as in the other cells, and nothing between thousands"
+    if re.fullmatch(r"\s*[+-]?\d+,\d+\s*", text):
+        return "write decimal points throughout, or decimal commas throughout and semicolons between the cells"
+    if re.fullmatch(r"\s*(?:[\d./-]+[ T])?\d+:\d+(?::\d+(?:[.,]\d+)?)?\s*", text):
+        return "write the time in seconds from the beginning of the test"
+    if found := re.fullmatch(r"\s*[+-]?\d+\.?\d*\s*([A-Za-zµ°%]+[/\w]*)\s*", text):
+        return f"write the number alone, and its unit in the header: [{found[1]}]"
+    if first and not re.search(r"\d", text):
+        return "if this row holds the units, write them in the header, as in 'force [N]', and delete the row"
+    return "write a number; leave the cell empty where a reading is missing; begin comment lines with '#'"

@@ -1,0 +1,188 @@
+"""`mckibben init`: a muscle.toml to fill in, with what can be told from the CSV files of a folder."""
+
+import json
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+
+from fitting.errors import InputError, nearest
+from fitting.recordings.muscle_file import REQUIRED
+from fitting.recordings.records import TESTS
+from fitting.recordings.tables import COLUMNS, plain_name, read_heads, read_table, split_head
+from fitting.units import shown_in
+from fitting.writing import FULL, refused, text_replaced
+from mckibben_jax.muscle import quantities
+
+# words in a header that betray what a column is, in English and in what loggers write
+WORDS = {
+    "set_pressure": ("set point", "setpoint", "command", "desired", "soll"),
+    "pressure": ("pressure", "druck", "press"),
+    "force": ("force", "load cell", "loadcell", "kraft", "tension", "pull"),
+    "load": ("load", "mass", "weight", "last"),
+    "time": ("time", "zeit", "stamp"),
+    "contraction": ("contraction", "strain", "shortening ratio"),
+    "displacement": ("displacement", "shortening", "stroke", "travel", "weg"),
+    "length": ("length", "position", "laser"),
+    "run": ("run", "trial", "experiment", "cycle no"),
+    "branch": ("branch", "direction"),
+}
+LETTERS = {"t": "time", "p": "pressure", "f": "force", "l": "length", "eps": "contraction", "x": "displacement"}
+FILE_WORDS = (("release", "quick release"), ("isotonic", "isotonic"), ("isometric", "isometric"), ("step", "step"),
+         ("static", "static"), ("loop", "loop"))  # fmt: skip
+TYPICAL = {
+    "shear_modulus": 1e6,
+    "mooney_c10": 1e6,
+    "mooney_c01": 1e6,
+    "strand_modulus": 1e9,
+    "breaking_stress": 1e6,
+}  # Pa
+HUNG_LOADS = 20  # different readings of a load at most, where weights are hung on
+HELD_LENGTHS = 30  # different readings of the length at most, in an isometric test
+
+
+def write_muscle_file(folder: Path | str) -> Path:
+    """Write muscle.toml into a folder; an existing one is left alone, with an error that says so."""
+    folder = Path(folder)
+    if not folder.is_dir():
+        raise InputError("no such folder", folder, cure="make it and put the CSV files into it")
+    if not any(folder.glob("*.csv")):
+        raise InputError("no CSV file is in this folder", folder, cure="put the recordings into it first")
+    path = folder / "muscle.toml"
+    if path.exists():
+        raise InputError("the file is there already and is left alone", path, cure="edit it, or rename it")
+    try:
+        text_replaced(path, muscle_file(folder))
+    except OSError as error:
+        raise refused(path, error, "" if error.errno in FULL else "check the folder's rights") from None
+    return path
+
+
+def muscle_file(folder: Path) -> str:
+    """The text of a muscle.toml for this folder; a question mark stands where something is to be filled in."""
+    files = sorted((*folder.glob("*.csv"), *folder.glob("*.CSV")))
+    parts = [_muscle_part(folder), *(_recording_part(file) for file in dict.fromkeys(files))]
+    if not files:
+        parts.append('# [[recording]]\n# file = "loops.csv"\n# test = "loop"\n')
+    return "\n".join([*parts, '[source]\ncitation = ""\nlicence  = ""\n'])
+
+
+def _muscle_part(folder: Path) -> str:
+    return "\n".join(_muscle_lines(folder)) + "\n"
+
+
+def _muscle_lines(folder: Path) -> Iterator[str]:
+    yield f"name = {_quoted(folder.resolve().name)}"
+    yield ""
+    yield '# Write a value for every "?". A value with +/- (standard uncertainty) is fitted, one without is exact.'
+    yield "[muscle]"
+    known = quantities()
+    for key, written in REQUIRED.items():
+        assignment = f'{key} = "? {written.split()[-1]}"'
+        yield f'{assignment:<28} # {known[key][1]}; for example "{written}"'
+    yield "# optional:"
+    for key, (unit, meaning) in known.items():
+        if key not in REQUIRED:
+            assignment = f'# {key} = "{f"? {shown_in(unit, TYPICAL.get(key, 0))[0]}".strip()}"'
+            yield f"{assignment:<28} # {meaning}"
+    yield '# hardness = "? IRHD"        # instead of shear_modulus'
+    yield '# cord_length = "? mm"       # with turns = "?" instead of braid_angle: one strand and its turns'
+
+
+def _recording_part(path: Path) -> str:
+    return "\n".join(_recording_lines(path)) + "\n"
+
+
+def _recording_lines(path: Path) -> Iterator[str]:
+    """One [[recording]]: the kind of test and the columns as far as they can be told."""
+    try:
+        heads = read_heads(path)
+    except InputError as error:
+        yield f"# {path.name} is left out: {error.problem}. {error.cure}"
+        return
+    called = _columns(heads)
+    if "load" in called and "force" not in called and _is_reading(path, called["load"]):
+        called["force"] = called.pop("load")
+    unused = [head for head in heads if head not in called.values()]
+    named = {name: head for name, head in called.items() if plain_name(head) != name}
+    units = {name: "?" for name, head in called.items() if COLUMNS[name] is not None and not split_head(head)[1]}
+    yield "[[recording]]"
+    yield f"file = {_quoted(path.name)}"
+    yield f'test = "{_test(path, named, units, set(called))}"   # a guess: {", ".join(TESTS)}'
+    if named:
+        yield f"columns = {_table(named)}   # a guess"
+    if units:
+        yield f"units = {_table(units)}"
+    if unused:
+        yield f"# not used: {', '.join(_quoted(head) for head in unused)}; if one is needed, name it in `columns`"
+    yield '# noise = "0.5 N"        # standard deviation of one reading, if known'
+    yield '# pressure = "absolute"  # gauge is presumed'
+    yield "# force_sign = -1        # where the rig counts pulling as negative"
+
+
+def _table(entries: dict[str, str]) -> str:
+    return "{ " + ", ".join(f"{name} = {_quoted(text)}" for name, text in entries.items()) + " }"
+
+
+def _quoted(text: str) -> str:
+    return json.dumps(text, ensure_ascii=False)  # a JSON string is a TOML string
+
+
+def _columns(heads: list[str]) -> dict[str, str]:
+    """What the columns most likely are: by their own name, by a word in it, by a letter."""
+    found: dict[str, str] = {}
+    for guess in (_by_name, _by_word, _by_letter):
+        for head in heads:
+            name = guess(head)
+            if name and name not in found and head not in found.values() and not _second_position(name, found):
+                found[name] = head
+    return {name: found[name] for name in COLUMNS if name in found}
+
+
+def _second_position(name: str, found: dict[str, str]) -> bool:
+    positions = ("contraction", "length", "displacement")
+    return name in positions and any(other in found for other in positions)
+
+
+def _by_name(head: str) -> str | None:
+    return plain_name(head) if plain_name(head) in COLUMNS else nearest(plain_name(head), COLUMNS, 0.85)
+
+
+def _by_word(head: str) -> str | None:
+    text = split_head(head)[0].lower().replace("_", " ")
+    return next((name for name, words in WORDS.items() if any(word in text for word in words)), None)
+
+
+def _by_letter(head: str) -> str | None:
+    return LETTERS.get(plain_name(head))
+
+
+def _test(path: Path, named: dict[str, str], units: dict[str, str], names: set[str]) -> str:
+    """The kind of test: by the file's name, by the columns, by whether the length moves."""
+    words = path.stem.lower().replace("_", " ")
+    for word, test in FILE_WORDS:
+        if word in words:
+            return test
+    if "load" in names and "force" not in names:
+        return "step" if "set_pressure" in names else "isotonic"
+    if "time" not in names:
+        return "static"
+    return "isometric" if _length_is_held(path, named, units) else "loop"
+
+
+def _is_reading(path: Path, head: str) -> bool:
+    """Whether a column called load is what a load cell reads: weights that are hung on have few values."""
+    try:
+        table = read_table(path, {"load": head}, {} if split_head(head)[1] else {"load": "N"})
+    except InputError:
+        return False
+    return len(np.unique(table["load"])) > HUNG_LOADS
+
+
+def _length_is_held(path: Path, named: dict[str, str], units: dict[str, str]) -> bool:
+    try:  # any unit will do: only whether the readings differ is asked
+        table = read_table(path, named, {name: {"load": "N"}.get(name, str(COLUMNS[name])) for name in units})
+    except InputError:
+        return False
+    position = next((table[name] for name in ("contraction", "length", "displacement") if name in table), None)
+    return position is not None and len(np.unique(position)) <= min(HELD_LENGTHS, len(position) // 5)

@@ -1,0 +1,1 @@
+"""All text, JSON, pages and pictures: results are turned into language here and nowhere below."""

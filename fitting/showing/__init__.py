@@ -1,1 +1,0 @@
-"""Words, pages and pictures that several commands share."""

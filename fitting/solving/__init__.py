@@ -1,1 +1,0 @@
-"""What a fit is made of: the vector of unknowns, its box, standard sizes, error bars."""

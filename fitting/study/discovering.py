@@ -1,0 +1,98 @@
+"""A discovery: its steps, and the model that it ends with."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from fitting.cli.run import Progress
+from fitting.comparison.compare import Comparison, compare
+from fitting.diagnosis.discover import WORTH_IT, Step, discover
+from fitting.diagnosis.record import Diagnosis
+from fitting.least_squares.evaluate import evaluate
+from fitting.least_squares.fit import Fit
+from fitting.library.library import named
+from fitting.recordings.records import force_was_measured
+from fitting.report.figures import Stage
+from fitting.report.results import fit_result
+from fitting.report.sentences import amount
+from fitting.study.task import Task, fitted
+from mckibben_jax.effect import Effect
+from mckibben_jax.model import with_effects
+
+
+@dataclass(frozen=True)
+class Discovery:
+    """The steps, the task with the final model, its comparison with the data, and what is said of it."""
+
+    stages: tuple[Stage, ...]
+    task: Task
+    comparison: Comparison
+    diagnosis: Diagnosis
+
+
+def discovered(task: Task, candidates: Sequence[Effect], told: Progress) -> Discovery:
+    """Diagnose and add until nothing more can be said."""
+    steps = discover(task.experiments, task.effects, candidates=candidates, progress=told, **task.asked)
+    effects, stages = task.effects, []
+    for number, step in enumerate(steps):
+        if number:
+            effects = with_effects(effects, [kind() for kind in named(step.effect.split("+"), task.library)])
+        words = f"+ {step.effect}" if number else step.effect
+        residual = _residual(task.with_effects(effects), step)
+        stages.append(Stage(words, step.rmse, step.held_out_rmse, step.verdict, residual))
+    final = task.with_effects(effects)
+    return Discovery(tuple(stages), final, compare(fitted(final), final.experiments), steps[-1].diagnosis)
+
+
+@dataclass(frozen=True)
+class OnMotions:
+    """The model before and after a discovery, fitted to the positions themselves by the equation of motion."""
+
+    before: Fit
+    after: Fit
+
+    @property
+    def confirmed(self) -> bool:
+        """Whether the motions too are described better; with nothing added there is nothing to confirm."""
+        return self.after is self.before or self.after.rmse < WORTH_IT * self.before.rmse
+
+
+def on_motions(task: Task, found: Discovery, told: Progress) -> OnMotions | None:
+    """Where no force was measured a discovery reads motions as force, which sees no break-away and no standstill: the
+    equation of motion has the last word. None where force was measured: then it was in the fit already."""
+    if force_was_measured(task.experiments):
+        return None
+    told("fitting the motions themselves, before", 0.9)
+    before = fitted(task)
+    if found.task.names == task.names:
+        return OnMotions(before, before)
+    told("fitting the motions themselves, after", 0.95)
+    known = {**before.values, **found.comparison.fit.values}
+    after = fitted(replace(task.with_effects(found.task.effects), known=known))
+    return OnMotions(before, after)
+
+
+def on_motions_in_words(motions: OnMotions) -> str:
+    """What the equation of motion says of the model that was found."""
+    before, after = (amount(fit.rmse, "m") for fit in (motions.before, motions.after))
+    if motions.after is motions.before:
+        return f"On the positions themselves (equation of motion) the model errs by {after}."
+    told = f"On the positions themselves (equation of motion): {before} -> {after}"
+    if motions.confirmed:
+        return f"{told}. They confirm the model."
+    return f"{told}. They do not confirm the model, which holds only as far as motions can be read as force."
+
+
+def on_motions_result(motions: OnMotions | None) -> dict[str, Any]:
+    """The same for machines; nothing where force was measured."""
+    if motions is None:
+        return {}
+    told = {"rmse_before_m": motions.before.rmse, "confirmed": motions.confirmed}
+    return {"motion": fit_result(motions.after) | told}
+
+
+def _residual(task: Task, step: Step) -> np.ndarray:
+    """What the model of a step misses on every sample; the diagnosis itself may have looked at fewer."""
+    return evaluate(task.experiments, task.effects, step.diagnosis.baseline.values, (), task.own).residual

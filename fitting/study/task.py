@@ -1,0 +1,287 @@
+"""From what was typed to what is to be done: data sets, effects with their values, and what may vary."""
+
+import dataclasses
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import jax.numpy as jnp
+
+from fitting import full_names, units
+from fitting.cli.options import Asked
+from fitting.errors import InputError, unknown_name
+from fitting.least_squares.evaluate import evaluate
+from fitting.least_squares.fit import Fit, fit, free_names
+from fitting.library.library import library, named
+from fitting.model_files.model_file import ModelFile, check_range, read_model
+from fitting.problem.priors import Prior
+from fitting.problem.unknowns import Unknowns, unknowns
+from fitting.recordings.experiment import read_experiment, read_single
+from fitting.recordings.records import TESTS, Experiment
+from fitting.study.baseline import BASELINE
+from mckibben_jax.effect import Effect, name_of
+from mckibben_jax.model import model, with_effects
+from mckibben_jax.muscle import quantities
+
+MODEL_FILE = "model.toml"
+
+
+@dataclass(frozen=True)
+class Task:
+    """Data sets and a model with starting values; `known` are values that were fitted before, by full name."""
+
+    experiments: tuple[Experiment, ...]
+    effects: tuple[Effect, ...]
+    known: dict[str, float]
+    fix: tuple[str, ...]
+    free: tuple[str, ...]
+    own: tuple[str, ...]
+    origin: str  # where the model comes from, in words
+    library: dict[str, type[Effect]]
+    starts: int
+    seed: int
+    shooting: int = 0  # stretches of a motion, in search of where to begin
+    priors: dict[str, Prior] = dataclasses.field(default_factory=dict)  # as model.toml states them
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The effects' names."""
+        return tuple(name_of(effect) for effect in self.effects)
+
+    @property
+    def layout(self) -> Unknowns:
+        """Everything that may vary."""
+        return unknowns(self.experiments, self.effects, self.own)
+
+    @property
+    def asked(self) -> dict[str, Any]:
+        """What was asked of the parameters and of chance: arguments of every function that fits."""
+        return {"fix": self.fix, "free": self.free, "own": self.own, "seed": self.seed}
+
+    def varying(self, layout: Unknowns) -> tuple[str, ...]:
+        """The names that a fit lets vary."""
+        return free_names(layout, self.fix, self.free)
+
+    def with_effects(self, effects: Sequence[Effect]) -> "Task":
+        """The same with another set of effects."""
+        return dataclasses.replace(self, effects=tuple(effects))
+
+
+def task_of(asked: Asked) -> Task:
+    """Read the data and the model, and check every name before anything is computed."""
+    known = library(asked.effect_file, asked.define)
+    experiments = _distinct(read_data(asked))
+    stored, effects, origin = _model(asked, experiments, known)
+    task = Task(
+        experiments=experiments,
+        effects=effects,
+        known=_known(stored, experiments),
+        fix=(*asked.fix, *_fixed(stored, asked)),
+        free=asked.free,
+        own=asked.own,
+        origin=origin,
+        library={**known, **{name_of(effect): type(effect) for effect in effects}},
+        starts=max(asked.starts, 1),
+        seed=asked.seed,
+        shooting=asked.shooting,
+        priors=stored.priors if stored else {},
+    )
+    task = _with_settings(task, asked.settings)
+    _check(task, asked)
+    return task
+
+
+def cited_task(asked: Asked) -> Task:
+    """A task that may do without data: then the model file that is named, or the effects, or the baseline."""
+    if asked.data:
+        return task_of(asked)
+    known = library(asked.effect_file, asked.define)
+    if asked.model:
+        effects = read_model(asked.model, known).effects
+    else:
+        effects = tuple(kind() for kind in (named(asked.effects, known) or BASELINE))
+    return Task((), effects, {}, (), (), (), "as asked", known, 1, asked.seed)
+
+
+def fitted(task: Task) -> Fit:
+    """The task's model fitted to its data."""
+    layout = task.layout
+    if not task.varying(layout):
+        return evaluate(task.experiments, task.effects, task.known, (), task.own)
+    return fit(
+        task.experiments, task.effects, start=task.known, starts=task.starts, shooting=task.shooting, **task.asked
+    )
+
+
+def as_known(task: Task) -> tuple[Fit, tuple[str, ...]]:
+    """The task's model at the values that are known; what is not known is fitted first, and named."""
+    layout = task.layout
+    free = task.varying(layout)
+    missing = tuple(name for name in free if name not in task.known)
+    if missing == free and free:
+        return fitted(task), missing
+    values = task.known
+    if missing:
+        held = tuple(name for name in layout.names if name in task.known)
+        values = fitted(dataclasses.replace(task, fix=(*task.fix, *held))).values
+    return evaluate(task.experiments, task.effects, values, free, task.own), missing
+
+
+# --------------------------------------------------------------------------------------------------------------- data
+
+
+def read_data(asked: Asked) -> tuple[Experiment, ...]:
+    """The data sets: folders, or a single CSV with its muscle and kind of test."""
+    return tuple(_read(Path(path), asked) for path in asked.data)
+
+
+def _read(path: Path, asked: Asked) -> Experiment:
+    if path.is_dir() or path.name == "muscle.toml":
+        return read_experiment(path)
+    if not path.exists():
+        raise InputError("no such file or folder", path, cure="name a folder with muscle.toml, or a CSV file")
+    muscle_file = Path(asked.muscle) if asked.muscle else path.parent / "muscle.toml"
+    if not muscle_file.exists():
+        raise InputError("a single file needs its muscle", path, cure=f"add --muscle muscle.toml ({muscle_file})")
+    if not asked.test:
+        cure = f"add --test with one of {', '.join(TESTS)}"
+        raise InputError("a single file needs its kind of test", path, cure=cure)
+    return read_single(path, muscle_file, asked.test)
+
+
+def _distinct(experiments: tuple[Experiment, ...]) -> tuple[Experiment, ...]:
+    """Parameters of a data set go by its name, so that two of one name would share them."""
+    names = [e.name for e in experiments]
+    if len(set(names)) < len(names):
+        experiments = tuple(dataclasses.replace(e, name=e.folder.resolve().name) for e in experiments)
+    if len({e.name for e in experiments}) < len(experiments):
+        raise InputError("a data set is given twice", value=experiments[0].name, cure="name each once")
+    return experiments
+
+
+# -------------------------------------------------------------------------------------------------------------- model
+
+
+def _model(
+    asked: Asked, experiments: Sequence[Experiment], known: dict[str, type[Effect]]
+) -> tuple[ModelFile | None, tuple[Effect, ...], str]:
+    """The model file if one counts, the effects, and where they come from in words."""
+    if asked.model and (asked.effects or asked.baseline):
+        raise InputError("--model beside --effects or --baseline", cure="name the model in one way only")
+    chosen = [kind() for kind in named(asked.effects, known)]
+    if asked.baseline:
+        return None, with_effects([kind() for kind in BASELINE], chosen), "the baseline, as asked"
+    if chosen:
+        return None, tuple(chosen), "as asked"
+    beside = experiments[0].folder / MODEL_FILE
+    if asked.model or beside.is_file():
+        stored = read_model(asked.model or beside, known)
+        unused = [e.name for e in experiments[1:] if not asked.model and (e.folder / MODEL_FILE).is_file()]
+        beside_it = f"; the model files of {', '.join(unused)} are not used" if unused else ""
+        return stored, stored.effects, f"from {stored.path}{beside_it}"
+    return None, tuple(kind() for kind in BASELINE), "the baseline: there is no model.toml beside the data"
+
+
+def _known(stored: ModelFile | None, experiments: Sequence[Experiment]) -> dict[str, float]:
+    """Fitted values; those of the muscle only where these are the data that they were fitted to."""
+    if stored is None:
+        return {}
+    same = stored.fitted_to(experiments)
+    values = {name: value for name, value in stored.values.items() if same or not name.startswith("muscle.")}
+    if len(experiments) > 1:  # the first data set's are written without its name
+        first = experiments[0].name
+        values |= {full_names.of_set(name, first): value for name, value in values.items() if "@" not in name}
+    return values
+
+
+def _fixed(stored: ModelFile | None, asked: Asked) -> tuple[str, ...]:
+    """What the model file holds fixed, the geometry apart: that is a matter of muscle.toml."""
+    if stored is None:
+        return ()
+    fixed = (name for name, state in stored.states.items() if state == "fixed" and not name.startswith("muscle."))
+    return tuple(name for name in fixed if name not in asked.free)
+
+
+# ------------------------------------------------------------------------------------------------- settings and names
+
+
+def _with_settings(task: Task, settings: Sequence[str]) -> Task:
+    for setting in settings:
+        name, sign, text = setting.partition("=")
+        if not sign:
+            raise InputError("--set needs NAME=VALUE", value=setting, cure="for example --set muscle.radius='7.1 mm'")
+        task = _with_setting(task, name.strip(), text.strip())
+    return task
+
+
+def _with_setting(task: Task, name: str, text: str) -> Task:
+    """One value changed, and held there unless `--free` names it."""
+    entries = {entry.name: entry for entry in task.layout.entries}
+    chosen = [full for full in entries if name in (full, full_names.common(full))]
+    if not chosen:
+        raise unknown_name("parameter", name, _plain(entries))
+    unit = entries[chosen[0]].unit
+    value = units.to_si(text, unit, name)
+    if not name.startswith("muscle."):
+        check_range(name, value, entries[chosen[0]].lower, entries[chosen[0]].upper, unit)
+    experiments = tuple(_resized(e, name, value) for e in task.experiments)
+    known = {**task.known, **dict.fromkeys(chosen, value)}
+    fix = task.fix if name in task.free else (*task.fix, name)
+    effects = tuple(_reset(effect, name, value) for effect in task.effects)
+    return dataclasses.replace(task, experiments=experiments, known=known, fix=fix, effects=effects)
+
+
+def _reset(effect: Effect, name: str, value: float) -> Effect:
+    owner, _, key = name.partition(".")
+    return dataclasses.replace(effect, **{key: jnp.asarray(value)}) if owner == name_of(effect) else effect
+
+
+def _resized(experiment: Experiment, name: str, value: float) -> Experiment:
+    plain, _, dataset = name.partition("@")
+    owner, _, key = plain.partition(".")
+    if owner != "muscle" or dataset not in ("", experiment.name):
+        return experiment
+    muscle = dataclasses.replace(experiment.muscle, **{key: value})
+    priors = {name: prior for name, prior in experiment.priors.items() if name != plain}
+    return dataclasses.replace(experiment, muscle=muscle, priors=priors)
+
+
+def _plain(names: Iterable[str]) -> list[str]:
+    """Full names as people type them, and every quantity of a muscle."""
+    return sorted({full_names.common(name) for name in names} | {f"muscle.{name}" for name in quantities()})
+
+
+def _check(task: Task, asked: Asked) -> None:
+    names = {name for full in task.layout.names for name in (full, full_names.common(full))}
+    for option, given in (("--fix", asked.fix), ("--free", asked.free), ("--own", asked.own)):
+        for name in given:
+            if name not in names:
+                raise unknown_name(f"parameter in {option}:", name, sorted(names))
+    both = set(asked.fix) & set(asked.free)
+    if both:
+        raise InputError(f"{min(both)} is both in --fix and --free", cure="name it in one of them")
+    if not any(effect.stage == "stored" for effect in task.effects):
+        cure = f"add {name_of(BASELINE[0])}"
+        raise InputError("no effect of the model pulls", value=", ".join(task.names), cure=cure)
+    check_needs(task)
+
+
+def check_needs(task: Task) -> None:
+    """Refuse a model with an effect that lacks what it needs, naming the line to add."""
+    for experiment in task.experiments:
+        whole = model(experiment.muscle, *task.effects)
+        for effect in task.effects:
+            for need in whole.missing_needs(effect):
+                measured = need in quantities()
+                cure = _need_in_words(need, task.library)
+                where = experiment.folder / "muscle.toml" if measured else None
+                raise InputError(f"{name_of(effect)} needs {need.replace('_', ' ')}", where, cure=cure)
+
+
+def _need_in_words(need: str, known: dict[str, type[Effect]]) -> str:
+    if need in quantities():
+        unit, meaning = quantities()[need]
+        return f'write {need} = "{units.example(unit)}", with your value, into [muscle] ({meaning})'
+    givers = [name for name, kind in known.items() if need in kind.gives and not kind.rival]
+    return f"add one of {', '.join(givers)} to the model"

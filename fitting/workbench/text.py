@@ -1,0 +1,169 @@
+"""What the workbench says, as HTML and as text."""
+
+import html
+from collections.abc import Mapping
+from importlib import resources
+from typing import Any
+
+from fitting.diagnosis.record import Diagnosis
+from fitting.errors import InputError
+from fitting.report.diagnosis_parts import NOTICED, TERMS, UNIT, meanings
+from fitting.report.fall import fall_html
+from fitting.report.parts import pictures_style
+from fitting.report.sentences import (
+    amount,
+    data_in_words,
+    fit_in_words,
+    leading_in_words,
+    most_alike,
+    p_in_words,
+    remark,
+    stand_ins_in_words,
+)
+from fitting.report.terminal import sorted_evidence
+from fitting.workbench.session import Session, Step, in_own_units, where_we_are
+
+MOST_OFFERED = 8
+WELCOME = """Open a data set. You then see the ideal muscle with dry friction beside what was measured. **Run the
+diagnosis** to learn which effect is missing, **add** it with a click, and watch the error fall. To try it first, choose
+`muscle_b` from the data that come with the program: something is hidden in it."""
+DESIGN = """\
+[muscle]
+length = "300 mm"
+wall_thickness = "1 mm"
+shear_modulus = "0.54 MPa"
+radius = "8 mm"
+braid_angle = "20 deg"
+
+[variables]
+braid_angle = ["12 deg", "40 deg"]
+radius = ["4 mm", "12 mm"]
+
+[objective]
+maximise = "force"
+at = { contraction = 0.1, pressure = "5 bar" }
+
+[[constraint]]
+quantity = "stroke"
+at = { pressure = "5 bar" }
+min = "20 %"
+"""
+
+
+def style() -> str:
+    """The looks of everything that is no element of the user interface."""
+    own = resources.files("fitting.workbench").joinpath("workbench.css").read_text(encoding="utf-8")
+    return f"<style>{pictures_style()}{own}</style>"
+
+
+def heading(text: str, level: int = 2) -> str:
+    """A heading of the workbench."""
+    return f'<div class="bench"><h{level}>{html.escape(text)}</h{level}></div>'
+
+
+def plain(title: str, text: str) -> str:
+    """What the terminal would say, under a heading."""
+    return f'{heading(title)}<div class="bench"><pre tabindex="0">{html.escape(text)}</pre></div>'
+
+
+def progress(words: str, share: float) -> str:
+    """What is under way."""
+    said = html.escape(words)
+    bar = f'<progress aria-label="{said}" max="1" value="{share:.3f}"></progress>'
+    return f'<div class="bench" role="status"><p>{said} ...</p>{bar}</div>'
+
+
+@in_own_units
+def headline(session: Session) -> str:
+    """Where the session stands, and what there is to be wary of."""
+    step = session.last
+    about = f"{data_in_words(step.task.experiments)}. Model: {' + '.join(step.task.names)}."
+    lines = [f'<p class="about">{html.escape(about)}</p>']
+    lines.append(f'<p class="verdict">{html.escape(where_we_are(session))}</p>')
+    if step.diagnosis is not None:
+        told = meanings(step.diagnosis, step.task)
+        lines += [f"<p><b>{html.escape(name)}</b>: {html.escape(words)}</p>" for name, words in told]
+    if step.diagnosis is not None and step.comparison is not None:
+        found = step.diagnosis
+        said = (leading_in_words(found), p_in_words(found), *stand_ins_in_words(found))
+        lines += [f"<p>{html.escape(text)}</p>" for text in said if text]
+    if step.fit is not None:
+        lines += [f"<p>{html.escape(text)}</p>" for text in fit_in_words(step.fit)]
+    return f'<div class="bench" role="status">{"".join(lines)}</div>'
+
+
+@in_own_units
+def fall(session: Session) -> str:
+    """How the error fell so far; empty before the first fit."""
+    compared = session.last.comparison
+    return "" if compared is None else fall_html(session.stages, compared.floor, compared.unit)
+
+
+def offered(step: Step | None) -> list[str]:
+    """What can be added with a click, the most promising first: explanations of several effects, then single ones."""
+    if step is None or step.diagnosis is None:
+        return []
+    helping, idle, _ = sorted_evidence(step.diagnosis)
+    sets = [" + ".join(names) for names in step.diagnosis.explanations if len(names) > 1]
+    return list(dict.fromkeys([*sets, *(e.name for e in (*helping, *idle))]))[:MOST_OFFERED]
+
+
+@in_own_units
+def evidence(step: Step, buttons: Mapping[str, Any]) -> str:
+    """What each effect would do, with the button that adds it."""
+    assert step.diagnosis is not None  # the caller has looked
+    found, rows = step.diagnosis, []
+    for name, button in buttons.items():
+        *cells, note = _cells(found, name)
+        told = "".join(f"<td>{html.escape(cell)}</td>" for cell in cells)
+        rows.append(f'<tr><td>{button}</td>{told}<td class="words">{html.escape(note)}</td></tr>')
+    heads = ("effect", "error with it", "on runs left out", NOTICED, "most alike")
+    head = "".join(f'<th scope="col">{text}</th>' for text in heads) + "<td></td>"
+    _, _, blind = sorted_evidence(found)
+    unseen = "; ".join(f"{', '.join(names)}: {why}" for why, names in blind.items())
+    table = f'<div class="scroll"><table><thead><tr>{head}</tr></thead><tbody>{"".join(rows)}</tbody></table></div>'
+    tail = f"<p class='about'>Cannot be seen here: {html.escape(unseen)}</p>" if unseen else ""
+    return f'<div class="bench"><h2>Which effects could explain it</h2>{table}{_terms()}{tail}</div>'
+
+
+def _terms() -> str:
+    words = "".join(f"<div><dt>{term}</dt><dd>{text}</dd></div>" for term, text in TERMS if term != "imitated")
+    return f'<dl class="terms">{words}</dl>'
+
+
+def _cells(found: Diagnosis, name: str) -> tuple[str, ...]:
+    """One row behind the button, which says the name: errors, detection limit, what is most alike, and a note."""
+    e = found.effects.get(name)
+    if e is None:  # a set of several
+        tried = next(t for t in found.tried if " + ".join(t.effects) == name)
+        return amount(tried.rmse, UNIT), amount(tried.held_out_rmse, UNIT), "", "", "explains the data"
+    values = (amount(value, UNIT) for value in (e.rmse, e.held_out_rmse, e.detection_limit))
+    return *values, most_alike(e), remark(e)
+
+
+@in_own_units
+def error_now(step: Step, error: float, moved: Mapping[str, float]) -> str:
+    """The error at the values of the sliders."""
+    unit = "N" if step.comparison is None else step.comparison.unit
+    if step.comparison is None:
+        return f'<p class="now" role="status">At the starting values: {amount(error, unit)}.</p>'
+    if not moved:
+        words = f"As fitted: {amount(error, unit)}. Move a parameter and the loops follow."
+        return f'<p class="now" role="status">{words}</p>'
+    fitted = amount(step.comparison.rmse, unit)
+    return f'<p class="now" role="status">With {", ".join(moved)} moved: {amount(error, unit)} (fitted: {fitted}).</p>'
+
+
+def as_script(dataset: str | None) -> str:
+    """What the notebook prints when it is run as a script: the comparison of one data set, or how to open one."""
+    if dataset is None:
+        return "mckibben workbench [DATASET] serves this notebook; python workbench.py DATASET compares."
+    from fitting.cli.options import Asked
+    from fitting.workbench.serving import data_folder
+    from fitting.workbench.session import begun, opened
+
+    try:
+        session = begun(opened(Asked(data=(str(data_folder(dataset)),))), lambda *_: None)
+    except InputError as error:
+        return str(error)
+    return where_we_are(session)
