@@ -25,7 +25,7 @@ with app.setup(hide_code=True):
     from fitting.workbench import text as words
     from fitting.errors import InputError
     from fitting.workbench.job import Job
-    from fitting.cli.options import Asked
+    from fitting.study.asked import Asked
     from fitting.workbench.serving import asked, data_folder
     from fitting.shipped import shipped_names
 

@@ -2,9 +2,9 @@
 
 from small_muscle import loops, write
 
-from fitting.cli.options import Asked
 from fitting.comparison.compare import compare
 from fitting.diagnosis.record import Diagnosis, Evidence, Explanation, Leading
+from fitting.study.asked import Asked
 from fitting.study.task import fitted, task_of
 
 EVIL = "<script>alert(1)</script> & $x_1 'it'"

@@ -14,12 +14,12 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from small_muscle import loops, write
 
-from fitting.cli.options import Asked
 from fitting.errors import InputError
 from fitting.library import expression as define_expression
 from fitting.library.library import library
 from fitting.library.line import EXAMPLE, VARIABLES, defined
 from fitting.model_files.model_file import read_model, write_model
+from fitting.study.asked import Asked
 from fitting.study.task import fitted, task_of
 from mckibben_jax.effect import name_of
 from mckibben_jax.parameter import parameters

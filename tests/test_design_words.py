@@ -7,7 +7,7 @@ from designing import ALONE, BAR, IDEAL, MUSCLE, RANGES, TASK, quantity
 
 from fitting.designs.answer import answer
 from fitting.designs.order import DesignOrder
-from fitting.report.design_text import describe, odds_in_words
+from fitting.report.design_text import answer_in_words, describe, odds_in_words
 from mckibben_jax.design.design import Task, design
 from mckibben_jax.design.merit import built
 from mckibben_jax.design.pareto import Second
@@ -17,7 +17,7 @@ from mckibben_jax.design.scatter import Odds
 def test_where_one_design_is_best_in_both_that_is_said():
     task = Task(MUSCLE, {"radius": RANGES["radius"]}, "force", {"contraction": 0.1, "pressure": BAR}, (), IDEAL)
     found = answer(DesignOrder(task, {}, None, Second("gas_volume", {"contraction": 0.1})), {})
-    assert found.words.startswith("no trade-off: one design is best in force and in gas_volume")
+    assert answer_in_words(found).startswith("no trade-off: one design is best in force and in gas_volume")
     assert float(found.first.muscle.radius) == pytest.approx(RANGES["radius"][1])
 
 

@@ -9,11 +9,12 @@ from small_muscle import loops, write
 from test_inverse_dynamics import released
 
 from fitting.cli.main import main
-from fitting.cli.options import Asked
 from fitting.library.library import library
 from fitting.model_files.model_file import read_model
+from fitting.report.changes import on_motions_in_words, on_motions_result
 from fitting.study import discovering
-from fitting.study.discovering import on_motions, on_motions_in_words, on_motions_result
+from fitting.study.asked import Asked
+from fitting.study.discovering import on_motions
 from fitting.study.task import task_of
 from mckibben_jax.effects import ViscousDamping
 

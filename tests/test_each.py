@@ -12,11 +12,11 @@ from click.testing import CliRunner
 from small_muscle import loops, write
 
 from fitting.cli.each.run import each, here, on
-from fitting.cli.each.sets import data_sets
 from fitting.cli.each.work import Order
 from fitting.cli.main import main
-from fitting.cli.options import Asked
 from fitting.errors import InputError
+from fitting.study.asked import Asked
+from fitting.study.data_sets import data_sets
 
 MISSING = (0.0, 100.0, 200.0, 300.0)  # N per contraction of an elastic pull: one muscle differs from the next
 

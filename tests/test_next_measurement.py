@@ -23,13 +23,15 @@ from fitting.least_squares.fit import fit
 from fitting.planning import next_measurement as nm
 from fitting.planning.candidates import FASTER, MUCH_FASTER, NODES, grid, on_specimen, shown, simulation
 from fitting.planning.foreseen import Varying
-from fitting.planning.protocol import Plan, plan_of, plan_report, plan_result
 from fitting.planning.rejection import Drawn, Units
 from fitting.planning.separation import Outlook, Readings, of_means
 from fitting.planning.sharper import sharper
 from fitting.problem.residuals import thinned
 from fitting.recordings.experiment import read_experiment
+from fitting.report.plans import plan_report, plan_result
 from fitting.report.terminal import console
+from fitting.study.asked import Asked
+from fitting.study.plan import Plan, plan_of
 from mckibben_jax.effect import name_of
 from mckibben_jax.effects import LIBRARY, CoulombFriction, IdealCylinder
 
@@ -275,15 +277,17 @@ def test_what_no_recording_separates_is_said(one_pressure):
     tied = left_tied(one_pressure[2], "force_offset", "weight")
     assert nm.next_measurement(tied, [one_pressure[2]]) is None
     task = SimpleNamespace(experiments=(one_pressure[2],), library=KNOWN, fix=(), free=(), own=(), seed=0)
-    plan = plan_of(task, tied, ["folder"])
+    plan = plan_of(task, tied)
     assert plan.tied == ((("force_offset",), ("weight",)),)
-    assert "as now" in plan.expected
     assert plan.instruments == ("force_offset",)
-    assert plan_result(plan, tied)["next_measurement"] is None
+    result = plan_result(plan, "folder/model.toml")
+    assert "as now" in result["expected_verdict"]
+    assert result["next_measurement"] is None
 
 
 def test_a_gauge_is_told_from_a_muscle_by_venting():
-    plan = Plan("", (), ((("pressure_offset",), ("dead_band",)),), "", None, (), ("pressure_offset",))
+    rivals = (("pressure_offset",), ("dead_band",))
+    plan = Plan(SimpleNamespace(verdict="one of"), rivals, (), (rivals,), None, ("pressure_offset",))
     assert "vented" in shown_words(plan)
     assert "vented" not in shown_words(replace(plan, instruments=()))
 
@@ -291,7 +295,7 @@ def test_a_gauge_is_told_from_a_muscle_by_venting():
 def shown_words(plan):
     out = console()
     with out.capture() as captured:
-        for thing in plan_report(plan):
+        for thing in plan_report(plan, "model.toml"):
             out.print(thing)
     return captured.get()
 
@@ -300,8 +304,8 @@ def shown_words(plan):
 def test_a_rehearsal_names_the_model_that_was_given(one_pressure, model, named):
     tied = left_tied(one_pressure[2], "viscous_damping", "linear_spring")
     task = SimpleNamespace(experiments=(one_pressure[2],), library=KNOWN, fix=(), free=(), own=(), seed=0)
-    plan = plan_of(task, tied, ["folder"], model)
-    rehearsed = [command for command in plan.simulate if command]
+    result = plan_result(plan_of(task, tied), Asked(data=("folder",), model=model).model_file)
+    rehearsed = [step["simulate"] for step in result["protocol"] if step["simulate"]]
     assert rehearsed
     assert all(f"mckibben simulate {named} " in command for command in rehearsed)
 

@@ -19,10 +19,10 @@ from fitting import units
 from fitting.cli.main import main
 from fitting.diagnosis.record import Evidence
 from fitting.report.alike_groups import groups
-from fitting.report.figures import Stage
 from fitting.report.page import page
 from fitting.report.parts import Section
 from fitting.study.discovering import discovered
+from fitting.study.stages import Stage
 from mckibben_jax.effects import LinearSpring
 
 

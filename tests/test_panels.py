@@ -8,17 +8,17 @@ from hidden.simulator import Muscle, Noise, Truth, dataset, static, with_baselin
 from hidden.simulator import write as write_hidden
 from small_muscle import loops, write
 
-from fitting.cli.options import Asked
 from fitting.comparison.compare import compare
 from fitting.problem.residuals import problem
 from fitting.problem.unknowns import unknowns
 from fitting.recordings.experiment import read_experiment
 from fitting.recordings.records import Run
 from fitting.report import figures, maps
-from fitting.report.figures import Stage
 from fitting.report.loops_picture import frame
 from fitting.report.page import page
 from fitting.report.panels import Panel, panels
+from fitting.study.asked import Asked
+from fitting.study.stages import Stage
 from fitting.study.task import fitted, task_of
 from mckibben_jax.effects import IdealCylinder
 

@@ -7,11 +7,12 @@ import numpy as np
 import pytest
 from small_muscle import loops, write
 
-from fitting.diagnosis.proposal import Misfit, misfit_of, proposal_in_words, proposal_result, propose, proposed
+from fitting.diagnosis.proposal import Misfit, misfit_of, propose, proposed
 from fitting.diagnosis.proposal_terms import line_of, terms
 from fitting.least_squares.fit import fit
 from fitting.library.line import VARIABLES, defined
 from fitting.recordings.experiment import read_experiment
+from fitting.report.proposals import proposal_in_words, proposal_result
 from mckibben_jax.effects import CoulombFriction, IdealCylinder
 from mckibben_jax.muscle import Muscle
 from mckibben_jax.parameter import parameters

@@ -10,10 +10,10 @@ from fitting.comparison.compare import Row, Table, compare
 from fitting.diagnosis.record import Leading
 from fitting.least_squares.fit import fit
 from fitting.planning.next_measurement import PairPower
-from fitting.planning.protocol import _expected
 from fitting.recordings.experiment import read_experiment
 from fitting.recordings.records import OF_MOTION
 from fitting.report.next_step import after_diagnosis
+from fitting.report.plans import _expected
 from fitting.report.sentences import (
     amount,
     judged,
@@ -260,7 +260,8 @@ def test_a_plan_says_how_often_it_decides(power):
     tip, cones = ("tip",), ("conical_ends",)
     step = SimpleNamespace(pairs=(PairPower(tip, cones, power, 20.0),), power=power)
     tied = () if power > 0.8 else ((tip, cones),)
-    said = _expected(SimpleNamespace(verdict="one of"), (step,), tied)
+    plan = SimpleNamespace(diagnosis=SimpleNamespace(verdict="one of"), separates=True, steps=(step,), tied=tied)
+    said = _expected(plan)
     assert "other pairs" not in said
     assert ("uniquely" in said) == (power > 0.8)
     assert ("told apart in 75 % of the cases" in said) == (power < 0.8)

@@ -4,10 +4,10 @@ import pytest
 from folders import folder_of, loop_columns, table
 
 from fitting.cli.commands import simulate, sweep
-from fitting.cli.options import Asked
 from fitting.designs.sweep_files import KINDS
 from fitting.errors import InputError
 from fitting.recordings.records import TESTS
+from fitting.study.asked import Asked
 from fitting.study.task import task_of
 
 

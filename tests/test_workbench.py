@@ -14,10 +14,10 @@ import pytest
 from served import COMMAND, Served
 from small_muscle import LENGTH, loops, write
 
-from fitting.cli.options import Asked
 from fitting.errors import InputError
 from fitting.library.library import library
 from fitting.model_files.model_file import read_model
+from fitting.study.asked import Asked
 from fitting.workbench import data as dropping
 from fitting.workbench import home
 from fitting.workbench import session as bench

@@ -2,13 +2,14 @@
 
 from fitting.cli.run import Study
 from fitting.comparison.compare import compare
-from fitting.report.figures import Stage
+from fitting.report.changes import change_in_words
 from fitting.report.page import write_page
 from fitting.report.results import comparison_result, diagnosis_result, fit_result, steps_result
 from fitting.report.sentences import judged, kind_in_words, verdict_in_words
 from fitting.report.terminal import diagnosis_report, headed, steps_report
-from fitting.study.changing import change, told_in_words, with_added
+from fitting.study.changing import change, with_added
 from fitting.study.diagnosing import diagnosed
+from fitting.study.stages import Stage
 from fitting.study.task import fitted
 
 
@@ -31,7 +32,7 @@ def demonstrate(study: Study) -> None:
             done = change(task, final, words, told)
         stages.append(done.stages[-1])
         last = done.comparison
-        study.print([headed("ADD", told_in_words(done, last.unit), "bold"), *steps_report(stages, last.unit)])
+        study.print([headed("ADD", change_in_words(done, last.unit), "bold"), *steps_report(stages, last.unit)])
     write_page(str(study.asked.html), final, last, found, stages)
     study.print([headed("WRITTEN", f"{study.asked.html}: {verdict_in_words(found)}")])
     study.print([headed("NEXT", f"mckibben demo {task.experiments[0].folder.name} --reveal")])

@@ -2,7 +2,7 @@
 
 import os
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -10,9 +10,10 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from fitting.cli.options import Asked
 from fitting.compiled.prepare import prepare
 from fitting.errors import InputError
+from fitting.progress import Progress
+from fitting.study.asked import Asked
 from fitting.units import own_units, spoken
 
 if TYPE_CHECKING:
@@ -22,7 +23,6 @@ if TYPE_CHECKING:
 
 NOT_CONVERGED = 3
 NO_RESULT = (".csv", ".tsv", ".toml", ".py")  # what people write, and no command hands out where it likes
-Progress = Callable[[str, float], None]
 
 
 @dataclass(frozen=True)
@@ -113,10 +113,11 @@ def errors_for_machines(path: str | None) -> Iterator[None]:
 def progress_bar(words: str, quiet: bool) -> Iterator[Progress]:
     """A bar that is gone when the work is done; nothing where nobody looks."""
     from rich.console import Console
-    from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
+    from rich.progress import BarColumn, SpinnerColumn, TextColumn, TimeElapsedColumn
+    from rich.progress import Progress as Bars
 
     shown = Console(stderr=True, quiet=quiet)
     columns = (SpinnerColumn(), TextColumn("{task.description}", markup=False), BarColumn(), TimeElapsedColumn())
-    with Progress(*columns, console=shown, transient=True, disable=quiet or not shown.is_terminal) as bar:
+    with Bars(*columns, console=shown, transient=True, disable=quiet or not shown.is_terminal) as bar:
         number = bar.add_task(words, total=None)
         yield lambda text, share: bar.update(number, description=text, completed=share, total=1.0)

@@ -9,7 +9,7 @@ from fitting.errors import InputError
 from fitting.least_squares.fit import Fit
 from fitting.model_files.model_file import is_edited, write_model
 from fitting.report.terminal import headed, to_type
-from fitting.study.task import MODEL_FILE
+from fitting.study.asked import MODEL_FILE
 
 
 def save(study: Study, fit: Fit, after: str | None = None) -> list[RenderableType]:

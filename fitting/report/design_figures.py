@@ -1,13 +1,17 @@
 """Pictures of designs: the muscle to scale, at rest and contracted, and trade-offs."""
 
 from collections.abc import Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from fitting import units
+from fitting.designs.answer import Answer
+from fitting.errors import InputError
 from fitting.report.design_text import named
 from fitting.report.figures import BLUE, INK, ORANGE
+from fitting.writing import write_whole
 from mckibben_jax.design.design import Design, Task
 from mckibben_jax.design.merit import QUANTITIES, built
 from mckibben_jax.design.pareto import Second
@@ -18,6 +22,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+PICTURES = (".svg", ".pdf", ".png")
 STRANDS = 10  # drawn of each family
 FITTING = 0.08  # length of an end fitting over that of the muscle
 SETTINGS: dict[Any, Any] = {
@@ -113,3 +118,22 @@ def trade_off(found: Sequence[Design], second: Second) -> "Figure":
         axes.set_xlabel(f"{named(second.quantity, second.at)}" + (f" [{x_unit}]" if x_unit else ""))
         axes.set_ylabel(f"{named(first.objective, first.at)}" + (f" [{y_unit}]" if y_unit else ""))
     return figure
+
+
+def draw(found: Answer, path: str) -> None:
+    """Write the picture of an answer: the muscle to scale, or the trade-off."""
+    kind = check_kind(path)
+    if len(found.designs) > 1 and found.order.second:
+        figure = trade_off(found.designs, found.order.second)
+    else:
+        pressure, stroke = stroke_of(found.order.task, found.first)
+        figure = to_scale(found.first.muscle, max(stroke, 0.0), pressure)
+    write_whole(path, lambda new: figure.savefig(new, dpi=150, format=kind.removeprefix(".")))
+
+
+def check_kind(path: str) -> str:
+    """The kind of a picture, by the end of its name; InputError where it cannot be drawn."""
+    kind = Path(path).suffix.lower()
+    if kind not in PICTURES:
+        raise InputError("the picture's kind is not known", path, cure=f"end its name with {', '.join(PICTURES)}")
+    return kind

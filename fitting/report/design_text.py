@@ -1,10 +1,13 @@
 """A design in words: what it is worth, which limits hold it and what they cost, how sure it is."""
 
+import dataclasses
 import math
 from collections.abc import Sequence
+from typing import Any
 
 from fitting import units
-from mckibben_jax.design.design import Design, Met
+from fitting.designs.answer import Answer
+from mckibben_jax.design.design import Design, Met, to_json
 from mckibben_jax.design.merit import CONDITIONS
 from mckibben_jax.design.pareto import Second
 from mckibben_jax.design.scatter import Odds
@@ -16,6 +19,44 @@ ONE_MORE = {"Pa": ("bar", 1e5), "m": ("mm", 1e-3), "rad": ("degree", 0.017453292
 COUNTS = {"fatigue_cycles": ("thousand cycles", 1e3)}
 LITTLE = 1e-3  # of the objective: a price below is not worth a sentence
 FEW = 3  # of a unit in a limit: of less, no whole one is spoken of
+
+
+def answer_in_words(found: Answer) -> str:
+    """For people: all that a design file asked for."""
+    if found.order.second is not None:
+        return _trade_off_in_words(found)
+    if found.odds is None:
+        return describe(found.first)
+    chance = found.order.chance
+    told = [describe(found.first), odds_in_words(found.first, found.odds, chance is not None)]
+    if chance is not None:
+        share = f"{100 * chance:g} % of the muscles made"
+        told.insert(0, f"values of limits are those that {share} keep, if normally spread; the objective is the mean")
+    return "\n".join(told)
+
+
+def _trade_off_in_words(found: Answer) -> str:
+    order, first = found.order, found.first
+    assert order.second is not None
+    if len(found.designs) > 1:
+        return front_in_words(found.designs, order.second)
+    if first.outcome == "infeasible":
+        return describe(first)
+    return (
+        f"no trade-off: one design is best in {order.task.objective} and in {order.second.quantity}\n{describe(first)}"
+    )
+
+
+def answer_result(found: Answer) -> dict[str, Any]:
+    """For machines: the design, and the trade-off or the odds that go with it."""
+    result = to_json(found.first)
+    if found.order.second is not None:
+        return result | {"front": [to_json(one) for one in found.designs]}
+    if found.odds is None:
+        return result
+    return result | {
+        "uncertainty": dataclasses.asdict(found.odds) | {"chance": found.order.chance, "unit": found.first.unit}
+    }
 
 
 def describe(found: Design) -> str:

@@ -8,10 +8,10 @@ import numpy as np
 from rich.console import RenderableType
 
 from fitting import units
-from fitting.cli.each.sets import DataSet
 from fitting.report.columns import columns
 from fitting.report.sentences import amount, percent
 from fitting.report.terminal import headed, lines
+from fitting.study.data_sets import DataSet
 
 MOST = 20  # rows, messages and parameters that are shown; the table has all
 NOT_USED, NOT_CONVERGED = "cannot be used", "not converged"

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from fitting import units
-from fitting.report.figures import Stage
 from fitting.report.sentences import NEAR_FLOOR, amount
+from fitting.study.stages import Stage
 
 
 def fall_html(stages: Sequence[Stage], floor: float, unit: str, choose: str = "") -> str:

@@ -3,7 +3,6 @@
 import io
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -13,6 +12,7 @@ from fitting.comparison.compare import Comparison, branch_name
 from fitting.diagnosis.record import Diagnosis
 from fitting.recordings.records import Experiment
 from fitting.report.panels import Panel, panels
+from fitting.study.stages import Stage
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -30,20 +30,6 @@ SETTINGS: dict[Any, Any] = {
     "ytick.major.width": 0.6, "axes.spines.top": False, "axes.spines.right": False, "figure.facecolor": "none",
     "axes.facecolor": "none", "savefig.facecolor": "none", "legend.frameon": False, "font.family": "sans-serif",
 }  # fmt: skip
-
-
-@dataclass(frozen=True)
-class Stage:
-    """One step of a study: what was added, the error then, the verdict there, and what the model missed where.
-
-    `residual` is model minus measurement of every sample that carries weight, where it is known.
-    """
-
-    added: str
-    rmse: float
-    left_out: float | None
-    verdict: str = ""
-    residual: np.ndarray | None = field(default=None, compare=False, repr=False)
 
 
 def waterfall(stages: Sequence[Stage], floor: float, unit: str = "N") -> "Figure":

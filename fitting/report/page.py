@@ -14,7 +14,6 @@ from fitting.report import figures, maps
 from fitting.report.cells import error_cells, range_cells, value_cells
 from fitting.report.diagnosis_parts import alike, effects, meanings, tried
 from fitting.report.fall import fall_html
-from fitting.report.figures import Stage
 from fitting.report.loops_picture import frame, key, loops_html, thinned_in_words
 from fitting.report.next_step import after_comparison, after_diagnosis
 from fitting.report.panels import panels
@@ -36,6 +35,7 @@ from fitting.report.sentences import (
     worst_in_words,
 )
 from fitting.report.warnings import doubts
+from fitting.study.stages import Stage
 from fitting.study.task import Task
 from fitting.writing import write_text
 

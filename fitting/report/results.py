@@ -12,7 +12,7 @@ from fitting.comparison.fingerprint import Fingerprint
 from fitting.diagnosis.record import Diagnosis, Evidence, Explanation
 from fitting.least_squares.fit import Fit
 from fitting.model_files.model_file import state_of
-from fitting.report.figures import Stage
+from fitting.study.stages import Stage
 from fitting.study.task import Task
 from fitting.version import command_line, versions
 from fitting.writing import write_text

@@ -13,7 +13,6 @@ from fitting.comparison.compare import Table as ErrorTable
 from fitting.diagnosis.record import HELPS, Diagnosis, Evidence, Explanation
 from fitting.least_squares.fit import Fit
 from fitting.report.cells import error_cells, range_cells, value_cells
-from fitting.report.figures import Stage
 from fitting.report.results import shown_names
 from fitting.report.sentences import (
     amount,
@@ -34,6 +33,7 @@ from fitting.report.sentences import (
     worst_in_words,
 )
 from fitting.report.warnings import doubts
+from fitting.study.stages import Stage
 from fitting.study.task import Task
 
 WIDTH = 110  # where the output is no terminal

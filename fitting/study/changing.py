@@ -3,22 +3,14 @@
 import dataclasses
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 from fitting import full_names
-from fitting.cli.run import Study
-from fitting.cli.saving import save
 from fitting.comparison.compare import Comparison, compare
 from fitting.errors import InputError, unknown_name
 from fitting.least_squares.evaluate import left_out_rmse
 from fitting.least_squares.fit import Fit
 from fitting.library.library import named
-from fitting.report.figures import Stage
-from fitting.report.next_step import after_change
-from fitting.report.page import write_page
-from fitting.report.results import comparison_result, fit_result
-from fitting.report.sentences import amount, percent
-from fitting.report.terminal import fit_report, headed, steps_report
+from fitting.study.stages import Stage
 from fitting.study.task import Task, check_needs, fitted
 from mckibben_jax.effect import Effect, name_of
 from mckibben_jax.model import with_effects
@@ -84,43 +76,3 @@ def change(task: Task, changed: Task, words: str, told: Callable[[str, float], N
         Stage(words, after.rmse, left_out_rmse(after), residual=after.residual),
     )
     return Change(before, after, compare(after, changed.experiments), stages)
-
-
-def run(study: Study, names: Sequence[str], how: Callable[[Task, Sequence[str]], tuple[Task, str]]) -> None:
-    """The whole command: change, print, save, write."""
-    changed, words = how(study.task, names)
-    with study.working("fitting") as told:
-        found = change(study.task, changed, words, told)
-    unit = found.comparison.unit
-    study.print([headed("RESULT", told_in_words(found, unit), "bold"), *steps_report(found.stages, unit)])
-    study.print(fit_report(found.after))
-    after = after_change(study.task.experiments, study.asked.data_again, study.asked.save)
-    study.print(save(study, found.after, after))
-    study.write(change_result(found))
-    if study.asked.html:
-        write_page(study.asked.html, changed, found.comparison, stages=found.stages)
-    study.end(found.before.converged and found.after.converged)
-
-
-def told_in_words(found: Change, unit: str) -> str:
-    """What the change did to the error, in sample and on runs left out."""
-    first, last = found.stages
-    words = f"{last.added}: error {amount(first.rmse, unit)} -> {amount(last.rmse, unit)}, "
-    words += f"on runs left out {amount(first.left_out, unit)} -> {amount(last.left_out, unit)}."
-    gain = 1 - (last.left_out / first.left_out) ** 2 if first.left_out and last.left_out else 0.0
-    if gain > 0.02:
-        return f"{words} It takes away {percent(gain)} of the squared error there."
-    return f"{words} On runs left out that is no gain: these data do not ask for the richer model."
-
-
-def change_result(found: Change) -> dict[str, Any]:
-    """The change for machines."""
-    force = found.comparison.unit
-    steps = [{"effect": s.added, f"rmse_{force}": s.rmse, f"held_out_rmse_{force}": s.left_out} for s in found.stages]
-    return {
-        **fit_result(found.after),
-        f"held_out_rmse_{force}": found.left_out,
-        "before": fit_result(found.before) | {f"held_out_rmse_{force}": found.stages[0].left_out},
-        "steps": steps,
-        "comparison": comparison_result(found.comparison),
-    }

@@ -3,7 +3,6 @@
 from collections.abc import Sequence
 from dataclasses import replace
 
-from fitting.cli.run import Progress
 from fitting.comparison.compare import Comparison, compare
 from fitting.diagnosis.diagnose import diagnose, of_force
 from fitting.diagnosis.record import Diagnosis
@@ -11,6 +10,7 @@ from fitting.errors import InputError
 from fitting.least_squares.evaluate import evaluate
 from fitting.library.library import named
 from fitting.planning.next_measurement import NextMeasurement, next_measurement
+from fitting.progress import Progress
 from fitting.recordings.records import force_was_measured
 from fitting.study.task import Task
 from mckibben_jax.effect import Effect

@@ -2,21 +2,18 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
-from fitting.cli.run import Progress
 from fitting.comparison.compare import Comparison, compare
 from fitting.diagnosis.discover import WORTH_IT, Step, discover
 from fitting.diagnosis.record import Diagnosis
 from fitting.least_squares.evaluate import evaluate
 from fitting.least_squares.fit import Fit
 from fitting.library.library import named
+from fitting.progress import Progress
 from fitting.recordings.records import force_was_measured
-from fitting.report.figures import Stage
-from fitting.report.results import fit_result
-from fitting.report.sentences import amount
+from fitting.study.stages import Stage
 from fitting.study.task import Task, fitted
 from mckibben_jax.effect import Effect
 from mckibben_jax.model import with_effects
@@ -72,25 +69,6 @@ def on_motions(task: Task, found: Discovery, told: Progress) -> OnMotions | None
     known = {**before.values, **found.comparison.fit.values}
     after = fitted(replace(task.with_effects(found.task.effects), known=known))
     return OnMotions(before, after)
-
-
-def on_motions_in_words(motions: OnMotions) -> str:
-    """What the equation of motion says of the model that was found."""
-    before, after = (amount(fit.rmse, "m") for fit in (motions.before, motions.after))
-    if motions.after is motions.before:
-        return f"On the positions themselves (equation of motion) the model errs by {after}."
-    told = f"On the positions themselves (equation of motion): {before} -> {after}"
-    if motions.confirmed:
-        return f"{told}. They confirm the model."
-    return f"{told}. They do not confirm the model, which holds only as far as motions can be read as force."
-
-
-def on_motions_result(motions: OnMotions | None) -> dict[str, Any]:
-    """The same for machines; nothing where force was measured."""
-    if motions is None:
-        return {}
-    told = {"rmse_before_m": motions.before.rmse, "confirmed": motions.confirmed}
-    return {"motion": fit_result(motions.after) | told}
 
 
 def _residual(task: Task, step: Step) -> np.ndarray:

@@ -9,7 +9,6 @@ from typing import Any
 import jax.numpy as jnp
 
 from fitting import full_names, units
-from fitting.cli.options import Asked
 from fitting.errors import InputError, unknown_name
 from fitting.least_squares.evaluate import evaluate
 from fitting.least_squares.fit import Fit, fit, free_names
@@ -19,12 +18,11 @@ from fitting.problem.priors import Prior
 from fitting.problem.unknowns import Unknowns, unknowns
 from fitting.recordings.experiment import read_experiment, read_single
 from fitting.recordings.records import TESTS, Experiment
+from fitting.study.asked import MODEL_FILE, Asked
 from fitting.study.baseline import BASELINE
 from mckibben_jax.effect import Effect, name_of
 from mckibben_jax.model import model, with_effects
 from mckibben_jax.muscle import quantities
-
-MODEL_FILE = "model.toml"
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING, Any, TypeVar, cast
 import numpy as np
 
 from fitting import units
-from fitting.cli.options import Asked
 from fitting.comparison.compare import Comparison, compare
 from fitting.diagnosis.record import Diagnosis
 from fitting.errors import InputError
@@ -20,13 +19,14 @@ from fitting.least_squares.evaluate import left_out_rmse
 from fitting.least_squares.fit import Fit
 from fitting.library.library import with_line
 from fitting.library.line import defined_name
-from fitting.report.figures import Stage
 from fitting.report.loops_picture import Frame, frame, key, loops_html, thinned_in_words
 from fitting.report.panels import panels
 from fitting.report.parts import as_text
 from fitting.report.sentences import judged, verdict_in_words
+from fitting.study.asked import Asked
 from fitting.study.changing import with_added, with_dropped
 from fitting.study.diagnosing import candidates_of, diagnosed
+from fitting.study.stages import Stage
 from fitting.study.task import Task, as_known, fitted, task_of
 from fitting.workbench.sliders import LaidOut, laid_out
 
@@ -175,14 +175,15 @@ def examined(session: Session, told: Progress, candidates: Sequence[str] = ()) -
 @in_own_units
 def planned(session: Session, told: Progress) -> Session:
     """Which recording would tell apart what the diagnosis leaves tied."""
-    from fitting.planning.protocol import plan_of, plan_report
+    from fitting.report.plans import plan_report
+    from fitting.study.plan import plan_of
 
     step = session.last
     if step.diagnosis is None:
         raise InputError("there is no diagnosis yet", cure="run it first: the plan separates what it leaves tied")
     told("planning", 0.1)
-    plan = plan_of(step.task, step.diagnosis, session.asked.data)
-    return _saying(session, NEXT, as_text(plan_report(plan)))
+    plan = plan_of(step.task, step.diagnosis)
+    return _saying(session, NEXT, as_text(plan_report(plan, session.asked.model_file)))
 
 
 @in_own_units

@@ -158,7 +158,7 @@ def as_script(dataset: str | None) -> str:
     """What the notebook prints when it is run as a script: the comparison of one data set, or how to open one."""
     if dataset is None:
         return "mckibben workbench [DATASET] serves this notebook; python workbench.py DATASET compares."
-    from fitting.cli.options import Asked
+    from fitting.study.asked import Asked
     from fitting.workbench.serving import data_folder
     from fitting.workbench.session import begun, opened
 

@@ -31,6 +31,7 @@ def command(arguments: tuple[str, ...], **given: Any) -> None:
 
     data, names = split(arguments)
     study = begin({**given, "data": data})
-    from fitting.study.changing import run, with_added
+    from fitting.cli.changing import run
+    from fitting.study.changing import with_added
 
     run(study, names, with_added)

@@ -14,11 +14,11 @@ from fitting.cli.run import errors_for_machines
 @output_options
 def command(**given: Any) -> None:
     """Say what to cite: the review, the model's effects, the data, the methods."""
-    from fitting.cli.options import Asked
     from fitting.cli.output import hand_out
     from fitting.compiled.prepare import prepare
     from fitting.report.citations import citations
     from fitting.report.terminal import headed, lines
+    from fitting.study.asked import Asked
     from fitting.study.task import cited_task
 
     prepare()

@@ -26,9 +26,11 @@ def command(
     prepare()
     check_places(given["json"], given["html"], picture)
     from fitting.cli.output import print_out, write_out
-    from fitting.designs.answer import answer, check_kind
+    from fitting.designs.answer import answer
     from fitting.designs.order import read_draws, read_order
     from fitting.library.library import library
+    from fitting.report.design_figures import check_kind, draw
+    from fitting.report.design_text import answer_in_words, answer_result
 
     with errors_for_machines(given["json"]):
         order = read_order(spec, library(effect_file))
@@ -40,12 +42,12 @@ def command(
             check_kind(picture)
         with progress_bar("designing", given["quiet"]):
             found = answer(order, draws, given["seed"])
-        print_out(given, [found.words])
+        print_out(given, [answer_in_words(found)])
         if picture:
-            found.draw(picture)
+            draw(found, picture)
         if save:
             found.save(Path(save))
-    write_out(given, "Design", [found.words], found.result)
+    write_out(given, "Design", [answer_in_words(found)], answer_result(found))
     sys.exit(0 if found.converged else NOT_CONVERGED)
 
 

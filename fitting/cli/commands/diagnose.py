@@ -25,8 +25,9 @@ def command(propose: bool, **given: Any) -> None:
         return do_each(given | {"propose": propose}, "diagnose")
     study = begin(given)
     from fitting.diagnosis.diagnose import of_force
-    from fitting.diagnosis.proposal import proposal_in_words, proposal_result, proposed, require_sparse_regression
+    from fitting.diagnosis.proposal import proposed, require_sparse_regression
     from fitting.report.next_step import after_diagnosis
+    from fitting.report.proposals import proposal_in_words, proposal_result
     from fitting.report.results import diagnosis_result
     from fitting.report.sentences import error_in_words, measurement_in_words, motions_in_words
     from fitting.report.terminal import diagnosis_report, headed, lines, to_type

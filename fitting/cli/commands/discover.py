@@ -27,12 +27,13 @@ def command(**given: Any) -> None:
     """Diagnose, add what is missing, and again, until nothing more can be said."""
     study = begin(given)
     from fitting.cli.saving import save
+    from fitting.report.changes import on_motions_in_words, on_motions_result
     from fitting.report.page import write_page
     from fitting.report.results import diagnosis_result, fit_result, steps_result
     from fitting.report.sentences import amount, judged
     from fitting.report.terminal import diagnosis_report, fit_report, headed, steps_report
     from fitting.study.diagnosing import all_candidates, candidates_of, in_newtons
-    from fitting.study.discovering import discovered, on_motions, on_motions_in_words, on_motions_result
+    from fitting.study.discovering import discovered, on_motions
 
     candidates = candidates_of(study.task, given["candidates"], given["rivals"]) or all_candidates(study.task)
     with study.working("diagnosing") as told:

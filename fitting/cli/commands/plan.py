@@ -16,19 +16,20 @@ from fitting.cli.run import begin
 def command(**given: Any) -> None:
     """Say which recordings would tell apart what these data leave tied, and with what power."""
     study = begin(given)
-    from fitting.planning.protocol import plan_of, plan_report, plan_result
+    from fitting.report.plans import plan_report, plan_result
     from fitting.report.sentences import verdict_in_words
     from fitting.report.terminal import headed
     from fitting.study.diagnosing import candidates_of, diagnosed
+    from fitting.study.plan import plan_of
 
     candidates = candidates_of(study.task, given["candidates"], given["rivals"])
     with study.working("diagnosing") as told:
         found, _ = diagnosed(study.task, candidates, told)
         told("planning", 0.95)
-        plan = plan_of(study.task, found, study.asked.data, study.asked.model)
-    report = [headed("VERDICT", verdict_in_words(found)), *plan_report(plan)]
+        plan = plan_of(study.task, found)
+    report = [headed("VERDICT", verdict_in_words(found)), *plan_report(plan, study.asked.model_file)]
     study.print(report)
-    study.write(plan_result(plan, found))
+    study.write(plan_result(plan, study.asked.model_file))
     if study.asked.html:
         from fitting.report.parts import write_words
 

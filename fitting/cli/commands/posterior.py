@@ -9,9 +9,9 @@ from fitting.cli.options import CHAINS, Command, data_argument, fit_options, out
 from fitting.cli.run import Study, begin, check_place, check_places
 
 if TYPE_CHECKING:
-    from fitting.cli.run import Progress
     from fitting.least_squares.fit import Fit
     from fitting.posterior.sample import Posterior
+    from fitting.progress import Progress
 
 SAMPLERS = ("emcee", "nuts")
 

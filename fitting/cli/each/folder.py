@@ -12,10 +12,10 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from fitting.cli.each.sets import DataSet
 from fitting.cli.each.work import Found, Order
 from fitting.errors import InputError
 from fitting.report.results import write_json
+from fitting.study.data_sets import DataSet
 from fitting.study.task import Task
 from fitting.version import program_version
 from fitting.writing import write_text

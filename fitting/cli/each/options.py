@@ -6,10 +6,11 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from fitting.cli.options import Asked, bundle
+from fitting.cli.options import bundle
 from fitting.cli.run import NOT_CONVERGED, check_places, errors_for_machines, progress_bar
 from fitting.compiled.prepare import prepare
 from fitting.errors import InputError
+from fitting.study.asked import Asked
 from fitting.units import spoken
 
 if TYPE_CHECKING:
@@ -38,9 +39,9 @@ def do_each(given: dict[str, Any], command: str) -> None:
     asked = Asked.of(given)
     check_places(asked.json, asked.html)
     from fitting.cli.each.run import each, on
-    from fitting.cli.each.sets import data_sets
     from fitting.cli.each.work import Order
     from fitting.cli.output import hand_out
+    from fitting.study.data_sets import data_sets
     from fitting.version import command_line
 
     with errors_for_machines(asked.json):

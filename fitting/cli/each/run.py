@@ -7,11 +7,11 @@ from pathlib import Path
 from typing import Any
 
 from fitting.cli.each.folder import Folder, mark
-from fitting.cli.each.sets import DataSet
 from fitting.cli.each.work import FIT, Found, Order, do, do_packed, failure
-from fitting.cli.options import Asked
 from fitting.errors import InputError
 from fitting.report.each_text import row
+from fitting.study.asked import Asked
+from fitting.study.data_sets import DataSet
 from fitting.study.task import Task, task_of
 from fitting.units import own_units
 

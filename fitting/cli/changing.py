@@ -1,0 +1,28 @@
+"""`mckibben add` and `mckibben drop`: change the model, print, save, write."""
+
+from collections.abc import Callable, Sequence
+
+from fitting.cli.run import Study
+from fitting.cli.saving import save
+from fitting.report.changes import change_in_words, change_result
+from fitting.report.next_step import after_change
+from fitting.report.page import write_page
+from fitting.report.terminal import fit_report, headed, steps_report
+from fitting.study.changing import change
+from fitting.study.task import Task
+
+
+def run(study: Study, names: Sequence[str], how: Callable[[Task, Sequence[str]], tuple[Task, str]]) -> None:
+    """The whole command: change, print, save, write."""
+    changed, words = how(study.task, names)
+    with study.working("fitting") as told:
+        found = change(study.task, changed, words, told)
+    unit = found.comparison.unit
+    study.print([headed("RESULT", change_in_words(found, unit), "bold"), *steps_report(found.stages, unit)])
+    study.print(fit_report(found.after))
+    after = after_change(study.task.experiments, study.asked.data_again, study.asked.save)
+    study.print(save(study, found.after, after))
+    study.write(change_result(found))
+    if study.asked.html:
+        write_page(study.asked.html, changed, found.comparison, stages=found.stages)
+    study.end(found.before.converged and found.after.converged)

@@ -1,0 +1,61 @@
+"""A protocol of recordings to make after a diagnosis: which, in which order, and what stays tied."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import combinations
+from typing import Any
+
+from fitting.diagnosis.diagnose import of_force
+from fitting.diagnosis.record import Diagnosis
+from fitting.planning.candidates import Shown, shown
+from fitting.planning.next_measurement import NextMeasurement, measurements, remaining
+from fitting.planning.sharper import sharper
+from fitting.study.task import Task
+
+INSTRUMENT = "instrument"  # the source of an effect that is none of the muscle's
+SURE = 0.8  # power from which a pair counts as separated
+
+Sets = tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Plan:
+    """Recordings in their order, after a diagnosis.
+
+    `rivals` are the explanations that stand, `tied` those pairs of them that none of the recordings separates.
+    """
+
+    diagnosis: Diagnosis
+    rivals: tuple[Sets, ...]
+    steps: tuple[NextMeasurement, ...]
+    tied: tuple[tuple[Sets, Sets], ...]
+    can: Shown
+    instruments: tuple[str, ...] = ()  # of the effects that stay tied, those that an instrument shows by itself
+
+    @property
+    def separates(self) -> bool:
+        """Whether there are explanations to separate; else the recordings show what is still unseen."""
+        return len(self.rivals) > 1
+
+
+def plan_of(task: Task, diagnosis: Diagnosis) -> Plan:
+    """What to record: to separate explanations where several are left, else to see what is still unseen."""
+    extra = [kind() for kind in task.library.values()]
+    asked: dict[str, Any] = {"fix": task.fix, "free": task.free, "own": task.own, "seed": task.seed}
+    rivals = remaining(diagnosis)
+    if len(rivals) > 1:
+        steps = measurements(diagnosis, task.experiments, known=extra, **asked)
+        tied = _still_tied(rivals, steps)
+    else:
+        found = sharper(diagnosis, task.experiments, known=extra, **asked)
+        steps, tied = ((found,) if found else ()), ()
+    tested = of_force(task.experiments)[0][0].name
+    can = shown(next(e for e in task.experiments if e.name == tested))
+    open_ones = dict.fromkeys(name for pair in tied for names in pair for name in names)
+    instruments = tuple(n for n in open_ones if n in task.library and task.library[n].source == INSTRUMENT)
+    return Plan(diagnosis, tuple(rivals), tuple(steps), tied, can, instruments)
+
+
+def _still_tied(rivals: Sequence[Sets], steps: Sequence[NextMeasurement]) -> tuple[tuple[Sets, Sets], ...]:
+    done = {frozenset((p.one, p.other)) for step in steps for p in step.pairs if p.power >= SURE}
+    return tuple((a, b) for a, b in combinations(rivals, 2) if frozenset((a, b)) not in done)

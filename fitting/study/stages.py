@@ -1,0 +1,19 @@
+"""The steps of a study: how the error fell from model to model."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+
+@dataclass(frozen=True)
+class Stage:
+    """One step of a study: what was added, the error then, the verdict there, and what the model missed where.
+
+    `residual` is model minus measurement of every sample that carries weight, where it is known.
+    """
+
+    added: str
+    rmse: float
+    left_out: float | None
+    verdict: str = ""
+    residual: np.ndarray | None = field(default=None, compare=False, repr=False)
