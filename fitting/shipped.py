@@ -19,19 +19,19 @@ def shipped_folder() -> Path:
     raise InputError("the data shipped with the program are not there", beside, cure="install the program again")
 
 
-def shipped_names() -> tuple[str, ...]:
+def example_names() -> tuple[str, ...]:
     """Names of the shipped data sets."""
     return tuple(sorted(path.parent.name for path in shipped_folder().glob("*/muscle.toml")))
 
 
-def shipped(name: str) -> Path:
+def example_data(name: str) -> Path:
     """The folder of a shipped data set."""
-    if name not in shipped_names():
-        raise unknown_name("shipped data set", name, shipped_names())
+    if name not in example_names():
+        raise unknown_name("shipped data set", name, example_names())
     return shipped_folder() / name
 
 
-def sealed(name: str) -> dict[str, Any]:
+def sealed_truth(name: str) -> dict[str, Any]:
     """What was really put into a simulated data set; empty for measured ones."""
     path = shipped_folder() / "sealed" / f"{name}.json"
     if not path.is_file():

@@ -13,7 +13,7 @@ with app.setup(hide_code=True):
     from fitting.least_squares.fit import fit
     from fitting.compiled.prepare import prepare
     from fitting.recordings.experiment import read_experiment
-    from fitting.shipped import shipped
+    from fitting.shipped import example_data
     from mckibben_jax.effects import (
         BladderNeoHookean,
         CoulombFriction,
@@ -61,7 +61,7 @@ def _():
 
 @app.cell
 def _():
-    muscle = read_experiment(shipped("muscle_a"))
+    muscle = read_experiment(example_data("muscle_a"))
     return (muscle,)
 
 

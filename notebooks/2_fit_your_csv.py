@@ -17,7 +17,7 @@ with app.setup(hide_code=True):
     from fitting.compiled.prepare import prepare
     from fitting.recordings.experiment import read_experiment
     from fitting.report.sentences import error_in_words, kind_in_words, with_error
-    from fitting.shipped import shipped
+    from fitting.shipped import example_data
     from mckibben_jax.effects import CoulombFriction, IdealCylinder
 
     prepare()
@@ -204,7 +204,7 @@ def _(compared, fitted, muscle):
 def written_by_a_rig(place):
     """A folder with the recording of the shipped muscle B, as another rig might have written it."""
     place.mkdir(parents=True)
-    rows = (shipped("muscle_b") / "loops.csv").read_text(encoding="utf-8").splitlines()[1:]
+    rows = (example_data("muscle_b") / "loops.csv").read_text(encoding="utf-8").splitlines()[1:]
     lines = ["run;Time (s);Pressure [bar];Stroke (mm);Load cell (N)"]
     for row in rows:
         run, time, kilopascals, stroke, force = row.split(",")

@@ -16,7 +16,7 @@ with app.setup(hide_code=True):
     from fitting.compiled.prepare import prepare
     from fitting.recordings.experiment import read_experiment
     from fitting.report.sentences import kind_in_words, leading_in_words, verdict_in_words
-    from fitting.shipped import sealed, shipped
+    from fitting.shipped import example_data, sealed_truth
     from mckibben_jax.effects import CoulombFriction, IdealCylinder
 
     prepare()
@@ -45,7 +45,7 @@ def _():
 
 @app.cell
 def _(SUSPECT):
-    suspect = read_experiment(shipped(SUSPECT))
+    suspect = read_experiment(example_data(SUSPECT))
     before = fit([suspect], BASELINE)
     compared = compare(before, [suspect])
     loops(suspect, ("ideal law with dry friction", before))
@@ -136,7 +136,7 @@ def _():
 
 @app.cell
 def _(CONTROL):
-    control = read_experiment(shipped(CONTROL))
+    control = read_experiment(example_data(CONTROL))
     alone = fit([control], BASELINE)
     acquitted = diagnose([control], BASELINE)
     return acquitted, alone
@@ -171,7 +171,7 @@ def _(CONTROL, SUSPECT, acquitted, after, found):
         print(answer)
     rows = "\n    ".join(
         f"| `{name}` | {after.values[name]:.5g} +/- {after.error(name):.2g} | {value:.5g} |"
-        for name, value in sealed(SUSPECT)["parameters"].items()
+        for name, value in sealed_truth(SUSPECT)["parameters"].items()
         if name in after.values
     )
     mo.md(f"""
@@ -193,7 +193,7 @@ def _(CONTROL, SUSPECT, acquitted, after, found):
 @app.function(hide_code=True)
 def verdict_on(name, said):
     """What was said of a muscle, what was hidden in it, and whether that is the same."""
-    hidden = sealed(name)["hidden"]
+    hidden = sealed_truth(name)["hidden"]
     found = " or ".join(" and ".join(e) for e in said.explanations) or "nothing"
     right = sorted(map(sorted, said.explanations)) == ([sorted(hidden)] if hidden else [])
     return f"{name}: found {found}, hidden was {' and '.join(hidden) or 'nothing'}: {'right' if right else 'WRONG'}."

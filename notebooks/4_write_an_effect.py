@@ -17,7 +17,7 @@ with app.setup(hide_code=True):
     from fitting.least_squares.fit import fit
     from fitting.compiled.prepare import prepare
     from fitting.recordings.experiment import read_experiment
-    from fitting.shipped import shipped
+    from fitting.shipped import example_data
     from mckibben_jax.effect import Pulling
     from mckibben_jax.effects import BladderNeoHookean, CoulombFriction, IdealCylinder, LinearSpring, Tip
     from mckibben_jax.parameter import parameter
@@ -43,7 +43,7 @@ def _():
 
 @app.cell
 def _():
-    clean = read_experiment(shipped("muscle_d"))
+    clean = read_experiment(example_data("muscle_d"))
     muscle = with_a_screw(clean)
     before = fit([muscle], BASELINE)
     errors(muscle, ("what the model misses", before))

@@ -14,7 +14,7 @@ with app.setup(hide_code=True):
     from fitting.least_squares.fit import fit
     from fitting.compiled.prepare import prepare
     from fitting.recordings.experiment import read_experiment
-    from fitting.shipped import sealed, shipped
+    from fitting.shipped import example_data, sealed_truth
     from mckibben_jax.effects import BladderNeoHookean, Hill, IdealCylinder, KineticFriction, TextileFriction
 
     prepare()
@@ -42,7 +42,7 @@ def _():
 
 @app.cell
 def _():
-    muscle, = releases([read_experiment(shipped("rayon20"))])
+    muscle, = releases([read_experiment(example_data("rayon20"))])
     read, = curves([muscle])
     positions(muscle, read)
     return muscle, read
@@ -108,7 +108,7 @@ def _(models, read):
     _dry, _hill, _kinetic = models.values()
     _names = ("kinetic_friction.ratio", "kinetic_friction.v_s")
     _found = [f"{_kinetic.values[n]:.3g} +/- {_kinetic.error(n):.1g}" for n in _names]
-    _real = [f"{sealed('rayon20')['parameters'][n]:g}" for n in _names]
+    _real = [f"{sealed_truth('rayon20')['parameters'][n]:g}" for n in _names]
     answer = f"""
     Hill's law fits the speeds to {100 * read.hill.misfit:.1f} % with a/F0 = {read.hill.curvature:.3f}. The motion itself
     says: {1e3 * _dry.rmse:.2f} mm off with dry friction, {1e3 * _hill.rmse:.2f} mm with Hill's viscous force,

@@ -12,7 +12,7 @@ with app.setup(hide_code=True):
     from fitting.posterior.sample import sample
     from fitting.compiled.prepare import prepare
     from fitting.recordings.experiment import read_experiment
-    from fitting.shipped import sealed, shipped
+    from fitting.shipped import example_data, sealed_truth
     from mckibben_jax.effects import CoulombFriction, IdealCylinder, TextileFriction
 
     prepare()
@@ -37,7 +37,7 @@ def _():
 
 @app.cell
 def _():
-    muscle = read_experiment(shipped("muscle_b"))
+    muscle = read_experiment(example_data("muscle_b"))
     best = fit([muscle], [IdealCylinder(), TextileFriction()])
     known = sample(best, [muscle], rows=READINGS, limit_s=SECONDS)
     return best, known, muscle
@@ -51,8 +51,8 @@ def _(known):
 
 @app.cell(hide_code=True)
 def _(best, known):
-    truth = {**sealed("muscle_b")["parameters"]}
-    truth |= {f"muscle.{name}": value for name, value in sealed("muscle_b")["muscle"].items()}
+    truth = {**sealed_truth("muscle_b")["parameters"]}
+    truth |= {f"muscle.{name}": value for name, value in sealed_truth("muscle_b")["muscle"].items()}
     inside = {name: q.q05 <= truth[name] <= q.q95 for name, q in known.parameters.items()}
     rows = "\n    ".join(
         f"| `{name}` | {units.show(q.q05, q.unit)} | {units.show(q.median, q.unit)} | {units.show(q.q95, q.unit)} | "

@@ -14,7 +14,7 @@ with app.setup(hide_code=True):
     from fitting.report.figures import BLUE, GREY, VERMILION
     from fitting.report.design_figures import stroke_of, to_scale
     from fitting.compiled.prepare import prepare
-    from mckibben_jax.design.design import DESIGN_BASELINE, Limit, Task, design
+    from mckibben_jax.design.best import DESIGN_BASELINE, Limit, Task, design
     from mckibben_jax.design.merit import QUANTITIES, built
     from mckibben_jax.muscle import Muscle
 

@@ -12,7 +12,7 @@ with app.setup(hide_code=True):
 
     from fitting.report.figures import BLUE, GREEN, GREY, ORANGE, SKY, VERMILION
     from fitting.recordings.experiment import read_experiment
-    from fitting.shipped import shipped
+    from fitting.shipped import example_data
     from mckibben_jax.laws import braid
     from mckibben_jax.effects import (
         BladderMooneyRivlin,
@@ -70,7 +70,7 @@ def _():
 
 @app.cell
 def _():
-    maps = [read_experiment(shipped(f"martens2017_{name}")) for name in ("dmsp10", "dmsp20")]
+    maps = [read_experiment(example_data(f"martens2017_{name}")) for name in ("dmsp10", "dmsp20")]
     return (maps,)
 
 

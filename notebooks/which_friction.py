@@ -17,7 +17,7 @@ with app.setup(hide_code=True):
     from fitting.least_squares.fit import fit
     from fitting.recordings.experiment import read_experiment
     from fitting.problem.residuals import thinned
-    from fitting.shipped import shipped, shipped_folder
+    from fitting.shipped import example_data, shipped_folder
     from mckibben_jax.laws import braid
     from mckibben_jax.laws import textile
     from mckibben_jax.effects import BladderNeoHookean, IdealCylinder, KineticFriction, TextileFriction
@@ -103,7 +103,7 @@ def _():
 
 @app.cell
 def _():
-    muscle = read_experiment(shipped("rayon20"))
+    muscle = read_experiment(example_data("rayon20"))
     loops = muscle.recordings[0]
     contractions = np.linspace(0.09, 0.17, 9)  # both loops, the large and the small, pass here
     pressures = np.array([run.pressure[0] for run in loops.runs])

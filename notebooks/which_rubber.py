@@ -19,7 +19,7 @@ with app.setup(hide_code=True):
     from fitting.least_squares.fit import Fit, fit_problem
     from fitting.recordings.experiment import read_experiment
     from fitting.problem.residuals import problem
-    from fitting.shipped import shipped
+    from fitting.shipped import example_data
     from fitting.problem.unknowns import unknowns
     from mckibben_jax.effects import BladderAxialPrinted, BladderMooneyRivlin, BladderThinMooneyRivlin, IdealCylinder
     from mckibben_jax.model import model
@@ -72,7 +72,7 @@ def _():
 
 @app.cell
 def _():
-    measured = [read_experiment(shipped(f"martens2017_{name}")) for name in ("dmsp10", "dmsp20")]
+    measured = [read_experiment(example_data(f"martens2017_{name}")) for name in ("dmsp10", "dmsp20")]
     maps = [*measured, twin(measured[1], (IdealCylinder(), BladderMooneyRivlin(**TRUE)), share=0.005)]
     return (maps,)
 

@@ -27,7 +27,7 @@ with app.setup(hide_code=True):
     from fitting.workbench.job import Job
     from fitting.study.asked import Asked
     from fitting.workbench.serving import asked, data_folder
-    from fitting.shipped import shipped_names
+    from fitting.shipped import example_names
 
     EXAMPLE = "screw = A*sin(2*pi*x/p), A = 1 N (-20..20), p = 12 mm (5..30)"
 
@@ -104,7 +104,7 @@ def _(attempt, open_folder, place, set_dropped):
         if name:
             attempt(lambda: open_folder(Asked(data=(str(data_folder(name.strip())),))))
 
-    shipped = mo.ui.dropdown(shipped_names(), label="Data that come with the program", on_change=open_named)
+    shipped = mo.ui.dropdown(example_names(), label="Data that come with the program", on_change=open_named)
     path = mo.ui.text(
         placeholder="/path/to/folder", label="A folder on this machine", on_change=open_named, full_width=True
     )

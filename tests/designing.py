@@ -5,7 +5,7 @@ import dataclasses
 import equinox as eqx
 import numpy as np
 
-from mckibben_jax.design.design import Limit, Task
+from mckibben_jax.design.best import Limit, Task
 from mckibben_jax.design.merit import QUANTITIES
 from mckibben_jax.effects import IdealCylinder
 from mckibben_jax.muscle import Muscle

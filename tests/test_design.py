@@ -9,7 +9,7 @@ import pytest
 from designing import BAR, IDEAL, LIMITS, MUSCLE, RANGES, TASK, grid
 
 from fitting.report.design_text import describe
-from mckibben_jax.design.design import Limit, Task, design, quantities_of, to_json
+from mckibben_jax.design.best import Limit, Task, design, quantities_of, to_json
 from mckibben_jax.effects import BladderNeoHookean, IdealCylinder
 from mckibben_jax.muscle import Muscle
 

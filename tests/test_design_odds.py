@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from designing import ALONE, BAR, IDEAL, MUSCLE, RANGES, TASK, quantity
 
-from mckibben_jax.design.design import Limit, Task, design
+from mckibben_jax.design.best import Limit, Task, design
 from mckibben_jax.design.merit import built
 from mckibben_jax.design.pareto import Second, front
 from mckibben_jax.design.scatter import design_cautiously, odds, scatter_of

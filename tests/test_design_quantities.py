@@ -7,7 +7,7 @@ import pytest
 from designing import BAR, IDEAL, MUSCLE, RANGES, quantity
 from scipy.integrate import quad, solve_ivp
 
-from mckibben_jax.design.design import Task, quantities_of
+from mckibben_jax.design.best import Task, quantities_of
 from mckibben_jax.design.merit import QUANTITIES, built
 from mckibben_jax.effects import (
     BladderNeoHookean,

@@ -8,7 +8,7 @@ from designing import ALONE, BAR, IDEAL, MUSCLE, RANGES, TASK, quantity
 from fitting.designs.answer import answer
 from fitting.designs.order import DesignOrder
 from fitting.report.design_text import answer_in_words, describe, odds_in_words
-from mckibben_jax.design.design import Task, design
+from mckibben_jax.design.best import Task, design
 from mckibben_jax.design.merit import built
 from mckibben_jax.design.pareto import Second
 from mckibben_jax.design.scatter import Odds

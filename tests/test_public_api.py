@@ -7,48 +7,46 @@ renamed, reordered or removed only with an entry under "Changed" in CHANGELOG.md
 import importlib
 import inspect
 import json
+import subprocess
+import sys
 from pathlib import Path
 from typing import Any
 
 import click
 import pytest
 
+import mckibben_jax
 from fitting.cli.main import COMMANDS, main
-from mckibben_jax.effect import name_of
-from mckibben_jax.effects import LIBRARY, SUPPLIES
-from mckibben_jax.model import Model
-from mckibben_jax.parameter import parameters
+from mckibben_jax import LIBRARY, SUPPLIES, Model, name_of, parameters
 
 NUMBERS = Path(__file__).with_name("parameters.json")
 # Arguments in their order; "=" marks a default, after "*" they are given by name alone.
 PYTHON = {
-    "mckibben_jax.muscle.Muscle": (
+    "mckibben_jax.Muscle": (
         "length, radius, braid_angle, wall_thickness=, wall_outside=, shear_modulus=, mooney_c10=, "
         "mooney_c01=, strand_width=, strand_modulus=, strand_poisson=, breaking_stress=, moving_mass="
     ),
-    "mckibben_jax.state.State": (
-        "contraction, pressure, rate=, pressure_rate=, stretch=, stretch_rate=, time=, memory="
-    ),
-    "mckibben_jax.parameter.parameter": "default, unit, meaning, range, starts=",
-    "mckibben_jax.parameter.parameters": "thing",
-    "mckibben_jax.effect.name_of": "effect",
-    "mckibben_jax.effect.Felt.felt": "self, muscle, state, pull",
-    "mckibben_jax.effect.Energy.energy": "self, muscle, state",
-    "mckibben_jax.effect.Energy.force": "self, muscle, state",
-    "mckibben_jax.effect.Pulling.force": "self, muscle, state",
-    "mckibben_jax.effect.Lost.lose": "self, muscle, state, loss",
-    "mckibben_jax.effect.Read.read": "self, signal, time",
-    "mckibben_jax.model.model": "muscle, *effects",
-    "mckibben_jax.model.contributions": "given, run",
-    "mckibben_jax.motion.motion.release": "model, *, load, pressure, times, start=, mass=, step=",
-    "mckibben_jax.motion.motion.step_response": "model, *, load, pressure, times, start=, mass=, step=",
+    "mckibben_jax.State": ("contraction, pressure, rate=, pressure_rate=, stretch=, stretch_rate=, time=, memory="),
+    "mckibben_jax.parameter": "default, unit, meaning, range, starts=",
+    "mckibben_jax.parameters": "thing",
+    "mckibben_jax.name_of": "effect",
+    "mckibben_jax.Felt.felt": "self, muscle, state, pull",
+    "mckibben_jax.Energy.energy": "self, muscle, state",
+    "mckibben_jax.Energy.force": "self, muscle, state",
+    "mckibben_jax.Pulling.force": "self, muscle, state",
+    "mckibben_jax.Lost.lose": "self, muscle, state, loss",
+    "mckibben_jax.Read.read": "self, signal, time",
+    "mckibben_jax.model": "muscle, *effects",
+    "mckibben_jax.contributions": "given, run",
+    "mckibben_jax.release": "model, *, load, pressure, times, start=, mass=, step=",
+    "mckibben_jax.step_response": "model, *, load, pressure, times, start=, mass=, step=",
     "mckibben_jax.laws.review.lookup": "number",
-    "mckibben_jax.design.design.Task": (
+    "mckibben_jax.design.Task": (
         "muscle, variables, objective, at=, constraints=, effects=, maximise=, starts=, seed="
     ),
-    "mckibben_jax.design.design.Limit": "quantity, at=, min=, max=",
-    "mckibben_jax.design.design.design": "task",
-    "mckibben_jax.design.pareto.front": "task, second",
+    "mckibben_jax.design.Limit": "quantity, at=, min=, max=",
+    "mckibben_jax.design.design": "task",
+    "mckibben_jax.design.front": "task, second",
     "mckibben_jax.laws.braid.ideal_force": "contraction, pressure, radius, braid_angle",
     "mckibben_jax.laws.braid.contact_surface": "contraction, length, radius, braid_angle",
     "mckibben_jax.laws.braid.radius_ratio": "contraction, braid_angle",
@@ -60,9 +58,9 @@ PYTHON = {
     "fitting.recordings.experiment.read_experiment": "folder",
     "fitting.recordings.experiment.read_recording": "path, test, muscle, options=",
     "fitting.recordings.template.write_muscle_file": "folder",
-    "fitting.shipped.shipped": "name",
-    "fitting.shipped.sealed": "name",
-    "fitting.shipped.shipped_names": "",
+    "fitting.shipped.example_data": "name",
+    "fitting.shipped.sealed_truth": "name",
+    "fitting.shipped.example_names": "",
     "fitting.least_squares.fit.fit": "experiments, effects, *, fix=, free=, own=, start=, starts=, seed=",
     "fitting.least_squares.evaluate.evaluate": "experiments, effects, values, free, own=",
     "fitting.comparison.compare.compare": "fit, experiments",
@@ -235,6 +233,21 @@ def broken(promised: list[str], now: list[str]) -> list[str]:
 def test_a_name_and_its_arguments_are_kept(name):
     promised = [one for one in PYTHON[name].split(", ") if one]
     assert broken(promised, written(found(name))) == []
+
+
+@pytest.mark.parametrize("kind", [*LIBRARY, *SUPPLIES], ids=name_of)
+def test_the_class_of_every_effect_is_at_the_front_door(kind):
+    assert getattr(mckibben_jax, kind.__name__) is kind
+
+
+def test_names_at_the_front_door_do_not_hang_on_the_order_of_imports():
+    """`model` and `parameter` are functions, though modules have these names; no other name is that of a module."""
+    modules = {path.stem for path in Path(mckibben_jax.__file__).parent.iterdir()}
+    promised = {name.split(".")[1] for name in PYTHON if name.startswith("mckibben_jax.")}
+    assert promised & modules - {"laws", "design"} == {"model", "parameter"}
+    script = "import mckibben_jax.model, mckibben_jax.parameter as p; print(mckibben_jax.model(0).effects, p.__name__)"
+    ran = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
+    assert ran.stdout.split() == ["()", "parameter"]
 
 
 def test_what_a_model_can_do_is_kept():

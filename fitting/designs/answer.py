@@ -13,7 +13,7 @@ from fitting.errors import InputError
 from fitting.model_files.model_file import sealed
 from fitting.version import program_version
 from fitting.writing import write_text
-from mckibben_jax.design.design import Design, Task, design
+from mckibben_jax.design.best import Design, Task, design
 from mckibben_jax.design.merit import built
 from mckibben_jax.design.pareto import front
 from mckibben_jax.design.scatter import Odds, design_cautiously, odds, one_sided, scatter_of

@@ -1,4 +1,4 @@
-"""design.toml: what is wanted of a muscle, in any unit, as a task for `mckibben_jax.design.design`."""
+"""design.toml: what is wanted of a muscle, in any unit, as a task for `mckibben_jax.design.best`."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
@@ -14,7 +14,7 @@ from fitting.library.library import library, named
 from fitting.model_files.model_file import read_model
 from fitting.recordings.muscle_file import line_of, read_muscle_table, read_toml
 from fitting.recordings.readings import CONTRACTIONS
-from mckibben_jax.design.design import DESIGN_BASELINE, Limit, Task
+from mckibben_jax.design.best import DESIGN_BASELINE, Limit, Task
 from mckibben_jax.design.merit import CONDITIONS, QUANTITIES, built, missing
 from mckibben_jax.effect import Effect, name_of
 from mckibben_jax.muscle import Muscle

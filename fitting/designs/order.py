@@ -7,7 +7,7 @@ import numpy as np
 
 from fitting.designs.file import File, Known, conditions, open_file, quantity_named, task_of, whole_number
 from fitting.errors import InputError, unknown_name
-from mckibben_jax.design.design import Task
+from mckibben_jax.design.best import Task
 from mckibben_jax.design.pareto import Second
 from mckibben_jax.effect import name_of
 from mckibben_jax.muscle import quantities as muscle_quantities

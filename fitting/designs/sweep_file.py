@@ -24,7 +24,7 @@ from fitting.designs.file import (
 )  # fmt: skip
 from fitting.errors import InputError, unknown_name
 from mckibben_jax.design.batch import Batch, Histogram, Space
-from mckibben_jax.design.design import Limit
+from mckibben_jax.design.best import Limit
 from mckibben_jax.design.merit import CONDITIONS, QUANTITIES, At
 from mckibben_jax.muscle import quantities as muscle_quantities
 

@@ -12,7 +12,7 @@ from fitting.errors import InputError
 from fitting.report.design_text import named
 from fitting.report.figures import BLUE, INK, ORANGE
 from fitting.writing import write_whole
-from mckibben_jax.design.design import Design, Task
+from mckibben_jax.design.best import Design, Task
 from mckibben_jax.design.merit import QUANTITIES, built
 from mckibben_jax.design.pareto import Second
 from mckibben_jax.laws import braid

@@ -7,7 +7,7 @@ from typing import Any
 
 from fitting import units
 from fitting.designs.answer import Answer
-from mckibben_jax.design.design import Design, Met, to_json
+from mckibben_jax.design.best import Design, Met, to_json
 from mckibben_jax.design.merit import CONDITIONS
 from mckibben_jax.design.pareto import Second
 from mckibben_jax.design.scatter import Odds

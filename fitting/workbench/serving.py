@@ -35,13 +35,13 @@ def notebook() -> Path:
 
 def data_folder(dataset: str) -> Path:
     """The folder that a name on the command line means: a path, else a shipped data set."""
-    from fitting.shipped import shipped, shipped_names
+    from fitting.shipped import example_data, example_names
 
     if Path(dataset).exists():
         return Path(dataset).resolve()
-    if dataset in shipped_names():
-        return shipped(dataset)
-    cure = f"name a folder with muscle.toml, or one of {', '.join(shipped_names())}"
+    if dataset in example_names():
+        return example_data(dataset)
+    cure = f"name a folder with muscle.toml, or one of {', '.join(example_names())}"
     raise InputError("no such file or folder", dataset, cure=cure)
 
 

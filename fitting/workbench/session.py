@@ -208,7 +208,7 @@ def designed(spec: str, told: Progress) -> str:
     """The muscle that does best what a design file asks for, in words."""
     from fitting.designs.file import read_design
     from fitting.report.design_text import describe
-    from mckibben_jax.design.design import design
+    from mckibben_jax.design.best import design
 
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "design.toml"

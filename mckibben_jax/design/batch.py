@@ -19,7 +19,7 @@ import jax.numpy as jnp
 import numpy as np
 from jax.sharding import Mesh, PartitionSpec
 
-from mckibben_jax.design.design import Limit
+from mckibben_jax.design.best import Limit
 from mckibben_jax.design.merit import At, built, evaluate
 from mckibben_jax.effect import Effect
 from mckibben_jax.muscle import Muscle

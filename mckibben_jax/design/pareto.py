@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import jax
 import numpy as np
 
-from mckibben_jax.design.design import Design, Limit, Task, limits_of, quantities_of, search_of, settle
+from mckibben_jax.design.best import Design, Limit, Task, limits_of, quantities_of, search_of, settle
 from mckibben_jax.design.merit import At
 from mckibben_jax.design.optimum import Search, climb
 

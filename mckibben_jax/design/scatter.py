@@ -15,7 +15,7 @@ import numpy as np
 from scipy.stats import norm, qmc
 
 from mckibben_jax.design import merit
-from mckibben_jax.design.design import Design, Limit, Task, search_of, settle, wanted_of, with_values
+from mckibben_jax.design.best import Design, Limit, Task, search_of, settle, wanted_of, with_values
 from mckibben_jax.model import Model
 from mckibben_jax.muscle import Muscle
 

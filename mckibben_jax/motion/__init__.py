@@ -1,1 +1,16 @@
 """Muscles that move a load: releases, steps of pressure, and slow sweeps under a hung load."""
+
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from mckibben_jax.motion.motion import release as release
+    from mckibben_jax.motion.motion import step_response as step_response
+else:
+
+    def __getattr__(name: str) -> Any:
+        """Loaded when asked for: the equation of motion brings diffrax, which slow sweeps do without."""
+        if name not in ("release", "step_response"):
+            raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+        from mckibben_jax.motion import motion
+
+        return getattr(motion, name)

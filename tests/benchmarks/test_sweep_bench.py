@@ -18,7 +18,7 @@ import pytest
 from scipy.optimize import Bounds, minimize
 
 from mckibben_jax.design.batch import Batch, Engine, Histogram, Space, joined, nothing
-from mckibben_jax.design.design import Limit, Task, limits_of, quantities_of, search_of, settle
+from mckibben_jax.design.best import Limit, Task, limits_of, quantities_of, search_of, settle
 from mckibben_jax.design.optimum import NEAR, Search, climb
 from mckibben_jax.effects import IdealCylinder
 from mckibben_jax.muscle import Muscle

@@ -16,9 +16,9 @@ PAGE = "mckibben_demo.html"
 @output_options
 def command(name: str, reveal: bool, **given: Any) -> None:
     """Compare, diagnose, add, watch the error fall, write a report; NAME is a shipped data set (muscle_a)."""
-    from fitting.shipped import shipped
+    from fitting.shipped import example_data
 
-    folder = shipped(name)
+    folder = example_data(name)
     if reveal:
         _reveal(name, given)
         return
@@ -32,9 +32,9 @@ def _reveal(name: str, given: dict[str, Any]) -> None:
     from fitting.cli.output import print_out
     from fitting.report.results import write_json
     from fitting.report.terminal import lines
-    from fitting.shipped import sealed
+    from fitting.shipped import sealed_truth
 
-    truth = sealed(name)
+    truth = sealed_truth(name)
     hidden = truth.get("hidden")
     told = [", ".join(hidden) if hidden else "nothing is missing"] if truth else [f"{name} was measured: nobody knows"]
     told += [f"{key} = {value:g} (SI)" for key, value in truth.get("parameters", {}).items()]
