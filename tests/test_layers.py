@@ -67,10 +67,10 @@ def tree(path: Path) -> ast.Module:
     return ast.parse(path.read_text(), str(path))
 
 
-def imports(path: Path, whole_file: bool = True) -> set[str]:
-    """Dotted names that a file imports; of `from a import b` both a and a.b. Else those at its top level alone."""
+def imports(path: Path) -> set[str]:
+    """Dotted names that a file imports; of `from a import b` both a and a.b."""
     found = set()
-    for node in ast.walk(tree(path)) if whole_file else tree(path).body:
+    for node in ast.walk(tree(path)):
         if isinstance(node, ast.Import):
             found |= {alias.name for alias in node.names}
         elif isinstance(node, ast.ImportFrom):
@@ -118,7 +118,7 @@ def test_physics_knows_no_files_fits_or_pictures(path):
 @pytest.mark.parametrize("package", [PHYSICS, FITTING])
 def test_no_two_modules_import_each_other(package):
     known = {name(path) for path in modules(package)}
-    graph = {name(path): (imports(path, whole_file=False) & known) - {name(path), package} for path in modules(package)}
+    graph = {name(path): (imports(path) & known) - {name(path), package} for path in modules(package)}
     graph = {one: {other for other in others if not one.startswith(f"{other}.")} for one, others in graph.items()}
     tuple(TopologicalSorter(graph).static_order())  # raises on a cycle
 

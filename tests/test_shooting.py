@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 from stick_slip import G
 
-from fitting.least_squares.fit import fit, fit_problem, free_names, subset_of
+from fitting.least_squares.fit import fit, fit_problem, free_names
 from fitting.least_squares.search import rows_and_slopes
 from fitting.least_squares.shooting import begun_by_shooting, shooting, with_shots
+from fitting.least_squares.subset import subset_of
 from fitting.problem.residuals import problem
 from fitting.problem.unknowns import unknowns
 from fitting.recordings.experiment import read_experiment

@@ -10,8 +10,9 @@ import jax.numpy as jnp
 import numpy as np
 
 from fitting.full_names import listed
-from fitting.least_squares.fit import Solved, Subset, solve
 from fitting.least_squares.held_out import REFIT_BELOW, left_out_rows
+from fitting.least_squares.search import Solved, solve
+from fitting.least_squares.subset import Subset
 from fitting.least_squares.uncertainty import at_bound
 from fitting.problem.residuals import LIGHT, Problem, Samples, problem
 from fitting.problem.sizes import joined, of_standard_size, widened

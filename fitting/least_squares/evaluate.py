@@ -5,8 +5,10 @@ from collections.abc import Sequence
 import jax.numpy as jnp
 import numpy as np
 
-from fitting.least_squares.fit import Fit, rows_and_slopes, seen, solve, subset_of
+from fitting.least_squares.fit import Fit, seen
 from fitting.least_squares.held_out import REFIT_BELOW, folds, left_out_rows
+from fitting.least_squares.search import rows_and_slopes, solve
+from fitting.least_squares.subset import subset_of
 from fitting.least_squares.uncertainty import at_bound, clusters, covariances, ties
 from fitting.precision import require_x64
 from fitting.problem.no_number import refuse_no_number

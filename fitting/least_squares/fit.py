@@ -9,7 +9,8 @@ import numpy as np
 from scipy.stats import qmc
 
 from fitting.full_names import listed
-from fitting.least_squares.search import Ended, Solved, Subset, rows_and_slopes, solve
+from fitting.least_squares.search import Ended, Solved, rows_and_slopes, solve
+from fitting.least_squares.subset import Subset, subset_of
 from fitting.least_squares.uncertainty import at_bound, clusters, covariances, ties
 from fitting.precision import require_x64
 from fitting.problem.no_number import refuse_no_number, state_at
@@ -73,20 +74,6 @@ def free_names(layout: Unknowns, fix: Sequence[str] = (), free: Sequence[str] = 
         if not entry.name.startswith("muscle.") or entry.prior is not None or listed(entry.name, free)
     ]
     return tuple(name for name in chosen if not listed(name, fix))
-
-
-def subset_of(layout: Unknowns, vector: np.ndarray, free: Sequence[str], switches=None, live=None) -> Subset:
-    """The subset in which just these names vary, around a vector of all unknowns."""
-    count = len(layout.templates[0].effects)
-    return Subset(
-        jnp.asarray(vector),
-        jnp.asarray(layout.at(free), int),
-        jnp.ones(count) if switches is None else jnp.asarray(switches, float),
-        jnp.ones(count, bool) if live is None else jnp.asarray(live, bool),
-        jnp.asarray(layout.lower),
-        jnp.asarray(layout.upper),
-        jnp.asarray(layout.logarithmic),
-    )
 
 
 def seen(given: Problem, subset: Subset, names: Sequence[str]) -> tuple[str, ...]:

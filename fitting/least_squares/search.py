@@ -1,7 +1,7 @@
 """One search, and many that share a compiled function: which effects are there and what varies are arguments of it."""
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, Union
+from typing import Any, Protocol
 
 import equinox as eqx
 import jax
@@ -11,61 +11,33 @@ from jaxtyping import ArrayLike
 
 from fitting.compiled.traced import kept
 from fitting.least_squares.box import BoxLevenbergMarquardt
-
-if TYPE_CHECKING:
-    from fitting.least_squares.shooting import Shooting
-    from fitting.problem.residuals import Problem
-
-    AnyProblem = Union[Problem, Shooting]  # noqa: UP007
+from fitting.least_squares.subset import Subset
 
 MAX_STEPS = 150
+
+
+class Residuals(Protocol):
+    """What a search makes small: rows in standard deviations, half the sum of whose squares is the cost."""
+
+    @property
+    def count(self) -> int:
+        """How many rows there are."""
+        ...
+
+    def rows(self, vector: jax.Array, switches: jax.Array, live: jax.Array | None = None) -> jax.Array:
+        """All rows at these unknowns."""
+        ...
+
+    def directions(self, size: int) -> tuple[jax.Array, Callable[[jax.Array], jax.Array]]:
+        """Tangents along which rows are differentiated, and all slopes from those along them."""
+        ...
+
 
 HERE: Any = 0  # where an array stands in what a compiled function returns
 
 
-class Subset(eqx.Module):
-    """One fit among many that share a compiled function: which effects are there, which numbers are free.
-
-    Where `turned` is not 0, that many switches stand behind the unknowns in `full` and may be free like them: the
-    slopes along them are the signatures of missing effects.
-    """
-
-    full: jax.Array  # every unknown
-    free: jax.Array  # positions of those that vary
-    switches: jax.Array
-    live: jax.Array
-    lower: jax.Array  # of every unknown
-    upper: jax.Array
-    logarithmic: jax.Array
-    turned: int = eqx.field(static=True, default=0)
-
-    def vector(self, place: jax.Array) -> jax.Array:
-        """All unknowns, from the free ones' places in the unit box."""
-        lower, upper, log = self.lower[self.free], self.upper[self.free], self.logarithmic[self.free]
-        low, high = jnp.where(log, lower, 1.0), jnp.where(log, upper, 1.0)
-        straight = lower + place * (upper - lower)
-        return self.full.at[self.free].set(jnp.where(log, low * (high / low) ** place, straight))
-
-    def point(self, place: jax.Array) -> tuple[jax.Array, jax.Array]:
-        """All unknowns, and all switches."""
-        whole = self.vector(place)
-        return (whole[: -self.turned], whole[-self.turned :]) if self.turned else (whole, self.switches)
-
-    def place(self, vector: jax.Array) -> jax.Array:
-        """The inverse of `vector`."""
-        x, lower, upper = vector[self.free], self.lower[self.free], self.upper[self.free]
-        log = self.logarithmic[self.free]
-        low, high, at = jnp.where(log, lower, 1.0), jnp.where(log, upper, 2.0), jnp.where(log, x, 1.0)
-        straight = (x - lower) / (upper - lower)
-        return jnp.clip(jnp.where(log, jnp.log(at / low) / jnp.log(high / low), straight), 0.0, 1.0)
-
-    def slope(self, place: jax.Array) -> jax.Array:
-        """d(free unknowns)/d(place)."""
-        return jax.jvp(self.vector, (place,), (jnp.ones_like(place),))[1][self.free]
-
-
 @kept(like=(HERE, HERE))
-def rows_and_slopes(given: "AnyProblem", subset: Subset, place: jax.Array) -> tuple[jax.Array, jax.Array]:
+def rows_and_slopes(given: Residuals, subset: Subset, place: jax.Array) -> tuple[jax.Array, jax.Array]:
     """All rows and their Jacobian (rows, free) with respect to the free unknowns' places in the unit box.
 
     Tangents are pushed forward together, once; `jax.linearize` would store every step of every scan.
@@ -84,7 +56,7 @@ def _with_slopes(evaluate: Callable) -> Callable:
     """The rows as a function of (problem, subset, place) whose derivative is the slopes that came with them."""
 
     @jax.custom_jvp
-    def rows(given: "AnyProblem", subset: Subset, place: jax.Array) -> jax.Array:
+    def rows(given: Residuals, subset: Subset, place: jax.Array) -> jax.Array:
         return evaluate(given, subset, place)[0]
 
     @rows.defjvp
@@ -116,7 +88,7 @@ class Solved(eqx.Module):
 
 @kept(like=Solved(Ended(HERE, HERE, HERE, HERE), HERE, HERE, HERE, HERE))
 def solve(
-    given: "AnyProblem", subset: Subset, starts: jax.Array, steps: int = MAX_STEPS, look: ArrayLike = False
+    given: Residuals, subset: Subset, starts: jax.Array, steps: int = MAX_STEPS, look: ArrayLike = False
 ) -> Solved:
     """Search from each start (starts, free) in turn; a loop over starts, for on a CPU it beats a batch of solvers.
 

@@ -19,9 +19,11 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from fitting.least_squares.search import Subset, solve
+from fitting.least_squares.search import solve
+from fitting.least_squares.subset import Subset
+from fitting.problem.block import Block
 from fitting.problem.positions import begin_of, shot
-from fitting.problem.residuals import Block, Problem
+from fitting.problem.residuals import Problem, predict
 from fitting.recordings.motion_signals import smooth
 from fitting.recordings.records import MOVING_TESTS
 from mckibben_jax.motion.motion import Nodes
@@ -66,7 +68,7 @@ class Shooting(eqx.Module):
         models = [given.model(d, plain, switches, live) for d in range(len(given.templates))]
         for block, shots in zip(given.blocks, self.shots, strict=True):
             if shots is None:
-                measured.append(block.residual(models[block.dataset]))
+                measured.append(block.whitened(predict(block, models[block.dataset])))
                 continue
             place = vector[at : at + shots.seen.size].reshape(shots.seen.shape)
             at += shots.seen.size

@@ -10,7 +10,9 @@ from scipy.optimize import least_squares
 
 from fitting import full_names
 from fitting.diagnosis.discover import with_added
-from fitting.least_squares.fit import Subset, free_names, rows_and_slopes, subset_of
+from fitting.least_squares.fit import free_names
+from fitting.least_squares.search import rows_and_slopes
+from fitting.least_squares.subset import Subset, subset_of
 from fitting.planning.candidates import Protocol, Shown, recording
 from fitting.problem.residuals import Problem, Samples, problem
 from fitting.problem.unknowns import Unknowns, unknowns

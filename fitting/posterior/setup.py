@@ -7,7 +7,8 @@ import jax.numpy as jnp
 import numpy as np
 
 from fitting import full_names
-from fitting.least_squares.fit import Fit, Subset, subset_of
+from fitting.least_squares.fit import Fit
+from fitting.least_squares.subset import Subset, subset_of
 from fitting.posterior.evaluation import BATCH, at_mode, log_probs
 from fitting.posterior.noise import PARTS, Chosen, Noise, chosen, noise_of_rows
 from fitting.posterior.target import Posed, Target

@@ -11,7 +11,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from fitting.least_squares.fit import Subset
+from fitting.least_squares.subset import Subset
 from fitting.posterior.noise import Chosen, Noise
 from fitting.problem.priors import Prior, Priors
 from fitting.problem.residuals import Problem, Samples

@@ -7,20 +7,20 @@ import jax
 import numpy as np
 from jaxtyping import ArrayLike
 
+from fitting.problem.block import Block
 from fitting.recordings import motion_signals as signals
 from fitting.recordings.records import FORCE_TESTS, MOVING_TESTS, Recording, Run
 from mckibben_jax.model import Model
 from mckibben_jax.state import State
 
 if TYPE_CHECKING:
-    from fitting.problem.residuals import Block
     from mckibben_jax.motion.motion import Moved, Nodes
 
 MOST_STEPS = 8000  # of one run: a longer one takes longer steps
 FEWEST_AT_REST = 3
 
 
-def predicted(block: "Block", model: Model) -> jax.Array:
+def predict_positions(block: Block, model: Model) -> jax.Array:
     """The shortening that the instrument would show at every sample of a recording, (runs, time), m."""
     from mckibben_jax.motion.isotonic import swept  # optimistix and diffrax are only needed where something moves
 
@@ -37,7 +37,7 @@ def predicted(block: "Block", model: Model) -> jax.Array:
     return jax.vmap(run)(block.states, block.load, block.start)
 
 
-def shot(block: "Block", model: Model, nodes: "Nodes") -> tuple[jax.Array, tuple[jax.Array, jax.Array]]:
+def shot(block: Block, model: Model, nodes: "Nodes") -> tuple[jax.Array, tuple[jax.Array, jax.Array]]:
     """The same for runs that begin anew at `nodes` (leading axis: runs), and by how much each stretch misses its node.
 
     Nodes are contractions of the muscle with its stated length, so are the gaps, (runs, nodes).
@@ -56,7 +56,7 @@ def shot(block: "Block", model: Model, nodes: "Nodes") -> tuple[jax.Array, tuple
 
 
 def _ridden(
-    block: "Block", model: Model, states: State, load: jax.Array, start: jax.Array, nodes: "Nodes | None"
+    block: Block, model: Model, states: State, load: jax.Array, start: jax.Array, nodes: "Nodes | None"
 ) -> "Moved":
     """The motion of one run: let go at t = 0 from rest, or free from the first sample."""
     from mckibben_jax.motion.motion import moved
@@ -67,7 +67,7 @@ def _ridden(
     return moved(model, states, load, begin, steps=block.taken, since=since, nodes=nodes, room=block.steps)
 
 
-def _shift(block: "Block", model: Model) -> ArrayLike:
+def _shift(block: Block, model: Model) -> ArrayLike:
     """What the reading (m) counts from, where a length was read of a muscle whose length at rest is another."""
     return block.stated_length - model.muscle.length if block.position == "length" else 0.0
 

@@ -8,8 +8,9 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from fitting.problem.block import Block
 from fitting.problem.points import reached
-from fitting.problem.positions import predicted, starts, steps_of
+from fitting.problem.positions import predict_positions, starts, steps_of
 from fitting.problem.unknowns import Unknowns, filled
 from fitting.recordings.noise import noise_of
 from fitting.recordings.records import FORCE_TESTS, Experiment, Recording, Run
@@ -22,50 +23,11 @@ LENGTHS = np.unique(np.round(8 * 1.25 ** np.arange(60)).astype(int))  # runs are
 LIGHT = 1e6  # standard deviations of a reading that is left out
 
 
-class Block(eqx.Module):
-    """The runs of one recording, padded to one length by repeating their last sample.
-
-    `keep` are the flat positions of the samples that carry weight, `sigma` the standard deviation of one reading.
-    `position` is what the rig read and `stated_length` the length that made a contraction of it (m): another length at
-    rest makes another contraction of the same reading.
-    """
-
-    states: State  # (runs, time)
-    measured: jax.Array  # (runs, time), N or m
-    load: jax.Array  # (runs, time), N; zero in force tests
-    sigma: jax.Array  # (runs, time)
-    keep: jax.Array
-    stated_length: jax.Array
-    position: str = eqx.field(static=True)
-    dataset: int = eqx.field(static=True)
-    of_force: bool = eqx.field(static=True)
-    steps: int = eqx.field(static=True, default=0)  # of integration, that there is room for
-    test: str = eqx.field(static=True, default="loop")
-    start: jax.Array | None = None  # (runs,), m; where a run begins in which the position is measured
-    taken: jax.Array | None = None  # steps of integration that are taken
-
-    def predict(self, model: Model) -> jax.Array:
-        """What the instrument would show at every sample, (runs, time), N or m."""
-        if self.of_force:
-            return jax.vmap(model.force)(self._imposed(model.muscle.length))
-        return predicted(self, model)
-
-    def _imposed(self, length: jax.Array) -> State:
-        """The states that the rig imposed on a muscle of this length at rest."""
-        ratio = self.stated_length / length
-        if self.position == "contraction":
-            return self.states
-        shift = 1 - ratio if self.position == "length" else 0.0
-        return self.states.replace(contraction=shift + ratio * self.states.contraction, rate=ratio * self.states.rate)
-
-    def residual(self, model: Model) -> jax.Array:
-        """Model minus measurement in standard deviations, only where there is weight; 0 where sigma is infinite."""
-        return self.whitened(self.predict(model))
-
-    def whitened(self, shown: jax.Array) -> jax.Array:
-        """What the instrument shows minus the measurement in standard deviations, only where there is weight."""
-        rows = (shown - self.measured) / self.sigma
-        return jnp.where(jnp.isinf(self.sigma), 0.0, rows).reshape(-1)[self.keep]
+def predict(block: Block, model: Model) -> jax.Array:
+    """What the instrument would show at every sample of a recording, (runs, time), N or m."""
+    if block.of_force:
+        return jax.vmap(model.force)(block.imposed(model.muscle.length))
+    return predict_positions(block, model)
 
 
 class Problem(eqx.Module):
@@ -85,7 +47,7 @@ class Problem(eqx.Module):
     def data_rows(self, vector: jax.Array, switches: jax.Array, live: jax.Array | None = None) -> jax.Array:
         """The rows of the measurements."""
         models = [self.model(d, vector, switches, live) for d in range(len(self.templates))]
-        return jnp.concatenate([block.residual(models[block.dataset]) for block in self.blocks])
+        return jnp.concatenate([block.whitened(predict(block, models[block.dataset])) for block in self.blocks])
 
     @property
     def count(self) -> int:

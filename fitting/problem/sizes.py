@@ -6,7 +6,8 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from fitting.problem.residuals import Block, Problem
+from fitting.problem.block import Block
+from fitting.problem.residuals import Problem
 
 RUNS = np.unique(np.round(np.concatenate([np.arange(1, 5), 5 * 1.2 ** np.arange(40)])).astype(int))
 WASTE = 1.6  # times as many samples may be computed to have one block where there were two

@@ -23,7 +23,9 @@ from fitting.diagnosis import flips
 from fitting.diagnosis.between_runs import together
 from fitting.diagnosis.examine import Examiner
 from fitting.diagnosis.universe import universe
-from fitting.least_squares.fit import Subset, fit, free_names, solve, starting_places, subset_of
+from fitting.least_squares.fit import fit, free_names, starting_places
+from fitting.least_squares.search import solve
+from fitting.least_squares.subset import Subset, subset_of
 from fitting.problem.residuals import Problem, Samples, problem
 from fitting.problem.unknowns import Unknowns, unknowns
 from fitting.recordings.experiment import read_experiment

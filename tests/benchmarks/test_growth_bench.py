@@ -25,8 +25,9 @@ from fitting.diagnosis.diagnose import ENOUGH_SAMPLES, one_thread
 from fitting.diagnosis.examine import Examiner
 from fitting.diagnosis.search import Search
 from fitting.diagnosis.universe import universe
-from fitting.least_squares.fit import Fit, fit, free_names, subset_of
+from fitting.least_squares.fit import Fit, fit, free_names
 from fitting.least_squares.search import rows_and_slopes
+from fitting.least_squares.subset import subset_of
 from fitting.problem.residuals import problem, thinned
 from fitting.problem.unknowns import unknowns
 from fitting.recordings.experiment import read_experiment

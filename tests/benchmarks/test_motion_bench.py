@@ -21,9 +21,9 @@ import pytest
 from motion_rivals import ANGLE, IRON, LENGTH, PRESSURE, RAYON, G, Values, compiled, release, slopes
 from scipy.optimize import least_squares
 
-from fitting.least_squares.fit import subset_of
 from fitting.least_squares.search import rows_and_slopes, solve
 from fitting.least_squares.shooting import begun_by_shooting
+from fitting.least_squares.subset import subset_of
 from fitting.problem.residuals import problem
 from fitting.problem.unknowns import unknowns
 from fitting.recordings.records import Experiment, Recording, Run

@@ -1,0 +1,46 @@
+"""The signals of one recording as arrays of one shape, for a compiled residual."""
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+
+from mckibben_jax.state import State
+
+
+class Block(eqx.Module):
+    """The runs of one recording, padded to one length by repeating their last sample.
+
+    `keep` are the flat positions of the samples that carry weight, `sigma` the standard deviation of one reading.
+    `position` is what the rig read and `stated_length` the length that made a contraction of it (m): another length at
+    rest makes another contraction of the same reading.
+    """
+
+    states: State  # (runs, time)
+    measured: jax.Array  # (runs, time), N or m
+    load: jax.Array  # (runs, time), N; zero in force tests
+    sigma: jax.Array  # (runs, time)
+    keep: jax.Array
+    stated_length: jax.Array
+    position: str = eqx.field(static=True)
+    dataset: int = eqx.field(static=True)
+    of_force: bool = eqx.field(static=True)
+    steps: int = eqx.field(static=True, default=0)  # of integration, that there is room for
+    test: str = eqx.field(static=True, default="loop")
+    start: jax.Array | None = None  # (runs,), m; where a run begins in which the position is measured
+    taken: jax.Array | None = None  # steps of integration that are taken
+
+    def imposed(self, length: jax.Array) -> State:
+        """The states that the rig imposed on a muscle of this length at rest."""
+        ratio = self.stated_length / length
+        if self.position == "contraction":
+            return self.states
+        shift = 1 - ratio if self.position == "length" else 0.0
+        return self.states.replace(contraction=shift + ratio * self.states.contraction, rate=ratio * self.states.rate)
+
+    def whitened(self, shown: jax.Array) -> jax.Array:
+        """What the instrument shows minus the measurement, in standard deviations: the rows of samples with weight.
+
+        A sample whose sigma is infinite has a row of 0.
+        """
+        rows = (shown - self.measured) / self.sigma
+        return jnp.where(jnp.isinf(self.sigma), 0.0, rows).reshape(-1)[self.keep]
