@@ -1,8 +1,9 @@
 """Bad input is reported once, completely: where it stands, the value met, what is wrong and what to do about it."""
 
 import difflib
-from collections.abc import Iterable
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +13,8 @@ class InputError(Exception):
     """Something the user gave cannot be used.
 
     `row` is the line of the file as an editor counts it (the header of a CSV is line 1); `cure` is something to type
-    or paste. The message is one sentence on what is wrong and one on the cure.
+    or paste. The message is one sentence on what is wrong and one on the cure. `key` is the option that a wrong value
+    was given for, where the file of the option is known only to a caller (see `concerning` and `located`).
     """
 
     problem: str
@@ -21,6 +23,15 @@ class InputError(Exception):
     column: str | None = None
     value: Any = None
     cure: str = ""
+    key: str | None = field(default=None, init=False)
+
+    def located(self, file: str | Path, row: int | None = None, column: str | None = None) -> "InputError":
+        """The same error at a place that only the caller knows."""
+        return InputError(self.problem, file, row, column, self.value, self.cure)
+
+    def of(self, what: str) -> "InputError":
+        """The same error, its problem said to be that of `what`."""
+        return InputError(f"{what}: {self.problem}", self.file, self.row, self.column, self.value, self.cure)
 
     def __str__(self) -> str:
         where = self._where()
@@ -46,6 +57,16 @@ class InputError(Exception):
             "value": None if self.value is None else _text(self.value),
             "cure": self.cure,
         }
+
+
+@contextmanager
+def concerning(key: str) -> Iterator[None]:
+    """Within this block an `InputError` is one about the option `key`."""
+    try:
+        yield
+    except InputError as error:
+        error.key = key
+        raise
 
 
 def _text(value: Any) -> str:

@@ -182,6 +182,11 @@ BAD_TABLES = {
     "valid: not there": (loop_csv, 'valid = { lenght = ["1 mm", "2 mm"] }', ("column in valid: 'lenght'",)),
     "valid: no pair": (loop_csv, 'valid = { force = "5 N" }', ("not a pair", '["5 N", "5000 N"]')),
     "valid: no unit": (loop_csv, 'valid = { force = ["5", "6"] }', ("valid: force has no unit",)),
+    "valid: its row": (
+        loop_csv,
+        'pressure = "gauge"\nvalid = { pressure = ["5", "6"] }',
+        ("muscle.toml, row 11", "valid: pressure has no unit"),
+    ),
     "valid: reversed": (loop_csv, 'valid = { force = ["9 N", "6 N"] }', ("holds nothing", "lower limit first")),
     "valid: a list": (loop_csv, "valid = 3", ("valid is not a table",)),
     "pressure option": (loop_csv, 'pressure = "abs"', ("neither gauge nor absolute", "'abs'")),

@@ -70,7 +70,7 @@ class File:
         try:
             return units.to_si(text, unit, what)
         except InputError as error:
-            raise InputError(error.problem, self.path, row, value=error.value, cure=error.cure) from None
+            raise error.located(self.path, row) from None
 
 
 def open_file(path: Path | str, known: Known | None = None) -> File:
@@ -176,7 +176,7 @@ def _model(file: File) -> tuple[tuple[Effect, ...], Muscle | None]:
     try:
         return tuple(kind() for kind in named(names, file.known)), None
     except InputError as error:
-        raise InputError(error.problem, path, file.line("effects"), cure=error.cure) from None
+        raise error.located(path, file.line("effects")) from None
 
 
 # What is wanted -------------------------------------------------------------------------------------------------------

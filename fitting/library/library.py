@@ -35,7 +35,7 @@ def with_line(
     try:
         kind = defined(line)
     except InputError as error:
-        raise InputError(error.problem, file, row, value=error.value, cure=error.cure) from None
+        raise error.located(file, row) from None
     name = name_of(kind)
     if known.get(name, kind) is not kind:
         before = known[name]

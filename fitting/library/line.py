@@ -100,9 +100,11 @@ def _defined(line: str) -> type[Defined]:
         if key in values:
             raise InputError(f"{name}: '{key}' is given twice", value=text, cure="keep one of them")
         values[key] = given
-    with_place = _placed(name)
-    law = with_place(lambda: read_expression(formula, (*VARIABLES, *values)))
-    with_place(lambda: _check(law, values))
+    try:
+        law = read_expression(formula, (*VARIABLES, *values))
+        _check(law, values)
+    except InputError as error:
+        raise error.of(name) from None
     return _class(name, line, law, values)
 
 
@@ -131,17 +133,6 @@ def _starts(given: Given) -> tuple[float, ...]:
     assert given.range is not None
     lower, upper = given.range
     return (given.value, *(lower + share * (upper - lower) for share in SPREAD))
-
-
-def _placed(name: str) -> Callable[[Callable[[], Any]], Any]:
-    def run(step: Callable[[], Any]) -> Any:
-        try:
-            return step()
-        except InputError as error:
-            error.problem = f"{name}: {error.problem}"
-            raise
-
-    return run
 
 
 # ------------------------------------------------------------------------------------------------------------ the line
@@ -234,8 +225,7 @@ def _factor(unit: str, what: str) -> tuple[str, float]:
     try:
         return units.in_si(unit)
     except InputError as error:
-        error.problem = f"{what}: {error.problem}"
-        raise
+        raise error.of(what) from None
 
 
 def _finite(value: float, owner: str, name: str, text: str) -> float:

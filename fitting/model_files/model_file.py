@@ -184,7 +184,7 @@ def _read_table(
         try:
             found[key] = units.to_si(entry.get("value"), known[plain], f"{owner}.{key}")
         except InputError as error:
-            raise InputError(error.problem, path, line_of(raw, key), value=error.value, cure=error.cure) from None
+            raise error.located(path, line_of(raw, key)) from None
         states[f"{owner}.{key}"] = state
     return found
 

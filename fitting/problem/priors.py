@@ -147,7 +147,7 @@ def _at(given: Any, known: tuple[str, float, float], name: str, path: Path, row:
         prior = read_prior(given, unit, name)
         check_overlap(prior, name, unit, lower, upper)
     except InputError as error:
-        raise InputError(error.problem, path, row, value=error.value, cure=error.cure) from None
+        raise error.located(path, row) from None
     return prior
 
 

@@ -1,17 +1,16 @@
 """A data-set folder as an `Experiment`: muscle.toml and its recordings, in SI units, every reading checked."""
 
 import hashlib
-import re
 import shlex
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from fitting import units
-from fitting.errors import InputError, unknown_name
+from fitting.errors import InputError, concerning, unknown_name
 from fitting.recordings.muscle_file import line_of, muscle_of, name_of, read_muscle, read_toml, source_of
 from fitting.recordings.noise import one_load_cell
 from fitting.recordings.plausible import check_plausible, without_copies
@@ -119,27 +118,33 @@ def _recording_of(
     try:
         return _read(folder / entry["file"], entry["test"], muscle, entry, entry["file"])
     except InputError as error:
-        if error.file is None:  # then an option of this entry is wrong
-            error.file = toml
-            error.row = next((line_of(raw, key) for key in entry if re.search(rf"\b{key}\b", error.problem)), None)
-        raise
+        if error.file is not None:
+            raise
+        row = line_of(raw, error.key) if error.key else None
+        raise error.located(toml, row) from None  # an option of this entry is wrong
 
 
 def _read(path: Path, test: str, muscle: Muscle, options: dict[str, Any], name: str) -> tuple[Recording, bytes]:
-    test = kind_of(test)
+    with concerning("test"):
+        test = kind_of(test)
     _check_options(options)
-    noise = (
-        None
-        if options.get("noise") is None
-        else units.to_si(options["noise"], "N" if test in FORCE_TESTS else "m", "noise")
-    )
-    if noise is not None and noise <= 0:
-        raise InputError("noise is not positive", value=options["noise"], cure="leave it out if it is unknown")
+    noise = _noise(options.get("noise"), test)
     table = read_table(path, options.get("columns"), options.get("units"))
     with units.spoken(units.own_units([_stated(table)])):  # what is wrong is said as the owner of the data would
         runs, notes = _checked_runs(table, test, muscle, options)
     position = next(column for column in POSITIONS if column in table)
     return Recording(name, test, runs, noise, notes, position, _stated(table)), table.raw
+
+
+def _noise(stated: Any, test: str) -> float | None:
+    """The stated standard deviation of one reading, N or m; None where there is none."""
+    if stated is None:
+        return None
+    with concerning("noise"):
+        noise = units.to_si(stated, "N" if test in FORCE_TESTS else "m", "noise")
+        if noise <= 0:
+            raise InputError("noise is not positive", value=stated, cure="leave it out if it is unknown")
+    return noise
 
 
 def _checked_runs(
@@ -176,27 +181,41 @@ def kind_of(test: str) -> str:
 
 
 def _check_options(options: dict[str, Any]) -> None:
-    for key in options:
-        if key not in OPTIONS:
-            raise unknown_name("key in [[recording]]:", key, OPTIONS)
-    for key in ("columns", "units", "valid"):
-        if not isinstance(options.get(key, {}), dict):
-            raise InputError(f"{key} is not a table", value=options[key], cure=f"write {key} = {{ force = ... }}")
-    for key in ("columns", "units"):
-        for name, value in options.get(key, {}).items():
-            if not isinstance(value, str):
-                raise InputError(f"{key}: {name} is not text", value=value, cure=f'write {key} = {{ {name} = "..." }}')
-    if options.get("pressure", "gauge") not in ("gauge", "absolute"):
-        raise InputError(
-            "pressure is neither gauge nor absolute", value=options["pressure"], cure='write pressure = "gauge"'
-        )
-    sign = options.get("force_sign", 1)
-    if isinstance(sign, bool) or sign not in (1, -1):
-        raise InputError(
-            "force_sign is neither 1 nor -1",
-            value=sign,
-            cure="write force_sign = -1 where the rig counts pulling as negative",
-        )
+    for key, value in options.items():
+        with concerning(key):
+            if key not in OPTIONS:
+                raise unknown_name("key in [[recording]]:", key, OPTIONS)
+            if check := CHECKS.get(key):
+                check(key, value)
+
+
+def _check_table(key: str, value: Any) -> None:
+    if not isinstance(value, dict):
+        raise InputError(f"{key} is not a table", value=value, cure=f"write {key} = {{ force = ... }}")
+
+
+def _check_texts(key: str, value: Any) -> None:
+    _check_table(key, value)
+    for name, text in value.items():
+        if not isinstance(text, str):
+            raise InputError(f"{key}: {name} is not text", value=text, cure=f'write {key} = {{ {name} = "..." }}')
+
+
+def _check_pressure(key: str, value: Any) -> None:
+    if value not in ("gauge", "absolute"):
+        raise InputError("pressure is neither gauge nor absolute", value=value, cure=f'write {key} = "gauge"')
+
+
+def _check_sign(key: str, value: Any) -> None:
+    if isinstance(value, bool) or value not in (1, -1):
+        cure = f"write {key} = -1 where the rig counts pulling as negative"
+        raise InputError("force_sign is neither 1 nor -1", value=value, cure=cure)
+
+
+CHECKS: dict[str, Callable[[str, Any], None]] = {
+    "columns": _check_texts, "units": _check_texts, "valid": _check_table, "pressure": _check_pressure,
+    "force_sign": _check_sign,
+}  # fmt: skip
 
 
 # -------------------------------------------------------------------------------------------------------------- notes

@@ -86,7 +86,7 @@ def _value(key: str, value: Any, known: dict[str, tuple[str, str]], path: Path, 
     try:
         return units.measured(value, unit, key)
     except InputError as error:
-        raise InputError(error.problem, path, row, value=error.value, cure=error.cure) from None
+        raise error.located(path, row) from None
 
 
 def _modulus_from_hardness(given: dict[str, Measured], path: Path, raw: bytes) -> dict[str, Measured]:

@@ -178,24 +178,25 @@ def without_copies(experiment: Experiment) -> Experiment:
     seen: dict[bytes, str] = {}
     recordings = []
     for recording in experiment.recordings:
-        kept = recording if recording.test == "static" else _without(recording, seen)
-        if not any(run.weight.any() for run in kept.runs):
+        copies = {} if recording.test == "static" else _copies(recording, seen)
+        runs = tuple(replace(r, weight=0.0 * r.weight) if r.name in copies else r for r in recording.runs)
+        if not any(run.weight.any() for run in runs):
+            problem = f"{[*copies.values()][-1]}: it has no weight, and so is all that this recording holds"
             cure = "leave one of the two [[recording]] out"
-            problem = f"{kept.notes[-1]}, and so is all that this recording holds"
             raise InputError(problem, experiment.folder / recording.file, cure=cure)
-        recordings.append(kept)
+        notes = (*recording.notes, *(f"{copy}: it has no weight" for copy in copies.values()))
+        recordings.append(replace(recording, runs=runs, notes=notes))
     return replace(experiment, recordings=tuple(recordings))
 
 
-def _without(recording: Recording, seen: dict[bytes, str]) -> Recording:
-    runs, notes = [], []
+def _copies(recording: Recording, seen: dict[bytes, str]) -> dict[str, str]:
+    """Runs of a recording that copy one seen before, by name: what each is a copy of. `seen` gains the others."""
+    copies = {}
     for run in recording.runs:
         hung = np.zeros(len(run)) if run.load is None else run.load
         key = np.stack([run.measured, run.contraction, run.pressure, run.time - run.time[0], hung]).tobytes()
-        first = seen.setdefault(key, f"run {run.name} of {recording.file}")
-        copied = first != f"run {run.name} of {recording.file}" and np.ptp(run.measured) > 0
-        if copied:
-            copy = f"run {run.name} of {recording.file} is a copy of {first}, reading by reading"
-            notes.append(f"{copy}: it has no weight")
-        runs.append(replace(run, weight=0.0 * run.weight) if copied else run)
-    return replace(recording, runs=tuple(runs), notes=(*recording.notes, *notes))
+        own = f"run {run.name} of {recording.file}"
+        first = seen.setdefault(key, own)
+        if first != own and np.ptp(run.measured) > 0:
+            copies[run.name] = f"{own} is a copy of {first}, reading by reading"
+    return copies

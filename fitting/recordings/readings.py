@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from fitting import units
-from fitting.errors import InputError, nearest, unknown_name
+from fitting.errors import InputError, concerning, nearest, unknown_name
 from fitting.recordings.records import FORCE_TESTS
 from fitting.recordings.runs import Readings
 from fitting.recordings.tables import COLUMNS, USUAL, Table, plain_name
@@ -116,7 +116,8 @@ def _usable(columns: dict[str, np.ndarray], valid: dict[str, Any], table: Table,
     for name, limits in valid.items():
         if name not in columns:
             raise unknown_name("column in valid:", name, columns, table.file)
-        low, high = _limits(name, limits)
+        with concerning("valid"):
+            low, high = _limits(name, limits)
         outside = usable & ~((columns[name] >= low) & (columns[name] <= high))
         counts[f"{name} outside {limits[0]} .. {limits[1]}"] += int(np.count_nonzero(outside))
         usable &= ~outside
@@ -227,11 +228,11 @@ def _position_cure(position: str) -> str:
 
 def _check_run(r: Readings, table: Table, test: str) -> None:
     """Enough samples, and time that rises."""
-    called = f"run {r.name} has" if "run" in table else "there are"
     fewest = 1 if test == "static" else FEWEST_SAMPLES
     if len(r.time) < fewest:
+        have = f"run {r.name} has" if "run" in table else "there are"
         raise InputError(
-            f"{called} only {len(r.time)} samples, {fewest} are needed",
+            f"{have} only {len(r.time)} samples, {fewest} are needed",
             table.file,
             int(table.row[0] if not len(r.row) else r.row[0]),
             cure="record more, or delete the run",
@@ -253,8 +254,9 @@ def _check_run(r: Readings, table: Table, test: str) -> None:
             cure if back else "write the time with more digits, or delete one of the rows",
         )
     if test == "isometric" and r.usable.any() and np.ptp(np.quantile(r.contraction[r.usable], [0.02, 0.98])) > HELD:
+        where = f"run {r.name}: " if "run" in table else ""
         raise InputError(
-            f"{called.removesuffix(' has').removesuffix('there are')} the length is not held",
+            f"{where}the length is not held",
             table.file,
             int(r.row[0]),
             cure='a recording in which the length moves is test = "loop"',

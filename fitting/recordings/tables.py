@@ -165,7 +165,7 @@ def _column(name: str, cells: pd.Series, head: str, unit: str | None, place: _Pl
     try:
         factor = units.load_factor(unit) if si == "load" else units.factor(unit, si)
     except InputError as error:
-        raise InputError(error.problem, place.path, place.header_row, head, cure=error.cure) from None
+        raise error.located(place.path, place.header_row, head) from None
     beyond = np.abs(numbers) > LARGEST_NUMBER / factor
     if beyond.any():
         at = int(np.argmax(beyond))
