@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from fitting.diagnosis.detection import by_unit, detectable
-from fitting.diagnosis.flips import SPREAD, alike_within
+from fitting.diagnosis.detection import by_group, detectable
+from fitting.diagnosis.flips import SPREAD, similarity_within_runs
 
 UNITS, EACH, LEVEL = 20, 50, 0.005
 NUMBER = np.repeat(np.arange(UNITS), EACH)
@@ -20,7 +20,7 @@ def power(columns, limit, rng, times=200):
     found = 0
     for _ in range(times):
         rows = rng.normal(size=UNITS * EACH) + limit * columns[:, 0]
-        scores = by_unit(columns, rows[:, None], NUMBER)[0]
+        scores = by_group(columns, rows[:, None], NUMBER)[0]
         found += abs(scores[:, 0].sum()) > np.quantile(np.abs(SIGNS @ scores).max(axis=1), 1 - LEVEL)
     return found / times
 
@@ -51,5 +51,5 @@ def test_loops_of_one_run_are_alike_only_where_runs_differ():
     rng = np.random.default_rng(2)
     run = np.repeat(np.arange(10), 2)
     noise = rng.normal(size=(20, 30))
-    assert alike_within(noise, run) < SPREAD
-    assert alike_within(noise + np.repeat(rng.normal(size=(10, 30)), 2, axis=0), run) > 0.3
+    assert similarity_within_runs(noise, run) < SPREAD
+    assert similarity_within_runs(noise + np.repeat(rng.normal(size=(10, 30)), 2, axis=0), run) > 0.3

@@ -71,7 +71,7 @@ def test_the_evidence_says_why(diagnoses):
     assert "signs of 20 loops" in found.rests_on
     assert "from run to run each effect's parameters may differ by 3%" in found.rests_on
     assert found.effects["pressure_gain"].detection_limit is None  # geometry gives way to it
-    assert found.effects["dead_band"].alike["pressure_offset"] > 0.99
+    assert found.effects["dead_band"].similar["pressure_offset"] > 0.99
 
 
 def test_what_explains_the_data_and_is_not_named_says_why(diagnoses):
@@ -153,9 +153,9 @@ def test_positions_alone_are_refused_with_the_cure(tmp_path):
 def test_what_stands_at_the_end_of_its_range_has_no_error(tmp_path):
     experiment = read_experiment(write(tmp_path, loops(lambda eps, *_: 400.0 * eps)))
     world = universe([experiment], BASELINE, [LinearSpring()])
-    trial = world.fit(world.with_added(["linear_spring"]), world.start, ["linear_spring"])
+    fit = world.fit(world.with_added(["linear_spring"]), world.start, ["linear_spring"])
     (value, error), (same, none) = (
-        _estimate(world, replace(trial, at_bound=ends), "linear_spring")["K"] for ends in ((), ("linear_spring.K",))
+        _estimate(world, replace(fit, at_bound=ends), "linear_spring")["K"] for ends in ((), ("linear_spring.K",))
     )
     assert value == same
     assert 0 < error < 0.1 * abs(value)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from fitting.diagnosis import flips, omnibus, working_noise
-from fitting.diagnosis.between_runs import Yielding
+from fitting.diagnosis.between_runs import Nuisance
 from fitting.least_squares import held_out
 from fitting.problem.residuals import Samples
 
@@ -55,9 +55,9 @@ def examined(rows: np.ndarray, s: Samples, seed: int) -> flips.Verdict:
     columns = np.stack([s.branch * p**0.7, s.branch * s.rate, np.maximum(x - 0.12, 0), x, p * x**3], axis=1)
     basis = omnibus.basis(s)
     noise = working_noise.noise_from(rows, np.hstack([basis.whole, slopes]), s)
-    unit = flips.units(s, noise.memory)
-    same = Yielding(slopes, np.zeros(0), np.zeros((0, 3)), np.full(3, -1))
-    return flips.judged(rows, same, same, columns, flips.Ground(s, unit, basis, noise, seed))
+    groups = flips.flip_groups(s, noise.memory)
+    same = Nuisance(slopes, np.zeros(0), np.zeros((0, 3)), np.full(3, -1))
+    return flips.judged(rows, same, same, columns, flips.Ground(s, groups, basis, noise, seed))
 
 
 @pytest.mark.parametrize("memory", [0.0, 0.9, 0.97])
@@ -127,10 +127,12 @@ def stated(rows, amount, error, s, seed):
     prior = np.array([error])
     fit = np.linalg.lstsq(np.append(slope, 1.0)[:, None], np.append(rows + amount * column, prior), rcond=None)[0]
     left = rows + amount * column - slope * fit[0]
-    same = Yielding(slope[:, None], prior - fit, np.ones((1, 1)), np.array([-1]))
+    same = Nuisance(slope[:, None], prior - fit, np.ones((1, 1)), np.array([-1]))
     basis = omnibus.basis(s)
     noise = working_noise.Noise(1.0, np.zeros(len(working_noise.MEMORIES)))
-    return flips.judged(left, same, same, column[:, None], flips.Ground(s, flips.units(s, 0.0), basis, noise, seed))
+    return flips.judged(
+        left, same, same, column[:, None], flips.Ground(s, flips.flip_groups(s, 0.0), basis, noise, seed)
+    )
 
 
 def test_errors_in_what_is_stated_raise_no_alarm_and_hide_nothing():
@@ -189,13 +191,15 @@ def test_few_loops_flip_smaller_units_and_say_so():
     s = samples()
     some = s.where(s.run < 2)
     few = s.where(s.run < 1)
-    assert "half loops" in flips.units(some, 0.5).words
-    blocks = flips.units(few.where(few.half < 4), 0.5)
+    assert "half loops" in flips.flip_groups(some, 0.5).words
+    blocks = flips.flip_groups(few.where(few.half < 4), 0.5)
     assert "noise model" in blocks.words
     assert blocks.level == flips.FEW_LEVEL
-    assert "blocks of 24 samples" in flips.units(few.where(few.half < 4), 0.5).words  # 8 correlation times, (1+m)/(1-m)
-    assert "blocks of 56 samples" in flips.units(few.where(few.half < 4), 0.75).words
-    assert "blocks of 20 samples" in flips.units(few.where(few.half < 4), 0.0).words
+    assert (
+        "blocks of 24 samples" in flips.flip_groups(few.where(few.half < 4), 0.5).words
+    )  # 8 correlation times, (1+m)/(1-m)
+    assert "blocks of 56 samples" in flips.flip_groups(few.where(few.half < 4), 0.75).words
+    assert "blocks of 20 samples" in flips.flip_groups(few.where(few.half < 4), 0.0).words
 
 
 def test_a_few_loops_beside_many_isometric_cycles_are_flipped_by_halves():
@@ -204,7 +208,7 @@ def test_a_few_loops_beside_many_isometric_cycles_are_flipped_by_halves():
     loops = s.where(s.run < 1)
     held = replace(s, rate=0 * s.rate, pressure_rate=1e4 * s.branch, run=s.run + 1, recording=s.recording + 1)
     both = Samples(*(np.concatenate([getattr(part, f.name) for part in (loops, held)]) for f in fields(Samples)))
-    found = flips.units(both, 0.5)
+    found = flips.flip_groups(both, 0.5)
     halves = len(np.unique(flips.numbered(loops.run, loops.half)))
     cycles = len(np.unique(flips.numbered(held.run, held.loop)))
     assert halves < flips.ENOUGH <= cycles
@@ -214,8 +218,8 @@ def test_a_few_loops_beside_many_isometric_cycles_are_flipped_by_halves():
         s.where(np.arange(30)), rate=np.zeros(30), run=np.arange(30) + 1, half=np.arange(30), recording=np.ones(30, int)
     )
     mixed = Samples(*(np.concatenate([getattr(part, f.name) for part in (loops, points)]) for f in fields(Samples)))
-    assert "half loops and single points flipped" in flips.units(mixed, 0.5).words
-    assert flips.units(points, 0.5).words == "signs of 30 single points flipped"
+    assert "half loops and single points flipped" in flips.flip_groups(mixed, 0.5).words
+    assert flips.flip_groups(points, 0.5).words == "signs of 30 single points flipped"
     assert len(np.unique(found.together)) == len(np.unique(loops.run)) + cycles
 
 
@@ -241,10 +245,10 @@ def test_units_of_one_run_are_alike_by_what_they_share():
     pairs = [(a, b) for a in range(5) for b in range(5) if a != b and run[a] == run[b]]
     products = sum(scores[a] @ scores[b] for a, b in pairs)
     squares = sum((scores[a] @ scores[a] + scores[b] @ scores[b]) / 2 for a, b in pairs)
-    assert flips.alike_within(scores, run) == pytest.approx(products / squares)
-    assert flips.alike_within(np.repeat(scores[:2], [3, 2], axis=0), run) == pytest.approx(1.0)
-    assert flips.alike_within(scores, np.arange(5)) == 0.0
-    assert flips.alike_within(np.zeros((5, 3)), run) == 0.0
+    assert flips.similarity_within_runs(scores, run) == pytest.approx(products / squares)
+    assert flips.similarity_within_runs(np.repeat(scores[:2], [3, 2], axis=0), run) == pytest.approx(1.0)
+    assert flips.similarity_within_runs(scores, np.arange(5)) == 0.0
+    assert flips.similarity_within_runs(np.zeros((5, 3)), run) == 0.0
 
 
 def test_a_basis_has_no_more_columns_than_its_span():

@@ -22,8 +22,8 @@ from fitting.diagnosis.working_noise import Noise as Memory
 from fitting.least_squares.fit import fit
 from fitting.planning import next_measurement as nm
 from fitting.planning.candidates import FASTER, MUCH_FASTER, NODES, grid, on_specimen, shown, simulation
-from fitting.planning.foreseen import Varying
-from fitting.planning.rejection import Drawn, Units
+from fitting.planning.predictions import Varying
+from fitting.planning.rejection import Drawn, FlipGroups
 from fitting.planning.separation import Outlook, Readings, of_means
 from fitting.planning.sharper import sharper
 from fitting.problem.residuals import thinned
@@ -121,7 +121,7 @@ def outlook_of(random, rows=8, free=(2, 3)):
 
 
 def test_discrepancy_is_that_of_box_and_hill(monkeypatch):
-    """Against the density with which either explanation foretells the other's mean."""
+    """Against the density with which either explanation predicts the other's mean."""
     random = np.random.default_rng(5)
     (a, b), old, planned = outlook_of(random)
     outlook = Outlook(planned, (a, b), Memory(1.0, np.zeros(10)), Readings(1.0, 1.0, 100.0))
@@ -144,9 +144,9 @@ def drawn(shift, draws=300, units=16, per=10):
     count = units * per
     slope, column, other = random.standard_normal((3, count, 1))
     rows = random.standard_normal((count, draws)) + shift * column + 0.3 * slope
-    unit = Units(np.repeat(np.arange(units), per), count, 0.01, np.repeat(np.arange(units), per))
+    groups = FlipGroups(np.repeat(np.arange(units), per), count, 0.01, np.repeat(np.arange(units), per))
     nothing, basis = np.zeros((count, 0)), Basis(other, np.zeros((count, 0)))
-    return Drawn(rows, slope, np.zeros((1, 1)), nothing, np.zeros(0, int), np.hstack([column, other]), basis, unit)
+    return Drawn(rows, slope, np.zeros((1, 1)), nothing, np.zeros(0, int), np.hstack([column, other]), basis, groups)
 
 
 def test_rejections_keep_their_level_and_have_power():
@@ -164,9 +164,9 @@ def differing(by, draws=200, runs=8, per=20):
     own = np.where(run[:, None] == np.arange(runs), steep[:, None], 0.0)
     rows = random.standard_normal((count, draws)) + by * own @ random.standard_normal((runs, draws))
     slope, column, other = random.standard_normal((3, count, 1))
-    unit = Units(np.repeat(np.arange(2 * runs), per // 2), count, 0.01, run)
+    groups = FlipGroups(np.repeat(np.arange(2 * runs), per // 2), count, 0.01, run)
     group = np.zeros(runs, int)
-    return Drawn(rows, slope, np.zeros((1, 1)), own, group, column, Basis(other, np.zeros((count, 0))), unit)
+    return Drawn(rows, slope, np.zeros((1, 1)), own, group, column, Basis(other, np.zeros((count, 0))), groups)
 
 
 def test_runs_that_would_have_to_differ_too_much_are_rejected_too():

@@ -167,7 +167,7 @@ def test_terms_are_explained_and_likes_are_mapped(study, diagnosis):
 def test_who_looks_like_whom_stands_in_groups(diagnosis):
     alike = {("a", "b"): 0.99, ("b", "c"): 0.95, ("a", "c"): 0.93, ("d", "e"): 1.0, ("c", "d"): 0.4}
     pairs = alike | {(b, a): value for (a, b), value in alike.items()}
-    known = {n: Evidence(n, 0.5, alike={b: v for (a, b), v in pairs.items() if a == n}) for n in "abcde"}
+    known = {n: Evidence(n, 0.5, similar={b: v for (a, b), v in pairs.items() if a == n}) for n in "abcde"}
     found = groups(dataclasses.replace(diagnosis, effects=known, explanations=(("d",),), leading=None))
     assert [(set(group.names), group.least) for group in found] == [({"d", "e"}, 1.0), ({"a", "b", "c"}, 0.93)]
 

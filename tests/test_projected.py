@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from fitting.diagnosis.between_runs import DENIED_P, Yielding
+from fitting.diagnosis.between_runs import DENIED_P, Nuisance
 from fitting.diagnosis.omnibus import Basis
 from fitting.diagnosis.projected import MISFIT_P, projected
 
@@ -20,7 +20,7 @@ PRIORS = np.zeros((STATED + 2, 5))
 PRIORS[:STATED, :SHARED] = 6 * RANDOM.normal(size=(STATED, SHARED))  # they hold about as well as the rows do
 PRIORS[STATED:, SHARED:] = np.eye(2)
 STATEMENTS = np.array([1.5, -0.7, 0.0, 0.0])
-BY = Yielding(J, STATEMENTS, PRIORS, np.array([-1, -1, -1, 0, 0]))
+BY = Nuisance(J, STATEMENTS, PRIORS, np.array([-1, -1, -1, 0, 0]))
 
 
 def least(target, below):

@@ -81,19 +81,19 @@ def test_progress_goes_forward_level_by_level(three, told):
 
 def test_a_linear_look_beside_a_set_foretells_its_refit(three):
     pair = frozenset(["hertz_friction", "tip"])
-    promised = three.beside(pair)
+    promised = three.promised_by_one_more(pair)
     assert min(promised, key=promised.__getitem__) - pair <= {"weight", "force_offset"}  # at held pressures one force
     triple = frozenset(THREE)
-    assert promised[triple] == pytest.approx(three.trials[triple].cost, rel=0.3)
-    assert promised[triple] < 0.1 * three.trials[pair].cost
+    assert promised[triple] == pytest.approx(three.fits[triple].cost, rel=0.3)
+    assert promised[triple] < 0.1 * three.fits[pair].cost
 
 
 def test_friction_of_another_law_is_named_though_two_runs_could_differ_in_theirs(tmp_path):
     """Two pressures, one run each: with a friction 11 % apart from run to run Coulomb's law would do as well."""
     search = searched([measured(tmp_path, "poor", "pressure", RIVAL)], BASE, candidates=CANDIDATES)
-    assert search.gate.rejected
+    assert search.missing_effect_test.rejected
     assert concluded(search).explanations == (("hertz_friction",),)
-    assert frozenset() not in search.trials  # beside one that does, nothing else is looked for
+    assert frozenset() not in search.fits  # beside one that does, nothing else is looked for
 
 
 def test_what_pressure_and_speed_do_together_is_no_difference_between_runs(tmp_path):
@@ -103,11 +103,11 @@ def test_what_pressure_and_speed_do_together_is_no_difference_between_runs(tmp_p
         stiffer = loops(lambda eps, p, _, v=speed: 5 * p / 1e5 * v * eps, seed=number)
         rows += [(run + 3 * number, time / speed, *more) for run, time, *more in stiffer]
     search = searched([read_experiment(write_small(tmp_path, rows))], BASE, candidates=CANDIDATES)
-    gate = search.gate.test
-    assert 0.9 < gate.inside < 1.2
-    assert gate.p_runs >= gate.level  # nine runs are too few to flip
-    assert not gate.runs_differ
-    assert gate.rejected
+    missing_effect_test = search.missing_effect_test.test
+    assert 0.9 < missing_effect_test.inside < 1.2
+    assert missing_effect_test.p_runs >= missing_effect_test.level  # nine runs are too few to flip
+    assert not missing_effect_test.runs_differ
+    assert missing_effect_test.rejected
     assert concluded(search).verdict == "not in the library"
 
 
@@ -116,7 +116,7 @@ def test_a_set_promises_what_its_effects_leave_together():
     random = np.random.default_rng(5)
     base = SimpleNamespace(rows=random.normal(size=40), slopes=random.normal(size=(40, 2)))
     alone = {name: SimpleNamespace(rows=base.rows + random.normal(size=40)) for name in "ab"}
-    search = SimpleNamespace(base=base, trials={frozenset([name]): trial for name, trial in alone.items()})
+    search = SimpleNamespace(base=base, fits={frozenset([name]): fit for name, fit in alone.items()})
     columns = np.column_stack([alone["a"].rows - base.rows, alone["b"].rows - base.rows, base.slopes])
     least = np.linalg.lstsq(columns, base.rows, rcond=None)[1][0]
     assert Search.promised(search, ("a", "b")) == pytest.approx(least)
@@ -125,9 +125,9 @@ def test_a_set_promises_what_its_effects_leave_together():
 def test_an_explanation_is_bettered_by_one_more_effect_that_takes_most_of_the_rest():
     """By a set with that effect and no other, and not by one that leaves the explanation out."""
     costs = {"a": 100.0, "b": 100.0, "ab": 80.0, "bc": 1.0, "abc": 1.0}
-    trials = {frozenset(key): SimpleNamespace(cost=cost) for key, cost in costs.items()}
-    search = SimpleNamespace(trials=trials, base=SimpleNamespace(cost=200.0))
-    search.examiner = SimpleNamespace(left=lambda trial: trial.cost)
+    fits = {frozenset(key): SimpleNamespace(cost=cost) for key, cost in costs.items()}
+    search = SimpleNamespace(fits=fits, base=SimpleNamespace(cost=200.0))
+    search.examiner = SimpleNamespace(left=lambda fit: fit.cost)
     bettered = {key: Search.bettered(search, frozenset(key)) for key in ("", "a", "b", "ab")}
     assert bettered == {"": False, "a": False, "b": True, "ab": True}
 
@@ -138,7 +138,7 @@ def test_what_gives_no_number_or_moves_nothing_is_set_aside(tmp_path):
     search = searched([experiment], BASE, candidates=[*known, Late(), SupplyLag()])
     found = concluded(search)
     assert found.explanations == (("hertz_friction",),)
-    assert frozenset(["supply_lag"]) in search.trials  # it could be fitted, and does nothing at a held pressure
+    assert frozenset(["supply_lag"]) in search.fits  # it could be fitted, and does nothing at a held pressure
     assert search.screened(2, BEST_TRIPLED)
     assert not any("supply_lag" in pair for pair in search.screened(2, BEST_TRIPLED))
     assert found.effects["late"].reason == "cannot be tested: gives no number on these data"
@@ -156,5 +156,5 @@ def test_a_simpler_relative_is_tried_in_the_place_of_each_member():
     search = Search(world, None, None, None, None)
     sets = [frozenset(("mooney", "tip")), frozenset(("thin", "tip")), frozenset(("thin", "cones"))]
     assert search.simpler(sets) == [frozenset(("hookean", "tip")), frozenset(("hookean", "cones"))]
-    search.trials[frozenset(("hookean", "tip"))] = None
+    search.fits[frozenset(("hookean", "tip"))] = None
     assert search.simpler(sets[:2]) == []

@@ -99,7 +99,7 @@ def test_points_of_a_map_err_one_by_one(points):
     """A slow wander cannot be told from a smooth surface, so none is made up for points that were set one by one."""
     rows, samples = residual(points, IdealCylinder(), CoulombFriction(0.012))
     surface = np.stack([np.ones(len(rows)), samples.contraction, samples.pressure], axis=1)
-    noise = Kinds.beside(surface, samples).noise(rows)
+    noise = Kinds.after_removal(surface, samples).noise(rows)
     assert noise.memory == 0.0
     assert noise.white == pytest.approx(np.var(rows), rel=0.2)
 

@@ -7,7 +7,7 @@ import pytest
 from test_flips import autoregression, samples
 
 from fitting.diagnosis import flips, omnibus, working_noise
-from fitting.diagnosis.between_runs import Yielding
+from fitting.diagnosis.between_runs import Nuisance
 from fitting.diagnosis.flips import White
 from fitting.diagnosis.omnibus import Basis
 from fitting.least_squares import held_out
@@ -23,8 +23,8 @@ COLUMNS = np.stack([SAMPLES.branch * SAMPLES.rate, SAMPLES.contraction, SAMPLES.
 @pytest.fixture(scope="module")
 def verdict():
     """White noise in five runs, tested for three candidates beside two parameters that all runs share."""
-    same = Yielding(SLOPES, np.zeros(0), np.zeros((0, 2)), np.full(2, -1))
-    ground = flips.Ground(SAMPLES, flips.units(SAMPLES, 0.0), omnibus.basis(SAMPLES), WHITE, 0)
+    same = Nuisance(SLOPES, np.zeros(0), np.zeros((0, 2)), np.full(2, -1))
+    ground = flips.Ground(SAMPLES, flips.flip_groups(SAMPLES, 0.0), omnibus.basis(SAMPLES), WHITE, 0)
     return flips.judged(ROWS, same, same, COLUMNS, ground)
 
 
@@ -61,11 +61,11 @@ def test_runs_differ_where_their_loops_are_alike_and_whole_runs_say_nothing(verd
 @pytest.mark.parametrize("memory", [0.0, 0.8])
 def test_blocks_are_counted_and_stay_within_a_branch(memory):
     few = SAMPLES.where((SAMPLES.run == 0) & (SAMPLES.half < 4))
-    units = flips.units(few, memory)
-    assert not units.trusted
-    assert units.words.startswith(f"signs of {units.count} blocks")
-    assert units.count == len(np.unique(units.number))
-    assert all(len(np.unique(few.half[units.number == one])) == 1 for one in range(units.count))
+    groups = flips.flip_groups(few, memory)
+    assert not groups.trusted
+    assert groups.words.startswith(f"signs of {groups.count} blocks")
+    assert groups.count == len(np.unique(groups.number))
+    assert all(len(np.unique(few.half[groups.number == one])) == 1 for one in range(groups.count))
 
 
 def test_an_effect_that_differs_from_run_to_run_is_taken_for_a_difference():
@@ -80,7 +80,7 @@ def test_an_effect_that_differs_from_run_to_run_is_taken_for_a_difference():
     white = White(rows, up[:, None], own, np.zeros(RUNS, int), candidates, Basis(nothing, nothing))
     np.testing.assert_array_equal(white.taken_for_difference(np.array([20.0, 20.0, 0.01])), [True, False, False])
     np.testing.assert_array_equal(white.taken_for_difference(np.array([np.inf] * 3)), [False] * 3)
-    shared = replace(white, j_apart=nothing, group=np.zeros(0, int))
+    shared = replace(white, j_between_runs=nothing, group=np.zeros(0, int))
     np.testing.assert_array_equal(shared.taken_for_difference(np.full(3, 20.0)), [False] * 3)
 
 
@@ -116,8 +116,8 @@ def test_slow_noise_is_told_from_white_at_the_lags_that_runs_have():
 
 def test_an_amount_as_large_as_its_limit_is_found_four_times_in_five():
     """By the whole gate, in noise drawn anew; half as much is missed more often than not."""
-    same = Yielding(SLOPES, np.zeros(0), np.zeros((0, 2)), np.full(2, -1))
-    ground = flips.Ground(SAMPLES, flips.units(SAMPLES, 0.0), omnibus.basis(SAMPLES), WHITE, 0)
+    same = Nuisance(SLOPES, np.zeros(0), np.zeros((0, 2)), np.full(2, -1))
+    ground = flips.Ground(SAMPLES, flips.flip_groups(SAMPLES, 0.0), omnibus.basis(SAMPLES), WHITE, 0)
     limit = flips.judged(ROWS, same, same, COLUMNS, ground, limits=True).detectable[0]
     random = np.random.default_rng(2)
 
@@ -133,14 +133,14 @@ def test_no_p_is_smaller_than_one_of_all_flips():
     """Of runs that differ by a hundred times what is allowed, neither: zero would say more than can be known."""
     run = flips.numbered(SAMPLES.run)
     own = np.stack([np.where(run == one, SAMPLES.branch, 0.0) for one in range(run.max() + 1)], axis=1)
-    same = Yielding(SLOPES, np.zeros(0), np.zeros((0, 2)), np.full(2, -1))
+    same = Nuisance(SLOPES, np.zeros(0), np.zeros((0, 2)), np.full(2, -1))
     count = own.shape[1]
-    apart = Yielding(
+    apart = Nuisance(
         np.hstack([SLOPES, own]), np.zeros(count), np.hstack([np.zeros((count, 2)), np.eye(count)]),
         np.concatenate([np.full(2, -1), np.zeros(count, int)]),
     )  # fmt: skip
     rows = ROWS + 100 * own @ np.array([1.0, -1.0, 1.0, -1.0, 0.0])
-    ground = flips.Ground(SAMPLES, flips.units(SAMPLES, 0.0), omnibus.basis(SAMPLES), WHITE, 0)
+    ground = flips.Ground(SAMPLES, flips.flip_groups(SAMPLES, 0.0), omnibus.basis(SAMPLES), WHITE, 0)
     assert flips.judged(rows, same, apart, COLUMNS, ground).p == pytest.approx(1 / (1 + flips.FLIPS))
 
 

@@ -15,8 +15,8 @@ from fitting.study.task import Task
 def run(study: Study, names: Sequence[str], how: Callable[[Task, Sequence[str]], tuple[Task, str]]) -> None:
     """The whole command: change, print, save, write."""
     changed, words = how(study.task, names)
-    with study.working("fitting") as told:
-        found = change(study.task, changed, words, told)
+    with study.working("fitting") as progress:
+        found = change(study.task, changed, words, progress)
     unit = found.comparison.unit
     study.print([headed("RESULT", change_in_words(found, unit), "bold"), *steps_report(found.stages, unit)])
     study.print(fit_report(found.after))

@@ -20,16 +20,16 @@ def demonstrate(study: Study) -> None:
         first = compare(fitted(task), task.experiments)
     study.print([headed("COMPARE", judged(first), "bold"), headed("", f"Worst at {first.worst}.")])
     study.print([headed("", kind_in_words(first))])
-    with study.working("2 of 3: diagnosing") as told:
-        found, compared = diagnosed(task, None, told)
+    with study.working("2 of 3: diagnosing") as progress:
+        found, compared = diagnosed(task, None, progress)
     study.print(diagnosis_report(found, compared.unit))
     added = found.explanations[0] if found.explanations else found.leading.effects[:1] if found.leading else ()
     begun = Stage("baseline", first.rmse, found.held_out_rmse, found.verdict, first.fit.residual)
     stages, last, final = [begun], first, task
     if added:
         final, words = with_added(task, added)
-        with study.working("3 of 3: adding it and fitting again") as told:
-            done = change(task, final, words, told)
+        with study.working("3 of 3: adding it and fitting again") as progress:
+            done = change(task, final, words, progress)
         stages.append(done.stages[-1])
         last = done.comparison
         study.print([headed("ADD", change_in_words(done, last.unit), "bold"), *steps_report(stages, last.unit)])

@@ -14,7 +14,7 @@ from functools import cached_property
 import numpy as np
 from scipy import optimize, stats
 
-from fitting.diagnosis.universe import Trial
+from fitting.diagnosis.universe import CandidateFit
 from fitting.least_squares.decomposed import lstsq, svd
 from fitting.problem.residuals import Samples
 from fitting.problem.unknowns import Unknowns
@@ -28,7 +28,7 @@ CLEAR = 0.05  # of a difference between runs that must be left beside what all s
 
 
 @dataclass(frozen=True)
-class Yielding:
+class Nuisance:
     """How a fitted set may give way: slopes of its rows (rows, k), and rows (p) and slopes (p, k) of its priors."""
 
     slopes: np.ndarray
@@ -41,7 +41,7 @@ class Yielding:
         """Slopes of the priors that state something of the muscle (rows, k), not how alike runs are."""
         return self.prior_slopes[: len(self.prior_slopes) - np.sum(self.group >= 0)]
 
-    def beside(self, columns: np.ndarray) -> np.ndarray:
+    def project_out(self, columns: np.ndarray) -> np.ndarray:
         """What is left of columns (rows, m) when everything has given way to them, as far as priors let it."""
         whole = np.vstack([self.slopes, self.prior_slopes])
         target = np.vstack([columns, np.zeros((len(self.prior_slopes), columns.shape[1]))])
@@ -82,19 +82,19 @@ def too_few(samples: Samples, level: float) -> bool:
     return runs > 1 and 2 * 2.0 ** (1 - runs) > level
 
 
-def together(trial: Trial) -> Yielding:
+def common_nuisance(fit: CandidateFit) -> Nuisance:
     """All runs have the same parameters."""
-    return Yielding(trial.slopes, trial.prior_rows, trial.prior_slopes, np.full(trial.slopes.shape[1], -1))
+    return Nuisance(fit.slopes, fit.prior_rows, fit.prior_slopes, np.full(fit.slopes.shape[1], -1))
 
 
-def from_run_to_run(trial: Trial, layout: Unknowns, samples: Samples) -> Yielding:
+def nuisance_between_runs(fit: CandidateFit, layout: Unknowns, samples: Samples) -> Nuisance:
     """Each run has parameters of its own beside the common ones, near them."""
-    apart, group = differences(trial.slopes, trial.free, trial.vector, layout, samples.run)
+    apart, group = differences(fit.slopes, fit.free, fit.vector, layout, samples.run)
     count = apart.shape[1]
-    priors, common = trial.prior_slopes, np.zeros((len(trial.prior_rows), count))
-    return Yielding(
-        np.hstack([trial.slopes, apart]),
-        np.concatenate([trial.prior_rows, np.zeros(count)]),
+    priors, common = fit.prior_slopes, np.zeros((len(fit.prior_rows), count))
+    return Nuisance(
+        np.hstack([fit.slopes, apart]),
+        np.concatenate([fit.prior_rows, np.zeros(count)]),
         np.block([[priors, common], [np.zeros((count, priors.shape[1])), np.eye(count)]]),
         np.concatenate([np.full(priors.shape[1], -1), group]),
     )

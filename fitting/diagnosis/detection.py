@@ -29,7 +29,7 @@ def detectable(
     signs = signs[:FLIPS]
     draws = int(np.clip(ENTRIES / (len(signs) * count), 16, DRAWS))
     rows = noise[:, None] * np.random.default_rng(seed).choice([-1.0, 1.0], size=(len(noise), draws))
-    scores = by_unit(columns, rows, number)
+    scores = by_group(columns, rows, number)
     flipped = np.einsum("fu,duk->kdf", signs, scores, optimize=True)
     top = np.abs(flipped).max(axis=0)
     added = (signs @ np.stack([np.sum(columns[at] ** 2, axis=0) for at in members(number)])).T
@@ -70,6 +70,6 @@ def members(number: np.ndarray) -> list[np.ndarray]:
     return [np.flatnonzero(number == unit) for unit in range(number.max() + 1)]
 
 
-def by_unit(columns: np.ndarray, rows: np.ndarray, number: np.ndarray) -> np.ndarray:
+def by_group(columns: np.ndarray, rows: np.ndarray, number: np.ndarray) -> np.ndarray:
     """Scores of columns on rows, unit by unit: (draws, units, columns)."""
     return np.stack([rows[at].T @ columns[at] for at in members(number)], axis=1)

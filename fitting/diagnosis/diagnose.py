@@ -11,14 +11,14 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from fitting.comparison.compare import NEGLIGIBLE
-from fitting.diagnosis.equivalent import foretelling, leading_of, plausible, simplest, unrivalled
+from fitting.diagnosis.equivalent import best_predicting, leading_of, plausible, simplest, unrivalled
 from fitting.diagnosis.examine import Examiner
 from fitting.diagnosis.record import HELPS, Diagnosis, Evidence, Explanation
 from fitting.diagnosis.search import Progress, Search
-from fitting.diagnosis.substitutes import stand_ins
-from fitting.diagnosis.universe import Trial, Universe, universe
+from fitting.diagnosis.substitutes import substitutes
+from fitting.diagnosis.universe import CandidateFit, Universe, universe
 from fitting.errors import InputError
-from fitting.least_squares.fit import fit
+from fitting.least_squares.fit import fit as fit_model
 from fitting.least_squares.held_out import difference
 from fitting.least_squares.uncertainty import clusters, covariances
 from fitting.precision import require_x64
@@ -63,21 +63,21 @@ def searched(
 ) -> Search:
     """Everything that was fitted and tested on the way to a diagnosis; arguments as there."""
     require_x64()
-    told = progress or (lambda *_: None)
+    progress = progress or (lambda *_: None)
     tested, set_aside = of_force(experiments)
     light = [thinned(experiment, ENOUGH_SAMPLES // len(tested)) for experiment in tested]
     known = [kind() for kind in LIBRARY if not kind.rival] if candidates is None else list(candidates)
-    told("baseline", 0.0)
+    progress("baseline", 0.0)
     world = universe(light, effects, known, fix=fix, free=free, own=own)
     with ThreadPoolExecutor(2) as workers:  # two programs to compile, which needs no interpreter
-        fitting = workers.submit(fit, light, effects, fix=fix, free=free, own=own, starts=6, seed=seed)
+        fitting = workers.submit(fit_model, light, effects, fix=fix, free=free, own=own, starts=6, seed=seed)
         first = workers.submit(world.fit, frozenset(world.base), world.start)
         baseline, base = fitting.result(), first.result()
     start = world.start.copy()
     start[world.layout.at(baseline.layout.names)] = baseline.vector
-    base = min(base, world.fit(frozenset(world.base), start), key=lambda trial: trial.cost)
+    base = min(base, world.fit(frozenset(world.base), start), key=lambda fit: fit.cost)
     with one_thread():
-        search = Search(world, base, Examiner(world, base, seed), baseline, told)
+        search = Search(world, base, Examiner(world, base, seed), baseline, progress)
         search.moving_only = not force_was_measured(experiments)
         search.notes = (*set_aside, *(note for e in light for r in e.recordings for note in r.notes))
         search.run()
@@ -121,21 +121,21 @@ def _verdict(search: Search) -> Diagnosis:
     verdict, notes = _said(search, kept, evidence)
     if verdict == "inconclusive":
         kept, classes = [], ()
-    tried = sorted((_explanation(search, added, passed) for added in search.trials), key=lambda e: e.held_out_rmse)
+    tried = sorted((_explanation(search, added, passed) for added in search.fits), key=lambda e: e.held_out_rmse)
     near = sorted(tried, key=lambda e: not e.plausible)  # stable: plausible ones first
     near = [e for e in near if e.held_out_rmse < HELPS * world.rmse(examiner.left_out(search.base))]
     nearest = tuple(near[:3]) if verdict == "not in the library" else ()
     rmse, full_scale = world.rmse(search.base.rows), float(np.max(np.abs(world.samples.measured[world.in_newtons])))
-    left = world.rmse(search.trials[kept[0]].rows) if kept else search.noise
+    left = world.rmse(search.fits[kept[0]].rows) if kept else search.noise
     return Diagnosis(
         verdict=verdict,
         negligible=verdict != "nothing detectable" and np.sqrt(max(rmse**2 - left**2, 0)) < NEGLIGIBLE * full_scale,
         explanations=tuple(tuple(sorted(added)) for added in kept),
         classes=classes,
         nearest=nearest,
-        leading=None if verdict == "nothing detectable" else leading_of(world, search.base, search.trials, examiner),
-        p_value=search.gate.test.p,
-        level=search.gate.test.level,
+        leading=None if verdict == "nothing detectable" else leading_of(world, search.base, search.fits, examiner),
+        p_value=search.missing_effect_test.test.p,
+        level=search.missing_effect_test.test.level,
         rests_on=examiner.rests_on,
         rmse=rmse,
         held_out_rmse=world.rmse(examiner.left_out(search.base)),
@@ -147,29 +147,33 @@ def _verdict(search: Search) -> Diagnosis:
         baseline=search.baseline,
         residual=search.base.rows * world.samples.sigma,
         notes=(*notes, *search.sifted, *search.notes),
-        stand_ins=_stand_ins(search),
+        substitutes=_substitutes(search),
     )
 
 
-def _stand_ins(search: Search) -> tuple[tuple[str, str], ...]:
+def _substitutes(search: Search) -> tuple[tuple[str, str], ...]:
     """What would do as well in place of an effect of the model, where nothing is found missing from it."""
-    if not search.base_stands:
+    if not search.base_is_adequate:
         return ()
-    world, gate = search.world, search.gate
-    unseen = [name for name in world.candidates if frozenset([name]) in search.trials and gate.of(name).limit is None]
-    return stand_ins(world, search.base, search.trials, unseen, gate.noise_rms)
+    world, missing_effect_test = search.world, search.missing_effect_test
+    unseen = [
+        name
+        for name in world.candidates
+        if frozenset([name]) in search.fits and missing_effect_test.of(name).limit is None
+    ]
+    return substitutes(world, search.base, search.fits, unseen, missing_effect_test.noise_rms)
 
 
 def _chosen(
     search: Search,
 ) -> tuple[list[frozenset[str]], tuple[tuple[str, ...], ...], dict[frozenset[str], str]]:
     """The adequate sets that are named, the classes of exact likes, and why the others are not named."""
-    trials, examiner = search.trials, search.examiner
-    foretell = foretelling(search.adequate, trials, examiner)
-    standing = unrivalled(foretell, trials, examiner)
-    kept, classes, wider = simplest(search.world, standing, trials, search.gate.noise_rms)
+    fits, examiner = search.fits, search.examiner
+    predicting = best_predicting(search.adequate, fits, examiner)
+    adequacy = unrivalled(predicting, fits, examiner)
+    kept, classes, wider = simplest(search.world, adequacy, fits, search.missing_effect_test.noise_rms)
     passed = dict.fromkeys(search.adequate, "explains the data, but foretells runs left out worse than others")
-    passed |= dict.fromkeys(foretell, "explains the data, but others are seen in what it leaves")
+    passed |= dict.fromkeys(predicting, "explains the data, but others are seen in what it leaves")
     for added, host in wider.items():
         passed[added] = f"explains the data, and so does its special case {' + '.join(sorted(host))}"
     return kept, classes, {added: why for added, why in passed.items() if added not in kept}
@@ -179,14 +183,14 @@ def _said(search: Search, kept: Sequence[frozenset[str]], evidence: dict[str, Ev
     readings, numbers = len(search.world.samples), len(search.base.free)
     if readings < numbers + SPARE:
         return "inconclusive", (f"{readings} readings cannot judge a model with {numbers} fitted numbers: record more",)
-    if search.gate.test.runs_differ:
-        told = "loops say that something is missing, but what differs from run to run would look the same"
-        return "inconclusive", (f"{told}: record each state in more runs",)
-    if not search.base_stands:
-        if not search.gate.rejected:
+    if search.missing_effect_test.test.runs_differ:
+        message = "loops say that something is missing, but what differs from run to run would look the same"
+        return "inconclusive", (f"{message}: record each state in more runs",)
+    if not search.base_is_adequate:
+        if not search.missing_effect_test.rejected:
             return "inconclusive", ("an added effect lowers the error, but the test does not see that one is missing",)
         return ("not in the library", "missing", "one of")[min(len(kept), 2)], ()
-    if not search.examiner.units.trusted and search.gate.test.ratio_p < 1e-4:
+    if not search.examiner.flip_groups.trusted and search.missing_effect_test.test.ratio_p < 1e-4:
         return "inconclusive", ("too few loops to flip, and the noise model alone says that something is missing",)
     blind = _faint(search, evidence)
     if blind:
@@ -204,67 +208,67 @@ def _faint(search: Search, evidence: dict[str, Evidence]) -> tuple[str, ...]:
 
 def _evidence(search: Search, name: str, passed: Mapping[frozenset[str], str]) -> Evidence:
     world, examiner, added = search.world, search.examiner, frozenset([name])
-    trial, seen = search.trials.get(added), search.gate.of(name)
-    if trial is None:
+    fit, seen = search.fits.get(added), search.missing_effect_test.of(name)
+    if fit is None:
         needs = " and ".join(world.lacking(world.with_added([name])))
         why = f": needs {needs}" if needs else ": gives no number on these data" if added in search.numberless else ""
         return Evidence(name, reason=f"cannot be tested{why}")
-    standing = search.standings.get(added)
+    adequacy = search.adequacy_tests.get(added)
     return Evidence(
         name,
         p_value=seen.p_value,
-        rmse=world.rmse(trial.rows),
-        held_out_rmse=world.rmse(examiner.left_out(trial)),
+        rmse=world.rmse(fit.rows),
+        held_out_rmse=world.rmse(examiner.left_out(fit)),
         detection_limit=seen.limit,
         absorbed_share=seen.absorbed,
-        alike=seen.alike,
-        estimate=_estimate(world, trial, name),
+        similar=seen.similar,
+        estimate=_estimate(world, fit, name),
         adequate=added in search.adequate,
-        reason=passed.get(added, standing.reason if standing else "" if seen.limit else "these data cannot see it"),
+        reason=passed.get(added, adequacy.reason if adequacy else "" if seen.limit else "these data cannot see it"),
     )
 
 
-def _estimate(world: Universe, trial: Trial, name: str) -> dict[str, tuple[float, float]]:
+def _estimate(world: Universe, fit: CandidateFit, name: str) -> dict[str, tuple[float, float]]:
     """An effect's parameters as fitted, SI, each with its robust standard error; NaN at an end of the range.
 
     Without those along which nothing changes: they stand where the search began.
     """
-    if not len(trial.free):
+    if not len(fit.free):
         return {}
-    cluster = clusters(world.samples, np.vstack([trial.slopes, trial.prior_slopes]))
-    _, robust = covariances(trial.slopes, trial.rows, trial.prior_slopes, cluster)
-    names = [entry for entry in world.layout.of_effect(name) if entry in trial.free]
+    cluster = clusters(world.samples, np.vstack([fit.slopes, fit.prior_slopes]))
+    _, robust = covariances(fit.slopes, fit.rows, fit.prior_slopes, cluster)
+    names = [entry for entry in world.layout.of_effect(name) if entry in fit.free]
     found = {}
     for entry, i in zip(names, world.layout.at(names), strict=True):
-        value, k = float(trial.vector[i]), trial.free.index(entry)
-        error = np.nan if entry in trial.at_bound else np.sqrt(robust[k, k])  # what stands at its bound has none
+        value, k = float(fit.vector[i]), fit.free.index(entry)
+        error = np.nan if entry in fit.at_bound else np.sqrt(robust[k, k])  # what stands at its bound has none
         if error != 0:
             found[entry.split(".")[-1]] = value, float(error) * world.layout.entries[i].slope(value)
     return found
 
 
-def _estimates(world: Universe, trial: Trial, effects: Sequence[str]) -> dict[str, tuple[float, float, str]]:
+def _estimates(world: Universe, fit: CandidateFit, effects: Sequence[str]) -> dict[str, tuple[float, float, str]]:
     """The parameters of several effects by full name, with their units."""
     units = {entry.name: entry.unit for entry in world.layout.entries}
-    every = ((effect, *each) for effect in effects for each in _estimate(world, trial, effect).items())
+    every = ((effect, *each) for effect in effects for each in _estimate(world, fit, effect).items())
     named = ((f"{effect}.{name}", known) for effect, name, known in every)
     return {full: (*known, units.get(full, "1")) for full, known in named}
 
 
 def _explanation(search: Search, added: frozenset[str], passed: Mapping[frozenset[str], str]) -> Explanation:
-    world, trial, standing = search.world, search.trials[added], search.standings.get(added)
+    world, fit, adequacy = search.world, search.fits[added], search.adequacy_tests.get(added)
     groups = search.examiner.groups
-    glance = len(added) > 1 and standing is None
-    before, after = (search.examiner.left_out(t, glance) for t in (search.base, trial))
+    glance = len(added) > 1 and adequacy is None
+    before, after = (search.examiner.left_out(t, glance) for t in (search.base, fit))
     fall, error = difference(before, after, groups)
     return Explanation(
         tuple(sorted(added)),
-        world.rmse(trial.rows),
+        world.rmse(fit.rows),
         world.rmse(after),
         fall / max(error, 1e-300),
-        standing.test.p if standing and standing.test else float("nan"),
+        adequacy.test.p if adequacy and adequacy.test else float("nan"),
         added in search.adequate,
-        passed.get(added, standing.reason if standing else "not tested: others leave far less"),
-        plausible(world, added, trial),
-        _estimates(world, trial, sorted(added)) if added in search.adequate else {},
+        passed.get(added, adequacy.reason if adequacy else "not tested: others leave far less"),
+        plausible(world, added, fit),
+        _estimates(world, fit, sorted(added)) if added in search.adequate else {},
     )

@@ -62,7 +62,7 @@ def discover(
 
 
 def next_to_add(found: Diagnosis) -> tuple[str, ...]:
-    """What to add after a diagnosis: the explanation, else what foretells best; nothing where nothing is missing."""
+    """What to add after a diagnosis: the explanation, else what predicts best; nothing where nothing is missing."""
     if found.verdict in ("nothing detectable", "inconclusive"):
         return ()
     if found.verdict == "missing":

@@ -6,36 +6,36 @@ import numpy as np
 
 from fitting.diagnosis.examine import Examiner
 from fitting.diagnosis.record import Leading
-from fitting.diagnosis.universe import Trial, Universe
+from fitting.diagnosis.universe import CandidateFit, Universe
 from fitting.full_names import owner_of
 from fitting.least_squares import held_out
 
 SAME = 0.1  # of the noise: a set that follows another's prediction this closely contains it
 CLEARLY = 2.0  # standard errors
 RIVALLED = 0.005  # level at which a rival is seen in what an adequate set leaves
-WORSE = 3.0  # standard errors by which an adequate set may foretell worse than another before it is dropped
+WORSE = 3.0  # standard errors by which an adequate set may predict worse than another before it is dropped
 
 
-def contains(world: Universe, larger: Trial, smaller: Trial, noise: float) -> bool:
+def contains(world: Universe, larger: CandidateFit, smaller: CandidateFit, noise: float) -> bool:
     """Whether one fitted set can predict all that another predicts."""
     followed = world.mimicking(smaller).fit(larger.effects, larger.vector)
     return held_out.rms(followed.rows) < SAME * noise
 
 
 def simplest(
-    world: Universe, adequate: Sequence[frozenset[str]], trials: Mapping[frozenset[str], Trial], noise: float
+    world: Universe, adequate: Sequence[frozenset[str]], fits: Mapping[frozenset[str], CandidateFit], noise: float
 ) -> tuple[list[frozenset[str]], tuple[tuple[str, ...], ...], dict[frozenset[str], frozenset[str]]]:
     """Adequate sets without those that contain a simpler one, the classes of exact likes, and what contains what."""
-    order = sorted(adequate, key=lambda added: (len(trials[added].free), trials[added].cost))
+    order = sorted(adequate, key=lambda added: (len(fits[added].free), fits[added].cost))
     kept: list[frozenset[str]] = []
     classes: dict[frozenset[str], list[frozenset[str]]] = {}
     wider: dict[frozenset[str], frozenset[str]] = {}
     for added in order:
-        host = next((k for k in kept if contains(world, trials[added], trials[k], noise)), None)
+        host = next((k for k in kept if contains(world, fits[added], fits[k], noise)), None)
         if host is None:
             kept.append(added)
             classes[added] = [added]
-        elif len(trials[added].free) == len(trials[host].free):
+        elif len(fits[added].free) == len(fits[host].free):
             classes[host].append(added)
         else:
             wider[added] = host
@@ -44,48 +44,48 @@ def simplest(
     return named, tuple(tuple("+".join(sorted(member)) for member in members) for members in alike), wider
 
 
-def plausible(world: Universe, added: frozenset[str], trial: Trial) -> bool:
+def plausible(world: Universe, added: frozenset[str], fit: CandidateFit) -> bool:
     """Whether a fitted set denies no stated measurement and none of what was added ends at its bound."""
-    ends = {owner_of(name) for name in trial.at_bound}
-    return not (ends & added or world.contradicted(trial))
+    ends = {owner_of(name) for name in fit.at_bound}
+    return not (ends & added or world.contradicted(fit))
 
 
-def foretelling(
-    adequate: Sequence[frozenset[str]], trials: Mapping[frozenset[str], Trial], examiner: Examiner
+def best_predicting(
+    adequate: Sequence[frozenset[str]], fits: Mapping[frozenset[str], CandidateFit], examiner: Examiner
 ) -> list[frozenset[str]]:
-    """Adequate sets without those that foretell runs left out clearly worse than the best of them."""
-    rows = {added: examiner.left_out(trials[added]) for added in adequate}
+    """Adequate sets without those that predict runs left out clearly worse than the best of them."""
+    rows = {added: examiner.left_out(fits[added]) for added in adequate}
     best = min(rows.values(), key=held_out.rms, default=None)
     return [added for added in adequate if best is None or not _clearly(rows[added], best, examiner.groups, WORSE)]
 
 
 def unrivalled(
-    adequate: Sequence[frozenset[str]], trials: Mapping[frozenset[str], Trial], examiner: Examiner
+    adequate: Sequence[frozenset[str]], fits: Mapping[frozenset[str], CandidateFit], examiner: Examiner
 ) -> list[frozenset[str]]:
     """Adequate sets without those in whose residual another of them is seen; all, if each is seen in some other's."""
     kept = []
     for added in adequate:
-        rivals = [(other, trials[other]) for other in adequate if other != added]
-        if not rivals or examiner.against(trials[added], rivals) >= RIVALLED:
+        rivals = [(other, fits[other]) for other in adequate if other != added]
+        if not rivals or examiner.against(fits[added], rivals) >= RIVALLED:
             kept.append(added)
     return kept or list(adequate)
 
 
 def leading_of(
-    world: Universe, base: Trial, trials: Mapping[frozenset[str], Trial], examiner: Examiner
+    world: Universe, base: CandidateFit, fits: Mapping[frozenset[str], CandidateFit], examiner: Examiner
 ) -> Leading | None:
     """The single effect, or rivals of one family, that lowers the left-out error by clearly more than any other."""
-    all_singles = [added for added in trials if len(added) == 1]
-    singles = [added for added in all_singles if plausible(world, added, trials[added])] or all_singles
-    rows = {added: examiner.left_out(trials[added]) for added in singles}
+    all_singles = [added for added in fits if len(added) == 1]
+    singles = [added for added in all_singles if plausible(world, added, fits[added])] or all_singles
+    rows = {added: examiner.left_out(fits[added]) for added in singles}
     order = sorted(singles, key=lambda added: held_out.rms(rows[added]))
     helping = [added for added in order if _clearly(examiner.left_out(base), rows[added], examiner.groups)]
     if not helping or helping[0] != order[0]:
         return None
     equals = [added for added in helping if not _clearly(rows[added], rows[order[0]], examiner.groups)]
-    fewest = min(len(trials[added].free) for added in equals)
-    named = [added for added in equals if len(trials[added].free) == fewest]
-    if not _of_one_kind(world, equals, named[0], trials):
+    fewest = min(len(fits[added].free) for added in equals)
+    named = [added for added in equals if len(fits[added].free) == fewest]
+    if not _of_one_kind(world, equals, named[0], fits):
         return None
     others = [added for added in order if added not in equals]
     whole, left = world.rmse(examiner.left_out(base)), world.rmse(rows[named[0]])
@@ -98,14 +98,17 @@ def leading_of(
 
 
 def _of_one_kind(
-    world: Universe, equals: Sequence[frozenset[str]], first: frozenset[str], trials: Mapping[frozenset[str], Trial]
+    world: Universe,
+    equals: Sequence[frozenset[str]],
+    first: frozenset[str],
+    fits: Mapping[frozenset[str], CandidateFit],
 ) -> bool:
     """Whether equals are rivals of one family, or hold the first of them as a special case."""
     family = world.effects[min(first)].family
     others = [added for added in equals if added != first]
     return all(
         (family is not None and world.effects[min(other)].family == family)
-        or contains(world, trials[other], trials[first], held_out.rms(trials[first].rows))
+        or contains(world, fits[other], fits[first], held_out.rms(fits[first].rows))
         for other in others
     )
 

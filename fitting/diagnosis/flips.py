@@ -11,7 +11,7 @@ from functools import cached_property
 import numpy as np
 
 from fitting.diagnosis import omnibus
-from fitting.diagnosis.between_runs import DENIED_P, Yielding, as_far_as_seen, shares_seen, too_few
+from fitting.diagnosis.between_runs import DENIED_P, Nuisance, as_far_as_seen, shares_seen, too_few
 from fitting.diagnosis.detection import detectable
 from fitting.diagnosis.omnibus import Basis
 from fitting.diagnosis.projected import MISFIT_P, Projected, projected
@@ -29,7 +29,7 @@ SPREAD = 0.1  # likeness of the units of one run above which they cannot count a
 
 
 @dataclass(frozen=True)
-class Units:
+class FlipGroups:
     """What is flipped as a whole: a number for each row, the test's level, and in words."""
 
     number: np.ndarray
@@ -55,7 +55,7 @@ def numbered(*keys: np.ndarray) -> np.ndarray:
     return np.unique(np.stack(keys), axis=1, return_inverse=True)[1]
 
 
-def units(samples: Samples, memory: float) -> Units:
+def flip_groups(samples: Samples, memory: float) -> FlipGroups:
     """Whole loops; half loops of a kind of test that has few; where all are few, blocks of samples within a branch."""
     few = few_loops(samples)
     number = loops_or_halves(samples, few)
@@ -64,7 +64,7 @@ def units(samples: Samples, memory: float) -> Units:
         return _blocks(samples, halves, memory)
     together = numbered(samples.run, np.where(few, 0, 1 + samples.loop))
     words = f"signs of {count} {_in_words(few, omnibus.kinds(samples) == omnibus.POINTS)}"
-    return Units(number, LEVEL, words, together)
+    return FlipGroups(number, LEVEL, words, together)
 
 
 def _in_words(few: np.ndarray, points: np.ndarray) -> str:
@@ -92,7 +92,7 @@ def loops_or_halves(samples: Samples, few: np.ndarray) -> np.ndarray:
     return numbered(samples.run, few, np.where(few, samples.half, samples.loop))
 
 
-def _blocks(samples: Samples, halves: np.ndarray, memory: float) -> Units:
+def _blocks(samples: Samples, halves: np.ndarray, memory: float) -> FlipGroups:
     """As long as the noise remembers, but not across turning points."""
     size = int(max(20, np.ceil(8 * (1 + memory) / max(1 - memory, 1e-3))))
     place = np.concatenate([np.arange(n) for n in np.bincount(halves)])
@@ -103,7 +103,7 @@ def _blocks(samples: Samples, halves: np.ndarray, memory: float) -> Units:
     words = (
         f"signs of {blocks.max() + 1} blocks of {size} samples flipped: too few loops, this rests on the noise model"
     )
-    return Units(blocks, FEW_LEVEL, words, samples.run, trusted=False)
+    return FlipGroups(blocks, FEW_LEVEL, words, samples.run, trusted=False)
 
 
 @dataclass(frozen=True)
@@ -149,7 +149,7 @@ class Ground:
     """What a test rests on: the samples, what of them is flipped as a whole, the bases, the noise, a seed for signs."""
 
     samples: Samples
-    units: Units
+    flip_groups: FlipGroups
     basis: Basis
     noise: Noise
     seed: int
@@ -162,14 +162,16 @@ class Ground:
     @property
     def runs_flip(self) -> bool:
         """Whether there are enough runs to flip them whole."""
-        return not too_few(self.samples, self.units.level / 2)
+        return not too_few(self.samples, self.flip_groups.level / 2)
 
-    def white(self, rows: np.ndarray, same: Yielding, apart: Yielding, signatures: np.ndarray) -> "White":
+    def white(self, rows: np.ndarray, same: Nuisance, apart: Nuisance, signatures: np.ndarray) -> "White":
         """All that is tested, free of the correlation that the noise model knows of."""
         parts = [rows[:, None], same.slopes, apart.slopes, signatures, self.basis.smooth, self.basis.fine]
-        flat = whitened(np.hstack(parts), self.samples, self.units.together, self.noise)
-        e, j, j_apart, z, smooth, fine = np.split(flat, np.cumsum([part.shape[1] for part in parts])[:-1], axis=1)
-        return White(e, j, j_apart, apart.group, z, Basis(smooth, fine))
+        flat = whitened(np.hstack(parts), self.samples, self.flip_groups.together, self.noise)
+        e, j, j_between_runs, z, smooth, fine = np.split(
+            flat, np.cumsum([part.shape[1] for part in parts])[:-1], axis=1
+        )
+        return White(e, j, j_between_runs, apart.group, z, Basis(smooth, fine))
 
 
 @dataclass(frozen=True)
@@ -178,57 +180,66 @@ class White:
 
     e: np.ndarray
     j: np.ndarray
-    j_apart: np.ndarray
+    j_between_runs: np.ndarray
     group: np.ndarray  # of each column of `j_apart`, as in `Yielding`
     z: np.ndarray
     basis: Basis
 
     @cached_property
-    def beside(self) -> np.ndarray:
+    def common_or_smooth(self) -> np.ndarray:
         """An orthonormal basis of what is common to all runs or smooth."""
         return orthonormal(np.hstack([self.j, self.basis.whole]))
 
-    def beside_differences(self, by: Yielding, as_seen: bool = True) -> Projected:
+    def project_out_differences(self, by: Nuisance, as_seen: bool = True) -> Projected:
         """What is left when runs may differ: by as much as these do, or by as much as any may."""
-        own = as_far_as_seen(self.j_apart, self.group, self.e[:, 0], self.beside) if as_seen else self.j_apart
+        own = (
+            as_far_as_seen(self.j_between_runs, self.group, self.e[:, 0], self.common_or_smooth)
+            if as_seen
+            else self.j_between_runs
+        )
         return projected(self.e[:, 0], own, self.z, self.basis, by)
 
     def taken_for_difference(self, amount: np.ndarray) -> np.ndarray:
         """Which of the candidates, so much of each added, would make runs seem to differ by more than they do."""
         added = self.z * np.where(np.isfinite(amount), amount, 0.0)
-        now, then = (shares_seen(self.j_apart, self.group, rows, self.beside) for rows in (self.e, self.e + added))
+        now, then = (
+            shares_seen(self.j_between_runs, self.group, rows, self.common_or_smooth)
+            for rows in (self.e, self.e + added)
+        )
         raised = [then[each] > RAISED * now[each] for each in now]
         return np.any(raised, axis=0) if raised else np.zeros(added.shape[1], bool)
 
 
 def judged(
-    rows: np.ndarray, same: Yielding, apart: Yielding, signatures: np.ndarray, ground: Ground, limits: bool = False
+    rows: np.ndarray, same: Nuisance, apart: Nuisance, signatures: np.ndarray, ground: Ground, limits: bool = False
 ) -> Verdict:
     """Test a fitted model against candidate `signatures` (rows, candidates) and the bases that know no effect.
 
-    Three tests, of which any may reject. Units smaller than a run are flipped after the model has given way `apart`,
+    Three tests, of which any may reject. Groups smaller than a run are flipped after the model has given way `apart`,
     with parameters a little different in every run; where there are enough runs, whole runs are flipped after it has
     given way as the `same` in all, at half the level; and runs must not have to differ by more than they may. With
     `limits` it is also said how much of each candidate would be found.
     """
-    unit, seed, white = ground.units, ground.seed, ground.white(rows, same, apart, signatures)
-    common, own = projected(white.e[:, 0], white.j, white.z, white.basis, same), white.beside_differences(apart)
-    by_unit = _scores(own, unit.number).under(flipped_signs(unit.count, seed))
+    groups, seed, white = ground.flip_groups, ground.seed, ground.white(rows, same, apart, signatures)
+    common, own = projected(white.e[:, 0], white.j, white.z, white.basis, same), white.project_out_differences(apart)
+    by_group = _scores(own, groups.number).under(flipped_signs(groups.count, seed))
     p_runs = 1.0
     if ground.runs_flip:
         p_runs = _scores(common, ground.run).under(flipped_signs(ground.run.max() + 1, seed)).p
     found = explained = np.full(signatures.shape[1], np.nan)
     if limits:
-        free = white.beside_differences(apart, as_seen=False)
+        free = white.project_out_differences(apart, as_seen=False)
         found, explained = _limits(ground, white, common, own, free), free.explained
     return Verdict(
-        p=min(by_unit.p, 2 * p_runs, max(own.differ_p * unit.level / DENIED_P, 1 / (1 + FLIPS)), 1.0),
+        p=min(by_group.p, 2 * p_runs, max(own.differ_p * groups.level / DENIED_P, 1 / (1 + FLIPS)), 1.0),
         p_runs=p_runs,
         apart=float(np.sqrt(np.mean(apart.left_at_most(rows) ** 2))),
         inside=_noise_inside(rows, ground),
-        spread=alike_within(_by_unit(common.o * common.clean[:, None], unit.number), unit.runs(ground.samples)),
-        p_effects=by_unit.p_effects,
-        p_omnibus=by_unit.p_omnibus,
+        spread=similarity_within_runs(
+            _by_group(common.o * common.clean[:, None], groups.number), groups.runs(ground.samples)
+        ),
+        p_effects=by_group.p_effects,
+        p_omnibus=by_group.p_omnibus,
         ratio_p=own.ratio_p,
         floor=_floor(rows, np.hstack([ground.basis.whole, same.slopes])),
         detectable=found,
@@ -236,7 +247,7 @@ def judged(
         left=common.kept / np.maximum(np.linalg.norm(white.z, axis=0), 1e-300),
         cosines=(common.z / common.kept).T @ (common.z / common.kept),
         rms=float(np.sqrt(np.mean(rows**2))),
-        level=unit.level,
+        level=groups.level,
     )
 
 
@@ -269,21 +280,21 @@ def _limits(ground: Ground, white: White, common: Projected, own: Projected, fre
 
     What is taken for a difference between runs is found only beside all the difference that is allowed (`free`).
     """
-    unit, seed = ground.units, ground.seed
-    found = _found(own, unit.number, unit.level / 2, seed)
+    groups, seed = ground.flip_groups, ground.seed
+    found = _found(own, groups.number, groups.level / 2, seed)
     taken = white.taken_for_difference(found)
     if taken.any():
-        found = np.where(taken, _found(free, unit.number, unit.level / 2, seed), found)
+        found = np.where(taken, _found(free, groups.number, groups.level / 2, seed), found)
     found = np.minimum(found, free.denied)
     if ground.runs_flip:
-        found = np.minimum(found, _found(common, ground.run, unit.level / 4, seed))
+        found = np.minimum(found, _found(common, ground.run, groups.level / 4, seed))
     return found
 
 
 def _scores(what: Projected, number: np.ndarray) -> "_Scores":
     """Unit by unit."""
-    effects = np.where(what.seen, _by_unit(what.z * what.e[:, None], number) / what.kept, 0.0)
-    omnibus = _by_unit(what.o * what.e[:, None], number)
+    effects = np.where(what.seen, _by_group(what.z * what.e[:, None], number) / what.kept, 0.0)
+    omnibus = _by_group(what.o * what.e[:, None], number)
     return _Scores(effects, what.dull, omnibus[:, : what.smooth], omnibus[:, what.smooth :])
 
 
@@ -322,7 +333,7 @@ class _Chance:
     p_omnibus: float
 
 
-def alike_within(scores: np.ndarray, run: np.ndarray) -> float:
+def similarity_within_runs(scores: np.ndarray, run: np.ndarray) -> float:
     """How alike the scores (units, q) of one run's units are, beyond what all runs share: 0 for noise, 1 for a spread.
 
     `scores` are of rows from which the smooth misfit that runs have in common is removed. A parameter that differs from
@@ -344,7 +355,7 @@ def flipped_signs(units: int, seed: int) -> np.ndarray:
     return np.vstack([np.ones(units), random.permutation(1.0 - 2.0 * (bits[1:] & 1))])
 
 
-def _by_unit(products: np.ndarray, number: np.ndarray) -> np.ndarray:
+def _by_group(products: np.ndarray, number: np.ndarray) -> np.ndarray:
     sums = np.zeros((number.max() + 1, products.shape[1]))
     np.add.at(sums, number, products)
     return sums

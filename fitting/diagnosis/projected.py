@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import stats
 
-from fitting.diagnosis.between_runs import DENIED_P, Yielding
+from fitting.diagnosis.between_runs import DENIED_P, Nuisance
 from fitting.diagnosis.detection import enough
 from fitting.diagnosis.omnibus import Basis
 from fitting.diagnosis.working_noise import orthonormal
@@ -71,7 +71,7 @@ class Projected:
         return np.sqrt(1 + self.pulled**2)
 
 
-def projected(e: np.ndarray, j: np.ndarray, z: np.ndarray, basis: Basis, by: Yielding) -> Projected:
+def projected(e: np.ndarray, j: np.ndarray, z: np.ndarray, basis: Basis, by: Nuisance) -> Projected:
     """Beside whitened slopes `j` (rows, k) of all that may give way; `by` says what is known of it."""
     curvature = np.linalg.pinv(j.T @ j + by.prior_slopes.T @ by.prior_slopes, rcond=1e-13, hermitian=True)
     step = curvature @ (j.T @ e + by.prior_slopes.T @ by.prior_rows)  # to the optimum of the whitened rows

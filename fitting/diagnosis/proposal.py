@@ -1,7 +1,7 @@
 """A form for what no effect of the library explains: a few terms for the misfit, found by sparse regression.
 
 Orthogonal matching pursuit picks terms one by one, beside the model's own parameters, which readjust. The picking is
-repeated without each run, and the terms picked foretell the run that was not seen. Only if that error falls by clearly
+repeated without each run, and the terms picked predict the run that was not seen. Only if that error falls by clearly
 more than its standard error is anything proposed: noise that is correlated within a run makes terms fit, but not fall.
 """
 
@@ -76,13 +76,13 @@ class Misfit:
         return Misfit(*kept, states, self.group[mask])
 
 
-def proposed(found: Diagnosis, told: Callable[[str, float], None]) -> Proposal:
+def proposed(found: Diagnosis, progress: Callable[[str, float], None]) -> Proposal:
     """A form for what a diagnosis could not name."""
     if found.verdict != "not in the library":
         return Proposal(
             None, reason=f"a form is proposed only where nothing in the library fits, not at '{found.verdict}'"
         )
-    told("looking for a form", 0.95)
+    progress("looking for a form", 0.95)
     with threadpool_limits(1, "blas"):
         return propose(misfit_of(found.baseline), name_for(found.baseline))
 
@@ -118,7 +118,7 @@ def misfit_of(fit: Fit) -> Misfit:
 
 
 def propose(misfit: Misfit, name: str = "proposal") -> Proposal:
-    """The few terms that foretell runs which had no part in picking them, or why there are none."""
+    """The few terms that predict runs which had no part in picking them, or why there are none."""
     groups = np.unique(misfit.group)
     if len(groups) < FEWEST_RUNS:
         return Proposal(
@@ -128,7 +128,7 @@ def propose(misfit: Misfit, name: str = "proposal") -> Proposal:
     columns = misfit.columns(pool)
     known = np.all(np.isfinite(columns), axis=0) & np.any(columns != 0, axis=0)
     pool, columns = [term for term, ok in zip(pool, known, strict=True) if ok], columns[:, known]
-    before, after = foretold(misfit, pool, columns)
+    before, after = predicted(misfit, pool, columns)
     best = _fewest(after, misfit.group)
     fall, error = difference(before, after[best], misfit.group)
     told = {"before": _rmse(before, misfit), "after": _rmse(after[best], misfit), "runs": len(groups)}
@@ -156,7 +156,7 @@ def _fewest(after: Sequence[np.ndarray], group: np.ndarray) -> int:
     return best
 
 
-def foretold(misfit: Misfit, pool: Sequence[Term], columns: np.ndarray) -> tuple[np.ndarray, list[np.ndarray]]:
+def predicted(misfit: Misfit, pool: Sequence[Term], columns: np.ndarray) -> tuple[np.ndarray, list[np.ndarray]]:
     """Rows left out, under what was fitted and picked without them: by the model alone, and with 1, 2, ... terms."""
     k = misfit.slopes.shape[1]
     grams, groups = _grams(misfit, columns)

@@ -17,7 +17,7 @@ class Evidence:
     held_out_rmse: float | None = None  # on runs left out, N
     detection_limit: float | None = None  # N rms left after refitting the baseline, found with power 0.8
     absorbed_share: float | None = None  # of its signature that the baseline's parameters swallow
-    alike: dict[str, float] = field(default_factory=dict)  # other effects with nearly the same signature: cosine
+    similar: dict[str, float] = field(default_factory=dict)  # other effects with nearly the same signature: cosine
     estimate: dict[str, tuple[float, float]] = field(default_factory=dict)  # parameter: value and standard error, SI
     adequate: bool = False
     reason: str = ""  # why it cannot be tested, why it is not adequate, or why it is not named though it is
@@ -74,4 +74,4 @@ class Diagnosis:
     residual: np.ndarray  # of the baseline, as its samples
     faint: tuple[str, ...] = ()  # effects that could hide here at more than the noise of a reading
     notes: tuple[str, ...] = ()
-    stand_ins: tuple[tuple[str, str], ...] = ()  # effect of the model, and one that would do the same in its place
+    substitutes: tuple[tuple[str, str], ...] = ()  # effect of the model, and one that would do the same in its place

@@ -7,9 +7,9 @@ from math import comb
 
 import numpy as np
 
-from fitting.diagnosis.between_runs import together
-from fitting.diagnosis.examine import Examiner, Standing
-from fitting.diagnosis.universe import WORKERS, Trial, Universe
+from fitting.diagnosis.between_runs import common_nuisance
+from fitting.diagnosis.examine import AdequacyTest, Examiner
+from fitting.diagnosis.universe import WORKERS, CandidateFit, Universe
 from fitting.least_squares.decomposed import lstsq
 from fitting.least_squares.fit import Fit
 
@@ -29,33 +29,33 @@ Progress = Callable[[str, float], None]
 class Search:
     """All that is known of one model on some data sets, and of the sets of effects added to it."""
 
-    def __init__(self, world: Universe, base: Trial, examiner: Examiner, baseline: Fit, told: Progress):
-        self.world, self.base, self.examiner, self.baseline, self.told = world, base, examiner, baseline, told
+    def __init__(self, world: Universe, base: CandidateFit, examiner: Examiner, baseline: Fit, progress: Progress):
+        self.world, self.base, self.examiner, self.baseline, self.progress = world, base, examiner, baseline, progress
         self.notes: tuple[str, ...] = ()
         self.moving_only = False  # whether all that is tested are motions read as force
-        self.trials: dict[frozenset[str], Trial] = {}  # by what was added
-        self.standings: dict[frozenset[str], Standing] = {}
+        self.fits: dict[frozenset[str], CandidateFit] = {}  # by what was added
+        self.adequacy_tests: dict[frozenset[str], AdequacyTest] = {}
         self.numberless: set[frozenset[str]] = set()  # sets that give no number, from any starting value
         self.seeds: set[frozenset[str]] = set()  # sets beside which every other effect was looked at
         self.adequate: list[frozenset[str]] = []
-        self.base_stands = False
+        self.base_is_adequate = False
 
     def run(self) -> None:
         """Stop at the first level with an adequate member, having looked one level further."""
-        self.told("one effect at a time", 0.1)
+        self.progress("one effect at a time", 0.1)
         self.fit_level([frozenset([name]) for name in self.world.candidates])
-        self.gate = self.examiner.stand(frozenset(), self.base, self.trials, limits=True)
-        self.base_stands = not self.gate.rejected and not self.bettered(frozenset())
-        if self.base_stands:
+        self.missing_effect_test = self.examiner.adequacy(frozenset(), self.base, self.fits, limits=True)
+        self.base_is_adequate = not self.missing_effect_test.rejected and not self.bettered(frozenset())
+        if self.base_is_adequate:
             return
         for size, pool in ((1, BEST_SINGLES), (2, BEST_TRIPLED), (3, 0)):
             if size > 1:
                 for _ in range(ROUNDS):
                     self.fit_level(self.grown([*self.parts(self.best(size)), *self.best(size - 1)]))
             if size < 3:
-                self.told(LEVELS[size + 1], 0.25 * size + 0.1)
+                self.progress(LEVELS[size + 1], 0.25 * size + 0.1)
                 self.fit_level(self.screened(size + 1, pool))
-            self.told(f"testing sets of {size}", 0.25 * size + 0.2)
+            self.progress(f"testing sets of {size}", 0.25 * size + 0.2)
             self.test_level(size)
             if self.adequate and size > 1:  # others that do as well as these
                 self.fit_level([*self.grown(self.parts(self.adequate)), *self.simpler(self.adequate)])
@@ -71,23 +71,23 @@ class Search:
             if added <= effects and self.world.possible(effects, sorted(added)):
                 jobs.append((effects, *self.beginning(added)))
                 keys.append(added)
-        fitted = zip(keys, self.world.fit_all(jobs), strict=True)
-        for added, trial in fitted:
-            if np.isfinite(trial.cost):
-                self.trials[added] = trial
+        fits = zip(keys, self.world.fit_all(jobs), strict=True)
+        for added, fit in fits:
+            if np.isfinite(fit.cost):
+                self.fits[added] = fit
             else:
                 self.numberless.add(added)
 
     def beginning(self, added: frozenset[str]) -> tuple[np.ndarray, Sequence[str]]:
         """Where a set's fit starts: at the best smaller one inside it, with the rest as fitted alone."""
-        inside = [self.trials[part] for part in self.trials if part < added]
+        inside = [self.fits[part] for part in self.fits if part < added]
         if not inside:
             return self.base.vector, sorted(added)
-        best = min(inside, key=lambda trial: trial.cost)
+        best = min(inside, key=lambda fit: fit.cost)
         vector = best.vector.copy()
         for name in added - best.effects:
             own = self.world.layout.at(self.world.layout.of_effect(name))
-            alone = self.trials.get(frozenset([name]))
+            alone = self.fits.get(frozenset([name]))
             if alone is not None:
                 vector[own] = alone.vector[own]
         return vector, ()
@@ -102,13 +102,13 @@ class Search:
         return [added for _, added in sorted(promise, key=lambda p: p[0])[:REFITTED]]
 
     def moves(self, added: frozenset[str]) -> bool:
-        """Whether a fitted set foretells anything else than the base: a lag does nothing where nothing moves."""
-        change = np.linalg.norm(self.trials[added].rows - self.base.rows)
+        """Whether a fitted set predicts anything else than the base: a lag does nothing where nothing moves."""
+        change = np.linalg.norm(self.fits[added].rows - self.base.rows)
         return bool(change > UNMOVED * np.linalg.norm(self.base.rows))
 
     def promised(self, group: Sequence[str]) -> float:
         """Sum of squares left if the changes that each effect makes alone could be mixed freely."""
-        changes = [self.trials[frozenset([name])].rows - self.base.rows for name in group]
+        changes = [self.fits[frozenset([name])].rows - self.base.rows for name in group]
         columns = np.stack([*changes, *self.base.slopes.T], axis=1)
         gram, right = columns.T @ columns, columns.T @ self.base.rows
         taken = lstsq(gram, right, 1e-12)
@@ -123,31 +123,31 @@ class Search:
         self.seeds.update(fresh)
         promise: dict[frozenset[str], float] = {}
         with ThreadPoolExecutor(WORKERS) as workers:
-            for promised in workers.map(self.beside, fresh):
+            for promised in workers.map(self.promised_by_one_more, fresh):
                 promise |= {added: min(cost, promise.get(added, np.inf)) for added, cost in promised.items()}
-        return [added for added in sorted(promise, key=promise.__getitem__) if added not in self.trials][:ADDED]
+        return [added for added in sorted(promise, key=promise.__getitem__) if added not in self.fits][:ADDED]
 
-    def beside(self, added: frozenset[str]) -> dict[frozenset[str], float]:
+    def promised_by_one_more(self, added: frozenset[str]) -> dict[frozenset[str], float]:
         """Sums of squares that a linear look promises if one more effect stood beside a fitted set."""
-        trial, promise = self.trials[added], dict[frozenset[str], float]()
-        names, columns = self.examiner.columns(trial, self.trials, glance=True)
-        left = together(trial).beside(columns)
-        gain = (trial.rows @ left) ** 2 / np.maximum(np.sum(left**2, axis=0), 1e-300)
+        fit, promise = self.fits[added], dict[frozenset[str], float]()
+        names, columns = self.examiner.columns(fit, self.fits, glance=True)
+        left = common_nuisance(fit).project_out(columns)
+        gain = (fit.rows @ left) ** 2 / np.maximum(np.sum(left**2, axis=0), 1e-300)
         for name, less in zip(names, gain, strict=True):  # a name for each of its shapes
-            promise[added | {name}] = min(promise.get(added | {name}, np.inf), trial.cost - float(less))
+            promise[added | {name}] = min(promise.get(added | {name}, np.inf), fit.cost - float(less))
         return promise
 
     def parts(self, sets: Sequence[frozenset[str]]) -> list[frozenset[str]]:
         """Sets without one of their members, as far as they can be fitted."""
         smaller = list(dict.fromkeys(added - {name} for added in sets[:GROWN] for name in sorted(added)))
-        self.fit_level([added for added in smaller if added not in self.trials])
-        return [added for added in smaller if added in self.trials]
+        self.fit_level([added for added in smaller if added not in self.fits])
+        return [added for added in smaller if added in self.fits]
 
     def simpler(self, sets: Sequence[frozenset[str]]) -> list[frozenset[str]]:
         """Sets with one member in place of a relative that has more numbers, not fitted yet."""
         each = [(added, name) for added in sets for name in sorted(added)]
         made = [added - {name} | {other} for added, name in each for other in self.simpler_relatives(name)]
-        return [added for added in dict.fromkeys(made) if added not in self.trials]
+        return [added for added in dict.fromkeys(made) if added not in self.fits]
 
     def simpler_relatives(self, name: str) -> list[str]:
         """Candidates of an effect's family that have fewer numbers."""
@@ -157,24 +157,24 @@ class Search:
 
     def best(self, size: int) -> list[frozenset[str]]:
         """Fitted sets of one size, the best first."""
-        return sorted((added for added in self.trials if len(added) == size), key=lambda k: self.trials[k].cost)
+        return sorted((added for added in self.fits if len(added) == size), key=lambda k: self.fits[k].cost)
 
     @property
     def noise(self) -> float:
         """What noise alone leaves, N: the least that any tested set and the omnibus basis left of it together."""
-        return min(standing.noise for standing in (self.gate, *self.standings.values()))
+        return min(adequacy.noise for adequacy in (self.missing_effect_test, *self.adequacy_tests.values()))
 
     def bettered(self, added: frozenset[str]) -> bool:
         """Whether one more effect brings the error far down."""
-        mine = self.base if not added else self.trials[added]
-        more = [t for key, t in self.trials.items() if len(key) == len(added) + 1 and added < key]
+        mine = self.base if not added else self.fits[added]
+        more = [t for key, t in self.fits.items() if len(key) == len(added) + 1 and added < key]
         bound = BETTERED**2 * self.examiner.left(mine)
-        return any(self.examiner.left(trial) < bound for trial in more)
+        return any(self.examiner.left(fit) < bound for fit in more)
 
     @property
     def sifted(self) -> tuple[str, ...]:
         """How many pairs and triples were fitted, of how many, where smaller sets did not do."""
-        sizes = sorted({len(added) for added in self.standings if len(added) > 1})
+        sizes = sorted({len(added) for added in self.adequacy_tests if len(added) > 1})
         whole = len(self.world.candidates)
         return tuple(
             f"{len(self.best(size))} of {comb(whole, size):,} {LEVELS[size]} refitted, the rest pruned by a linear look"
@@ -184,13 +184,13 @@ class Search:
     def test_level(self, size: int) -> None:
         """Test the best sets of one size."""
         level = self.best(size)
-        best = self.trials[level[0]].cost if level else 0.0
-        for added in [each for each in level[:TESTED] if each not in self.standings]:
-            if self.trials[added].cost > best / BETTERED**2:
+        best = self.fits[level[0]].cost if level else 0.0
+        for added in [each for each in level[:TESTED] if each not in self.adequacy_tests]:
+            if self.fits[added].cost > best / BETTERED**2:
                 break
-            standing = self.examiner.stand(added, self.trials[added], self.trials)
-            if not standing.reason and self.bettered(added):
-                standing = standing.but("one more effect brings the error far down")
-            self.standings[added] = standing
-            if not standing.reason:
+            adequacy = self.examiner.adequacy(added, self.fits[added], self.fits)
+            if not adequacy.reason and self.bettered(added):
+                adequacy = adequacy.inadequate("one more effect brings the error far down")
+            self.adequacy_tests[added] = adequacy
+            if not adequacy.reason:
                 self.adequate.append(added)

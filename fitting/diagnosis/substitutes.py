@@ -4,17 +4,21 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from fitting.diagnosis.between_runs import Yielding
+from fitting.diagnosis.between_runs import Nuisance
 from fitting.diagnosis.equivalent import SAME, plausible
-from fitting.diagnosis.universe import Trial, Universe
+from fitting.diagnosis.universe import CandidateFit, Universe
 from fitting.full_names import owner_of
 from fitting.least_squares import held_out
 
 TAKEN = 0.1  # of a signature's square, that one effect of the model takes and nothing else does
 
 
-def stand_ins(
-    world: Universe, base: Trial, trials: Mapping[frozenset[str], Trial], unseen: Sequence[str], noise: float
+def substitutes(
+    world: Universe,
+    base: CandidateFit,
+    fits: Mapping[frozenset[str], CandidateFit],
+    unseen: Sequence[str],
+    noise: float,
 ) -> tuple[tuple[str, str], ...]:
     """Pairs of an effect of the model and one that would predict the same of these data in its place.
 
@@ -34,16 +38,16 @@ def stand_ins(
             effects = base.effects - {mine} | {name}
             if world.lacking(effects) or len(world.free(effects)) > len(base.free):
                 continue
-            alone = trials.get(frozenset([name]), base)
+            alone = fits.get(frozenset([name]), base)
             followed = copied.fit(effects, alone.vector, [name])
             if held_out.rms(followed.rows) < SAME * noise and plausible(world, frozenset([name]), followed):
                 found.append((mine, name))
     return tuple(found)
 
 
-def _share_left(base: Trial, columns: np.ndarray, others: np.ndarray) -> np.ndarray:
+def _share_left(base: CandidateFit, columns: np.ndarray, others: np.ndarray) -> np.ndarray:
     """Of each column's square, what some of the model's parameters leave; nothing where it is no number."""
     known = np.nan_to_num(columns)
-    alone = Yielding(base.slopes[:, others], base.prior_rows, base.prior_slopes[:, others], np.full(others.sum(), -1))
-    left = np.sum(alone.beside(known) ** 2, axis=0)
+    alone = Nuisance(base.slopes[:, others], base.prior_rows, base.prior_slopes[:, others], np.full(others.sum(), -1))
+    left = np.sum(alone.project_out(known) ** 2, axis=0)
     return np.where(np.isfinite(columns).all(axis=0), left / np.maximum(np.sum(known**2, axis=0), 1e-300), 0.0)

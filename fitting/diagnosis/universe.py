@@ -33,7 +33,7 @@ WORKERS = 2  # compiled code leaves the interpreter's lock alone
 
 
 @dataclass(frozen=True)
-class Trial:
+class CandidateFit:
     """One set of effects, fitted: rows and slopes in standard deviations, of the measurements and of the priors."""
 
     effects: frozenset[str]
@@ -127,7 +127,7 @@ class Universe:
         own = [name for effect in sorted(effects) for name in self.layout.of_effect(effect)]
         return (*self.always_free, *(name for name in own if name not in self.fixed))
 
-    def fit(self, effects: frozenset[str], start: np.ndarray, new: Sequence[str] = ()) -> Trial:
+    def fit(self, effects: frozenset[str], start: np.ndarray, new: Sequence[str] = ()) -> CandidateFit:
         """Fit a set of effects from a vector of all unknowns; the new ones' shapes from several starts."""
         names = self.free(effects)
         subset = self._subset(effects, self.layout.at(names), start)
@@ -144,7 +144,7 @@ class Universe:
         ends = tuple(n for n in at_bound(names, np.asarray(best.place)[:k]) if self._held(subset, names.index(n), best))
         all_slopes = all_slopes * [name not in ends for name in names]  # what stands at its bound cannot give way
         rows, slopes = all_rows[self.real], all_slopes[self.real]
-        return Trial(effects, vector, names, rows, slopes, all_rows[count:], all_slopes[count:], ends)
+        return CandidateFit(effects, vector, names, rows, slopes, all_rows[count:], all_slopes[count:], ends)
 
     def _held(self, subset: Subset, at: int, found: Solved) -> bool:
         """Whether the data hold one free parameter at the end of its range, or would as soon have it inside."""
@@ -157,35 +157,35 @@ class Universe:
         scatter = np.mean(np.asarray(found.rows)[: self._count][self.real] ** 2)
         return float(again.cost) > float(found.cost) + UNDECIDED * float(scatter)
 
-    def fit_all(self, sets: Sequence[tuple[frozenset[str], np.ndarray, Sequence[str]]]) -> list[Trial]:
+    def fit_all(self, sets: Sequence[tuple[frozenset[str], np.ndarray, Sequence[str]]]) -> list[CandidateFit]:
         """Fit many sets, two at a time."""
         with ThreadPoolExecutor(WORKERS) as workers:
             return list(workers.map(lambda job: self.fit(*job), sets))
 
-    def mimicking(self, trial: Trial) -> "Universe":
-        """The same data sets, had they measured exactly what this trial predicts."""
+    def mimicking(self, fit: CandidateFit) -> "Universe":
+        """The same data sets, had they measured exactly what this fit predicts."""
         blocks = []
-        wide = widened(trial.rows * self.samples.sigma, self.real, self._count)
+        wide = widened(fit.rows * self.samples.sigma, self.real, self._count)
         for block, change in zip(self.problem.blocks, self.problem.split(wide), strict=True):
             blocks.append(replace(block, measured=block.measured + change.reshape(block.measured.shape)))
         return replace(self, problem=replace(self.problem, blocks=tuple(blocks)))
 
-    def contradicted(self, trial: Trial) -> tuple[str, ...]:
-        """Stated measurements of the muscle that a trial denies: more than four standard errors away."""
+    def contradicted(self, fit: CandidateFit) -> tuple[str, ...]:
+        """Stated measurements of the muscle that a fit denies: more than four standard errors away."""
         stated = [entry.name for entry in self.layout.entries if entry.prior is not None]
-        return tuple(name for name, row in zip(stated, trial.prior_rows, strict=True) if abs(row) > DENIED)
+        return tuple(name for name, row in zip(stated, fit.prior_rows, strict=True) if abs(row) > DENIED)
 
-    def left_out(self, trial: Trial, group: np.ndarray, glance: bool = False) -> np.ndarray:
-        """A trial's rows on groups of rows left out: refitted where there are few, else in one step from the fit."""
+    def left_out(self, fit: CandidateFit, group: np.ndarray, glance: bool = False) -> np.ndarray:
+        """The rows of a fit on groups of rows left out: refitted where there are few, else in one step from the fit."""
         if glance or len(self.samples) > REFIT_BELOW:
-            return left_out_rows(trial.rows, trial.slopes, trial.prior_rows, trial.prior_slopes, group)
-        rows = trial.rows.copy()
+            return left_out_rows(fit.rows, fit.slopes, fit.prior_rows, fit.prior_slopes, group)
+        rows = fit.rows.copy()
         for g in np.unique(group):
             rest = replace(self, problem=self.problem.without(widened(group == g, self.real, self._count)))
-            rows[group == g] = rest.fit(trial.effects, trial.vector).rows[group == g] * LIGHT
+            rows[group == g] = rest.fit(fit.effects, fit.vector).rows[group == g] * LIGHT
         return rows
 
-    def signatures(self, trial: Trial, wanted: Sequence[tuple[str, dict[str, float]]]) -> np.ndarray:
+    def signatures(self, fit: CandidateFit, wanted: Sequence[tuple[str, dict[str, float]]]) -> np.ndarray:
         """How the rows would change if missing effects were switched on: d(rows)/d(switch) at 0, (rows, effects).
 
         `wanted` names effects, each with the values of its shape. A rival in the model is switched off as much as the
@@ -199,31 +199,31 @@ class Universe:
             for i, (added, _) in waiting.items():
                 if len(some) < FREE[0] and added not in some:
                     some[added] = i
-            columns[:, list(some.values())] = self._slopes(trial, {name: wanted[i][1] for name, i in some.items()})
+            columns[:, list(some.values())] = self._slopes(fit, {name: wanted[i][1] for name, i in some.items()})
             for i in some.values():
                 del waiting[i]
-        replaced = {name: self.with_added([name], trial.effects) for name, _ in wanted}
-        outgoing = {old for name in replaced for old in trial.effects - replaced[name]}
-        off = dict(zip(sorted(outgoing), self._slopes(trial, {key: {} for key in sorted(outgoing)}).T, strict=True))
+        replaced = {name: self.with_added([name], fit.effects) for name, _ in wanted}
+        outgoing = {old for name in replaced for old in fit.effects - replaced[name]}
+        off = dict(zip(sorted(outgoing), self._slopes(fit, {key: {} for key in sorted(outgoing)}).T, strict=True))
         for i, (added, _) in enumerate(wanted):
-            columns[:, i] -= sum((off[old] for old in trial.effects - replaced[added]), np.zeros(len(columns)))
+            columns[:, i] -= sum((off[old] for old in fit.effects - replaced[added]), np.zeros(len(columns)))
         return columns
 
-    def signature(self, trial: Trial, added: str, shape: dict[str, float] | None = None) -> np.ndarray:
+    def signature(self, fit: CandidateFit, added: str, shape: dict[str, float] | None = None) -> np.ndarray:
         """The signature of one effect."""
-        return self.signatures(trial, [(added, shape or {})])[:, 0]
+        return self.signatures(fit, [(added, shape or {})])[:, 0]
 
-    def _slopes(self, trial: Trial, turned: Mapping[str, dict[str, float]]) -> np.ndarray:
-        """d(rows)/d(switch) of some effects, each at its own shape, beside the effects of a trial: (rows, effects)."""
+    def _slopes(self, fit: CandidateFit, turned: Mapping[str, dict[str, float]]) -> np.ndarray:
+        """d(rows)/d(switch) of some effects, each at its own shape, beside the effects of a fit: (rows, effects)."""
         if not turned:
             return np.zeros((len(self.samples), 0))
-        vector = trial.vector.copy()
+        vector = fit.vector.copy()
         for shape in turned.values():
             vector[self.layout.at(shape)] = list(shape.values())
         first = len(vector) + 1
         names = list(self.effects)
         at = [first + names.index(name) for name in turned]
-        subset = self._subset(trial.effects, at, vector, beside=turned)
+        subset = self._subset(fit.effects, at, vector, beside=turned)
         found = solve(self.problem, subset, subset.place(subset.full)[None], STEPS, LOOK)
         return np.asarray(found.slopes)[self.real][:, : len(turned)]
 

@@ -53,7 +53,7 @@ class Kinds:
     left: np.ndarray
 
     @classmethod
-    def beside(cls, columns: np.ndarray, samples: Samples) -> "Kinds":
+    def after_removal(cls, columns: np.ndarray, samples: Samples) -> "Kinds":
         """Where these columns (rows, q) are removed."""
         basis = orthonormal(columns)
         runs = _stretches(samples)
@@ -80,7 +80,7 @@ class Kinds:
 
 def noise_from(rows: np.ndarray, beside: np.ndarray, samples: Samples) -> Noise:
     """The noise of `rows` from which the columns of `beside` (rows, q) have been removed."""
-    return Kinds.beside(beside, samples).noise(rows)
+    return Kinds.after_removal(beside, samples).noise(rows)
 
 
 def _stretches(samples: Samples) -> list[slice]:

@@ -1,4 +1,4 @@
-"""How well a model foretells runs that it has not seen."""
+"""How well a model predicts runs that it has not seen."""
 
 from collections.abc import Sequence
 

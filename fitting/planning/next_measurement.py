@@ -1,6 +1,6 @@
 """Which recording would tell apart what these data leave tied.
 
-Every explanation that remains is fitted by itself and asked what it foretells of a grid of recordings that the rig has
+Every explanation that remains is fitted by itself and asked what it predicts of a grid of recordings that the rig has
 shown it can make. The recording that is proposed separates the worst pair best, after each of the two has given way as
 far as the old data let it. Where none does, the grid is widened: what the rig has not shown, then another muscle.
 Releases and steps are not proposed: the test sets them aside.
@@ -16,7 +16,7 @@ from threadpoolctl import threadpool_limits
 from fitting.diagnosis.diagnose import ENOUGH_SAMPLES, of_force
 from fitting.diagnosis.record import Diagnosis
 from fitting.planning.candidates import Protocol, Shown, grid, in_words, on_specimen, shown, specimens
-from fitting.planning.foreseen import Candidates, Explained, Varying, candidates, explained
+from fitting.planning.predictions import Candidates, Explained, Varying, candidates, explained
 from fitting.planning.separation import Outlook, Readings, noise_of_test
 from fitting.problem.residuals import thinned
 from fitting.recordings.records import Experiment
@@ -145,7 +145,7 @@ def _measurements(
 
 
 def remaining(diagnosis: Diagnosis) -> tuple[tuple[str, ...], ...]:
-    """The explanations that are still to be told apart, those that foretell best first."""
+    """The explanations that are still to be told apart, those that predict best first."""
     if diagnosis.verdict == "not in the library":
         return tuple(e.effects for e in diagnosis.nearest)
     order = [e.effects for e in diagnosis.tried]
@@ -153,7 +153,7 @@ def remaining(diagnosis: Diagnosis) -> tuple[tuple[str, ...], ...]:
     return tuple(names[:MOST_EXPLANATIONS])
 
 
-# ----------------------------------------------------------------------------------------------------- what is foretold
+# ------------------------------------------------------------------------------------ what is predicted
 
 
 def prospect(
@@ -166,7 +166,7 @@ def prospect(
     other_muscles: bool = False,
     seed: int = 0,
 ) -> Prospect:
-    """Fit each explanation to the data and let it foretell every candidate."""
+    """Fit each explanation to the data and let it predict every candidate."""
     tested = of_force(experiments)[0]
     light = [thinned(experiment, ENOUGH_SAMPLES // len(tested)) for experiment in tested]
     can = shown(next(e for e in experiments if e.name == tested[0].name))
@@ -207,7 +207,7 @@ def _readings(light: Sequence[Experiment], can: Shown) -> Readings:
 
 
 def _usable(planned: Candidates, told: Sequence[Explained], can: Shown) -> tuple[int, ...]:
-    """Candidates in which no explanation foretells that the muscle is slack, further than the data have been."""
+    """Candidates in which no explanation predicts that the muscle is slack, further than the data have been."""
     least = min(can.force, 0.0) - 3 * can.noise
     forces = [e.rows * planned.samples.sigma for e in told]  # of candidates, whose readings are 0
     fine = lambda rows: all(np.all(np.isfinite(f[rows])) and f[rows].min() > least for f in forces)  # noqa: E731

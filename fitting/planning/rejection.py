@@ -13,7 +13,7 @@ JUDGED = 15  # draws by which it is judged how alike runs are
 
 
 @dataclass(frozen=True)
-class Units:
+class FlipGroups:
     """What is flipped as a whole, how many rows were measured before, the test's level, old rows whitened together."""
 
     number: np.ndarray
@@ -33,25 +33,25 @@ class Drawn:
     group: np.ndarray  # parameter of each of these columns
     columns: np.ndarray  # signatures
     basis: omnibus.Basis
-    units: Units
+    flip_groups: FlipGroups
 
     def rejections(self, seed: int) -> np.ndarray:
         """Which draws the test rejects: as `flips.judged`, but without flips of whole runs; all draws together."""
-        slopes, prior = self._yielding()
+        slopes, prior = self._nuisance()
         curvature = np.linalg.pinv(slopes.T @ slopes + prior, rcond=1e-13, hermitian=True)
         beside = lambda columns: columns - slopes @ (curvature @ (slopes.T @ columns))  # noqa: E731
         left, rows = beside(self.columns), beside(self.rows)
         smooth, fine = orthonormal(beside(self.basis.smooth)), beside(self.basis.fine)
         fine = orthonormal(fine - smooth @ (smooth.T @ fine))
         visible = np.linalg.norm(left, axis=0) > 1e-6 * np.linalg.norm(self.columns, axis=0)
-        signs = flips.flipped_signs(self.units.number.max() + 1, seed)[:FLIPS]
+        signs = flips.flipped_signs(self.flip_groups.number.max() + 1, seed)[:FLIPS]
         p_max = self._largest(left[:, visible], rows, signs)
         p_all = np.minimum(self._overall(smooth, rows, signs), self._overall(fine, rows, signs))
-        found = np.minimum(2 * p_max, 4 * p_all) < self.units.level
+        found = np.minimum(2 * p_max, 4 * p_all) < self.flip_groups.level
         denied = self._denied(curvature @ (slopes.T @ self.rows))
         return found | denied | self._misfit(np.hstack([smooth, fine]), rows, slopes.shape[1])
 
-    def _yielding(self) -> tuple[np.ndarray, np.ndarray]:
+    def _nuisance(self) -> tuple[np.ndarray, np.ndarray]:
         """Slopes along which the model may give way, and what is known of them."""
         if not self.differing.shape[1]:
             return self.slopes, self.prior
@@ -63,10 +63,10 @@ class Drawn:
 
     def _scores(self, columns: np.ndarray, rows: np.ndarray) -> np.ndarray:
         """Sums over units: (units, columns, draws)."""
-        count = self.units.number.max() + 1
+        count = self.flip_groups.number.max() + 1
         out = np.empty((count, columns.shape[1], rows.shape[1]))
         for number in range(count):
-            mine = self.units.number == number
+            mine = self.flip_groups.number == number
             out[number] = columns[mine].T @ rows[mine]
         return out
 

@@ -1,4 +1,4 @@
-"""How far apart explanations foretell a recording, and how often the test would then reject the wrong one.
+"""How far apart explanations predict a recording, and how often the test would then reject the wrong one.
 
 The discrepancy of two explanations is what is left of their difference when both may give way as far as the old data
 let them: (f_i - f_j)' (V + J_i C_i J_i' + J_j C_j J_j')^-1 (f_i - f_j), V the covariance of the new readings
@@ -14,8 +14,8 @@ from scipy.linalg import cholesky, solve_triangular
 
 from fitting.diagnosis import between_runs, flips, omnibus
 from fitting.diagnosis.working_noise import MEMORIES, PIECE, Noise, noise_from
-from fitting.planning.foreseen import Candidates, Explained
-from fitting.planning.rejection import Drawn, Units
+from fitting.planning.predictions import Candidates, Explained
+from fitting.planning.rejection import Drawn, FlipGroups
 from fitting.problem.residuals import Samples
 
 DRAWS = 100
@@ -80,7 +80,7 @@ def of_means(apart: np.ndarray, phi: float, m: float) -> np.ndarray:
 
 @dataclass(frozen=True)
 class Outlook:
-    """Explanations in rows without correlation: what they leave of the old data, what they foretell."""
+    """Explanations in rows without correlation: what they leave of the old data, what they predict."""
 
     planned: Candidates
     explained: tuple[Explained, ...]
@@ -151,8 +151,8 @@ class Outlook:
         target[rows[~again]], target[rows[again]] = readings[0], readings[1:].mean(axis=0)
         return self.explained[wrong].fitted(target, weight)
 
-    def foretold(self, truth: int, number: int, repeats: int) -> np.ndarray:
-        """What an explanation foretells of a candidate's nodes (cycles, nodes), in standard deviations."""
+    def predicted(self, truth: int, number: int, repeats: int) -> np.ndarray:
+        """What an explanation predicts of a candidate's nodes (cycles, nodes), in standard deviations."""
         rows, again = self.planned.rows[number], self.planned.again(number)
         first, later = (self.explained[truth].rows[rows[part]] for part in (~again, again))
         return np.stack([first, *[later] * (repeats - 1)])
@@ -162,7 +162,7 @@ class Outlook:
 
         Readings are drawn with their noise, and the true explanation's parameters with what the old data leave open.
         """
-        readings = self.foretold(truth, number, repeats)
+        readings = self.predicted(truth, number, repeats)
         given = self.conceded(wrong, number, readings)
         random = np.random.default_rng([seed, truth, wrong, number])
         steep = self.new(number, self.explained[truth].slopes, repeats)
@@ -171,7 +171,7 @@ class Outlook:
         laid = self._laid(given, number, readings)
         noise = random.standard_normal((readings.size, DRAWS))
         rows = np.repeat(laid.rows, DRAWS, axis=1)
-        rows[laid.units.old :] += noise - drift
+        rows[laid.flip_groups.old :] += noise - drift
         counted = np.sum(replace(laid, rows=rows).rejections(seed))
         return float((counted + 0.5) / (DRAWS + 1))  # a hundred draws do not show certainty
 
@@ -184,8 +184,8 @@ class Outlook:
         laid = [self._laid(given, number, readings) for given in fitted]
         return tuple(bool(one.rejections(seed)[0]) for one in laid)
 
-    def _units(self, number: int, repeats: int) -> Units:
-        """What will be flipped over old and new rows: as `flips.units`, where the new ones have come to the old."""
+    def _flip_groups(self, number: int, repeats: int) -> FlipGroups:
+        """What is flipped over old and new rows: as `flips.flip_groups`, where the new ones have come to the old."""
         rows = self.planned.rows[number]
         cycle = self.planned.samples.where(rows[self.planned.again(number)])
         alike = omnibus.kinds(self.old_samples) == omnibus.kinds(cycle)[0]
@@ -197,23 +197,23 @@ class Outlook:
         both = np.concatenate([old, new])
         trusted = both.max() + 1 >= flips.ENOUGH
         together = flips.numbered(self.old_samples.run, np.where(few | (not trusted), 0, 1 + self.old_samples.loop))
-        return Units(both, len(old), flips.LEVEL if trusted else flips.FEW_LEVEL, together)
+        return FlipGroups(both, len(old), flips.LEVEL if trusted else flips.FEW_LEVEL, together)
 
     def _laid(self, given: Explained, number: int, readings: np.ndarray) -> Drawn:
         """Old and new rows of a refitted explanation without correlation, and what the test looks along."""
         rows, repeats = self.planned.rows[number], len(readings)
-        units, basis = self._units(number, repeats), self._basis(rows)
+        groups, basis = self._flip_groups(number, repeats), self._basis(rows)
         others = [(e.rows - given.rows)[:, None] for e in self.explained if e.effects != given.effects]
         differing, group = self._differences(given, rows)
         parts = [given.rows[:, None], given.slopes, differing, np.hstack(others), basis.smooth, basis.fine]
         columns = np.hstack(parts)
-        white = Whitener.of(self.old_samples, units.together, self.noise)
+        white = Whitener.of(self.old_samples, groups.together, self.noise)
         both = np.concatenate([white(columns[self.planned.old]), self.new(number, columns, repeats)])
         factor = self.factors[number][0]
-        both[units.old :, 0] -= solve_triangular(factor, readings.T, lower=True).T.ravel()
+        both[groups.old :, 0] -= solve_triangular(factor, readings.T, lower=True).T.ravel()
         known = given.prior_slopes.T @ given.prior_slopes
         e, j, own, z, smooth, fine = np.split(both, np.cumsum([part.shape[1] for part in parts])[:-1], axis=1)
-        return Drawn(e, j, known, own, group, z, omnibus.Basis(smooth, fine), units)
+        return Drawn(e, j, known, own, group, z, omnibus.Basis(smooth, fine), groups)
 
     def _differences(self, given: Explained, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """By what each run, old or new, may have parameters of its own; nothing where points stand for themselves."""

@@ -8,7 +8,6 @@ from scipy.stats import norm
 from threadpoolctl import threadpool_limits
 
 from fitting.diagnosis.record import Diagnosis
-from fitting.planning.foreseen import Explained, Varying, explained
 from fitting.planning.next_measurement import (
     USUAL,
     NextMeasurement,
@@ -18,6 +17,7 @@ from fitting.planning.next_measurement import (
     prospect,
     trouble,
 )
+from fitting.planning.predictions import Explained, Varying, explained
 from fitting.recordings.records import Experiment
 from mckibben_jax.effect import Effect, name_of
 from mckibben_jax.effects import LIBRARY

@@ -69,10 +69,10 @@ def sample_nuts(
     deadline = time.monotonic() + limit_s
     compiled = _compiled()
     what = begun(fit, experiments, rows, priors, noise)
-    told = progress or (lambda *_: None)
+    progress = progress or (lambda *_: None)
     chains = []
     for number, key in enumerate(jax.random.split(jax.random.key(seed), CHAINS)):
-        told(f"warm-up of chain {number + 1} of {CHAINS}", 0.0)
+        progress(f"warm-up of chain {number + 1} of {CHAINS}", 0.0)
         key, first, second = jax.random.split(key, 3)
         start = 2 * jax.random.normal(first, (len(what.names),))
         chains.append(_Chain(key, *compiled.begin(what.target, second, start)))
@@ -81,7 +81,7 @@ def sample_nuts(
         parts = [chain.grown(compiled, what.target, z.shape[1]) for chain in chains]
         z = np.concatenate([z, np.stack([part for part, _ in parts])], axis=1)
         diverged += sum(count for _, count in parts)
-        told(f"{z.shape[1]} draws of {CHAINS} chains", z.shape[1] / draws)
+        progress(f"{z.shape[1]} draws of {CHAINS} chains", z.shape[1] / draws)
     late = z.shape[1] < draws
     ended = f"after {limit_s:g} s ({z.shape[1]} steps)" if late else f"after {z.shape[1]} steps"
     z = z[:, :draws, None]

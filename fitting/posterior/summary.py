@@ -7,7 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from fitting.diagnosis import flips, omnibus
-from fitting.diagnosis.between_runs import Yielding
+from fitting.diagnosis.between_runs import Nuisance
 from fitting.diagnosis.working_noise import noise_from
 from fitting.least_squares.fit import Fit
 from fitting.least_squares.uncertainty import clusters
@@ -103,10 +103,10 @@ def anything_missing(fit: Fit, seed: int) -> Missing | None:
     noise = noise_from(rows, np.hstack([basis.whole, slopes]), samples)
     priors = np.asarray(fit.problem.prior_rows(jnp.asarray(fit.vector)))
     none = np.zeros((len(rows), 0))  # no candidate is asked for: the basis that knows no effect decides
-    unit = flips.units(samples, noise.memory)
-    own = Yielding(slopes, priors, fit.slopes[len(fit.samples) :], np.full(slopes.shape[1], -1))
-    verdict = flips.judged(rows, own, own, none, flips.Ground(samples, unit, basis, noise, seed))
-    return Missing(verdict.p, verdict.level, verdict.rejected, unit.words)
+    groups = flips.flip_groups(samples, noise.memory)
+    own = Nuisance(slopes, priors, fit.slopes[len(fit.samples) :], np.full(slopes.shape[1], -1))
+    verdict = flips.judged(rows, own, own, none, flips.Ground(samples, groups, basis, noise, seed))
+    return Missing(verdict.p, verdict.level, verdict.rejected, groups.words)
 
 
 def _renumbered(samples: Samples) -> Samples:

@@ -21,7 +21,7 @@ class Group:
 
 def cosines(d: Diagnosis, names: Sequence[str]) -> np.ndarray:
     """How alike each two of these effects look (n, n): 1 on the diagonal, NaN where nobody knows."""
-    known = np.array([[1.0 if a == b else d.effects[a].alike.get(b, np.nan) for b in names] for a in names])
+    known = np.array([[1.0 if a == b else d.effects[a].similar.get(b, np.nan) for b in names] for a in names])
     return np.where(np.isfinite(known), known, known.T) if len(names) else np.zeros((0, 0))
 
 
@@ -30,7 +30,7 @@ def groups(d: Diagnosis) -> list[Group]:
     from scipy.cluster.hierarchy import fcluster, linkage
     from scipy.spatial.distance import squareform
 
-    names = [e.name for e in d.effects.values() if e.alike]
+    names = [e.name for e in d.effects.values() if e.similar]
     if len(names) < 2:
         return []
     alike = np.nan_to_num(cosines(d, names))

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 from rich.console import RenderableType
 
-from fitting.diagnosis.alike import Knowable
+from fitting.diagnosis.similarity import Knowable
 from fitting.least_squares.fit import Fit
 from fitting.report.terminal import headed, lines
 
@@ -42,7 +42,7 @@ def known_report(fit: Fit) -> list[RenderableType]:
 
 def alike_report(k: Knowable) -> list[RenderableType]:
     """Which effects look alike or are absorbed, and what would open them."""
-    found = k.likeness
+    found = k.similarity
     shown = lines("ALIKE", (", ".join(members) for members in found.classes))
     if not found.classes:
         shown = [headed("ALIKE", "none: every effect that leaves a trace leaves one of its own")]
@@ -59,7 +59,7 @@ def alike_report(k: Knowable) -> list[RenderableType]:
 
 def alike_result(k: Knowable) -> dict[str, Any]:
     """The same for machines."""
-    found = k.likeness
+    found = k.similarity
     pairs = [
         {"effects": [one, other], "raw": found.cosine(one, other), "freed": found.cosine(one, other, freed=True)}
         for i, one in enumerate(found.names)

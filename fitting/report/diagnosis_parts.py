@@ -10,7 +10,7 @@ from fitting.report.alike_groups import ALIKE, groups, groups_html, named_by
 from fitting.report.catalogue import first_sentence, meaning
 from fitting.report.effect_bars import effect_bars
 from fitting.report.parts import Grid, Line, Section
-from fitting.report.sentences import amount, effect_set, most_alike, p_in_words, remark, stand_ins_in_words
+from fitting.report.sentences import amount, effect_set, most_alike, p_in_words, remark, substitutes_in_words
 from fitting.report.terminal import sorted_evidence
 from fitting.study.task import Task
 from mckibben_jax.effect import Effect
@@ -47,7 +47,7 @@ def effects(d: Diagnosis, c: Comparison, task: Task) -> Section:
     unseen = Grid(("cannot be seen", "why"), tuple(Line((", ".join(v), k)) for k, v in blind.items()), words=(1,))
     return Section(
         "Which effects could explain it",
-        sentences=(p_in_words(d), *stand_ins_in_words(d)),
+        sentences=(p_in_words(d), *substitutes_in_words(d)),
         picture=effect_bars(d, floor, unit) if helping or idle else "",
         terms=TERMS,
         tables=(grid,) if helping else (),
@@ -69,7 +69,7 @@ def _evidence(e: Evidence, unit: str, known: dict[str, type[Effect]]) -> tuple[s
         amount(e.detection_limit, unit),
         "-" if e.absorbed_share is None else f"{100 * e.absorbed_share:.0f} %",
         estimate,
-        f"{alike} {e.alike[alike]:.2f}" if alike else "",
+        f"{alike} {e.similar[alike]:.2f}" if alike else "",
     )
 
 

@@ -56,7 +56,7 @@ def _small_maps(c: Comparison, shown: dict[str, np.ndarray]) -> list["Figure"]:
 
 def alike_names(d: Diagnosis) -> list[str]:
     """Effects that look like another in these data, the most alike first."""
-    strongest = {e.name: max(e.alike.values(), default=0.0) for e in d.effects.values() if e.alike}
+    strongest = {e.name: max(e.similar.values(), default=0.0) for e in d.effects.values() if e.similar}
     return sorted(strongest, key=lambda name: -strongest[name])[:MOST_ALIKE]
 
 

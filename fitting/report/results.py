@@ -116,7 +116,7 @@ def diagnosis_result(d: Diagnosis, c: Comparison, planned: "NextMeasurement | No
         },
         "explanations": [list(names) for names in d.explanations],
         "classes": [list(names) for names in d.classes],
-        "stand_ins": [{"effect": mine, "instead": other} for mine, other in d.stand_ins],
+        "stand_ins": [{"effect": mine, "instead": other} for mine, other in d.substitutes],
         "rmse_N": c.rmse,  # over all samples; the diagnosis itself may have looked at fewer
         "held_out_rmse_N": d.held_out_rmse,
         "noise_floor_N": d.noise_floor if c.noise_floor is None else c.noise_floor,
@@ -167,7 +167,7 @@ def _evidence(e: Evidence) -> dict[str, Any]:
         "held_out_rmse_N": e.held_out_rmse,
         "detection_limit_N": e.detection_limit,
         "absorbed_share": e.absorbed_share,
-        "alike": dict(e.alike),
+        "alike": dict(e.similar),
         "estimate": {name: list(pair) for name, pair in e.estimate.items()},
         "adequate": e.adequate,
         "reason": e.reason,

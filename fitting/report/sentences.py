@@ -218,7 +218,7 @@ def values_in_words(e: Explanation) -> str:
 
 def most_alike(e: Evidence) -> str:
     """The effect whose mark is most like this one's; empty where none is."""
-    return max(e.alike, key=lambda name: e.alike[name], default="")
+    return max(e.similar, key=lambda name: e.similar[name], default="")
 
 
 def remark(e: Evidence) -> str:
@@ -264,10 +264,10 @@ def p_in_words(d: Diagnosis) -> str:
     return test + (" It sees nothing, but the error is many times the noise." if unseen else "")
 
 
-def stand_ins_in_words(d: Diagnosis) -> list[str]:
+def substitutes_in_words(d: Diagnosis) -> list[str]:
     """What these data cannot tell from an effect that the model has."""
     found: dict[str, list[str]] = {}
-    for mine, other in d.stand_ins:
+    for mine, other in d.substitutes:
         found.setdefault(mine, []).append(other)
     return [
         f"{' or '.join(others)} in place of {mine} would predict the same: these data cannot tell which it is."

@@ -27,7 +27,7 @@ from fitting.report.sentences import (
     most_alike,
     p_in_words,
     remark,
-    stand_ins_in_words,
+    substitutes_in_words,
     values_in_words,
     verdict_in_words,
     worst_in_words,
@@ -168,7 +168,7 @@ def diagnosis_report(d: Diagnosis, unit: str = "N") -> list[RenderableType]:
     leading = leading_in_words(d, unit)
     shown += [headed("LEADING", leading)] if leading else []
     shown.append(headed("SURE", p_in_words(d)))
-    shown += lines("OR ELSE", stand_ins_in_words(d))
+    shown += lines("OR ELSE", substitutes_in_words(d))
     shown += lines("ALIKE", (f"{' = '.join(group)}: these data cannot tell them apart" for group in d.classes))
     shown += lines("VALUES", (values_in_words(e) for e in explained(d)[:MOST_VALUED] if e.estimate))
     shown += lines("NEAREST", (f"{effect_set(e.effects)}: {amount(e.rmse, unit)}" for e in d.nearest))
@@ -224,7 +224,7 @@ def sorted_evidence(d: Diagnosis) -> tuple[list[Evidence], list[Evidence], dict[
 def _evidence_cells(e: Evidence, unit: str) -> tuple[str, ...]:
     alike = most_alike(e)
     values = (amount(value, unit) for value in (e.rmse, e.held_out_rmse))
-    return *values, amount(e.detection_limit, unit), f"{alike} {e.alike[alike]:.2f}" if alike else "", remark(e)
+    return *values, amount(e.detection_limit, unit), f"{alike} {e.similar[alike]:.2f}" if alike else "", remark(e)
 
 
 def steps_report(stages: Sequence[Stage], unit: str = "N") -> list[RenderableType]:

@@ -63,14 +63,14 @@ def _changed(task: Task, effects: Sequence[Effect]) -> Task:
     return dataclasses.replace(changed, **kept)
 
 
-def change(task: Task, changed: Task, words: str, told: Callable[[str, float], None]) -> Change:
+def change(task: Task, changed: Task, words: str, progress: Callable[[str, float], None]) -> Change:
     """Fit before and after."""
-    told("fitting the model as it is", 0.05)
+    progress("fitting the model as it is", 0.05)
     before = fitted(task)
-    told(f"fitting the model {words}", 0.45)
+    progress(f"fitting the model {words}", 0.45)
     known = {name: value for name, value in before.values.items() if name in changed.layout.names}
     after = fitted(dataclasses.replace(changed, known=known))
-    told("comparing", 0.9)
+    progress("comparing", 0.9)
     stages = (
         Stage("model before", before.rmse, left_out_rmse(before), residual=before.residual),
         Stage(words, after.rmse, left_out_rmse(after), residual=after.residual),

@@ -44,18 +44,18 @@ def in_newtons(task: Task) -> Task:
     return replace(task, experiments=tuple(of_force(task.experiments)[0]))
 
 
-def following(task: Task, found: Diagnosis, told: Progress) -> NextMeasurement | None:
+def following(task: Task, found: Diagnosis, progress: Progress) -> NextMeasurement | None:
     """The recording that would tell apart what a verdict "one of" leaves; None with any other verdict."""
     if found.verdict != "one of":
         return None
-    told("which recording would tell them apart", 0.95)
+    progress("which recording would tell them apart", 0.95)
     extra = [kind() for kind in task.library.values()]
     return next_measurement(found, task.experiments, known=extra, **task.asked)
 
 
-def diagnosed(task: Task, candidates: Sequence[Effect] | None, told: Progress) -> tuple[Diagnosis, Comparison]:
+def diagnosed(task: Task, candidates: Sequence[Effect] | None, progress: Progress) -> tuple[Diagnosis, Comparison]:
     """Diagnose the task's model, and compare its fitted self with the data (motions as force, if none was measured)."""
-    found = diagnose(task.experiments, task.effects, candidates=candidates, progress=told, **task.asked)
+    found = diagnose(task.experiments, task.effects, candidates=candidates, progress=progress, **task.asked)
     task = in_newtons(task)  # errors of a diagnosis are in N
     whole = evaluate(task.experiments, task.effects, found.baseline.values, task.varying(task.layout), task.own)
     return found, compare(whole, task.experiments)

@@ -29,9 +29,9 @@ class Discovery:
     diagnosis: Diagnosis
 
 
-def discovered(task: Task, candidates: Sequence[Effect], told: Progress) -> Discovery:
+def discovered(task: Task, candidates: Sequence[Effect], progress: Progress) -> Discovery:
     """Diagnose and add until nothing more can be said."""
-    steps = discover(task.experiments, task.effects, candidates=candidates, progress=told, **task.asked)
+    steps = discover(task.experiments, task.effects, candidates=candidates, progress=progress, **task.asked)
     effects, stages = task.effects, []
     for number, step in enumerate(steps):
         if number:
@@ -56,16 +56,16 @@ class OnMotions:
         return self.after is self.before or self.after.rmse < WORTH_IT * self.before.rmse
 
 
-def on_motions(task: Task, found: Discovery, told: Progress) -> OnMotions | None:
+def on_motions(task: Task, found: Discovery, progress: Progress) -> OnMotions | None:
     """Where no force was measured a discovery reads motions as force, which sees no break-away and no standstill: the
     equation of motion has the last word. None where force was measured: then it was in the fit already."""
     if force_was_measured(task.experiments):
         return None
-    told("fitting the motions themselves, before", 0.9)
+    progress("fitting the motions themselves, before", 0.9)
     before = fitted(task)
     if found.task.names == task.names:
         return OnMotions(before, before)
-    told("fitting the motions themselves, after", 0.95)
+    progress("fitting the motions themselves, after", 0.95)
     known = {**before.values, **found.comparison.fit.values}
     after = fitted(replace(task.with_effects(found.task.effects), known=known))
     return OnMotions(before, after)

@@ -120,26 +120,26 @@ def opened(asked: Asked) -> Session:
 
 
 @in_own_units
-def begun(session: Session, told: Progress) -> Session:
+def begun(session: Session, progress: Progress) -> Session:
     """The first step fitted, where its values are not known from a model file."""
-    told("fitting the model", 0.1)
+    progress("fitting the model", 0.1)
     step = session.last
     fit, _ = as_known(step.task)
-    return _with_last(session, _compared(step, fit, told))
+    return _with_last(session, _compared(step, fit, progress))
 
 
 @in_own_units
-def added(session: Session, names: Sequence[str], told: Progress) -> Session:
+def added(session: Session, names: Sequence[str], progress: Progress) -> Session:
     """Effects added, each in place of its rival, and everything fitted again."""
     changed, words = with_added(session.last.task, names)
-    return _refitted(session, changed, words, ("add", *names), told)
+    return _refitted(session, changed, words, ("add", *names), progress)
 
 
 @in_own_units
-def dropped(session: Session, names: Sequence[str], told: Progress) -> Session:
+def dropped(session: Session, names: Sequence[str], progress: Progress) -> Session:
     """Effects taken out, and everything fitted again."""
     changed, words = with_dropped(session.last.task, names)
-    return _refitted(session, changed, words, ("drop", *names), told)
+    return _refitted(session, changed, words, ("drop", *names), progress)
 
 
 def defined(session: Session, line: str) -> tuple[Session, str]:
@@ -158,10 +158,10 @@ def undone(session: Session) -> Session:
 
 
 @in_own_units
-def examined(session: Session, told: Progress, candidates: Sequence[str] = ()) -> Session:
+def examined(session: Session, progress: Progress, candidates: Sequence[str] = ()) -> Session:
     """The last step with its diagnosis."""
     task = session.last.task
-    found, compared = diagnosed(task, candidates_of(task, candidates), told)
+    found, compared = diagnosed(task, candidates_of(task, candidates), progress)
     step = session.last
     comparison = step.comparison or compared
     alike = step.left_out is None and comparison.unit == "N"  # a diagnosis is in N, whatever was measured
@@ -173,7 +173,7 @@ def examined(session: Session, told: Progress, candidates: Sequence[str] = ()) -
 
 
 @in_own_units
-def planned(session: Session, told: Progress) -> Session:
+def planned(session: Session, progress: Progress) -> Session:
     """Which recording would tell apart what the diagnosis leaves tied."""
     from fitting.report.plans import plan_report
     from fitting.study.plan import plan_of
@@ -181,13 +181,13 @@ def planned(session: Session, told: Progress) -> Session:
     step = session.last
     if step.diagnosis is None:
         raise InputError("there is no diagnosis yet", cure="run it first: the plan separates what it leaves tied")
-    told("planning", 0.1)
+    progress("planning", 0.1)
     plan = plan_of(step.task, step.diagnosis)
     return _saying(session, NEXT, as_text(plan_report(plan, session.asked.model_file)))
 
 
 @in_own_units
-def sampled(session: Session, told: Progress, seconds: float = 60.0) -> Session:
+def sampled(session: Session, progress: Progress, seconds: float = 60.0) -> Session:
     """What the data leave open of the parameters, sampled for at most so long."""
     from fitting.posterior.record import describe
     from fitting.posterior.sample import sample
@@ -198,13 +198,13 @@ def sampled(session: Session, told: Progress, seconds: float = 60.0) -> Session:
         step.task.experiments,
         seed=step.task.seed,
         limit_s=seconds,
-        progress=lambda done, worth: told(f"{done} steps, {worth:.0f} independent samples", 0.5),
+        progress=lambda done, worth: progress(f"{done} steps, {worth:.0f} independent samples", 0.5),
     )
     told_so = _saying(session, POSTERIOR, describe(found))
     return _with_last(told_so, dataclasses.replace(told_so.last, posterior=found))
 
 
-def designed(spec: str, told: Progress) -> str:
+def designed(spec: str, progress: Progress) -> str:
     """The muscle that does best what a design file asks for, in words."""
     from fitting.designs.file import read_design
     from fitting.report.design_text import describe
@@ -213,7 +213,7 @@ def designed(spec: str, told: Progress) -> str:
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "design.toml"
         path.write_text(spec, encoding="utf-8")
-        told("designing", 0.1)
+        progress("designing", 0.1)
         try:
             task = read_design(path)
         except InputError as error:
@@ -227,19 +227,19 @@ def _saying(session: Session, title: str, text: str) -> Session:
     return _with_last(session, dataclasses.replace(session.last, said=(*said, (title, text))))
 
 
-def _refitted(session: Session, changed: Task, words: str, typed: tuple[str, ...], told: Progress) -> Session:
-    told(f"fitting the model {words}", 0.1)
+def _refitted(session: Session, changed: Task, words: str, typed: tuple[str, ...], progress: Progress) -> Session:
+    progress(f"fitting the model {words}", 0.1)
     before = session.last.fit.values if session.last.fit is not None else session.last.task.known
     known = {name: value for name, value in before.items() if name in changed.layout.names}
     task = dataclasses.replace(changed, known=known)
-    step = _compared(Step(words, typed, task), fitted(task), told)
+    step = _compared(Step(words, typed, task), fitted(task), progress)
     return dataclasses.replace(session, steps=(*session.steps, step))
 
 
-def _compared(step: Step, fit: Fit, told: Progress) -> Step:
-    told("comparing", 0.8)
+def _compared(step: Step, fit: Fit, progress: Progress) -> Step:
+    progress("comparing", 0.8)
     comparison = compare(fit, step.task.experiments)
-    told("leaving runs out", 0.9)
+    progress("leaving runs out", 0.9)
     task = dataclasses.replace(step.task, known=fit.values)
     return dataclasses.replace(step, task=task, comparison=comparison, left_out=left_out_rmse(fit))
 

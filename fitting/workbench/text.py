@@ -18,7 +18,7 @@ from fitting.report.sentences import (
     most_alike,
     p_in_words,
     remark,
-    stand_ins_in_words,
+    substitutes_in_words,
 )
 from fitting.report.terminal import sorted_evidence
 from fitting.workbench.session import Session, Step, in_own_units, where_we_are
@@ -85,7 +85,7 @@ def headline(session: Session) -> str:
         lines += [f"<p><b>{html.escape(name)}</b>: {html.escape(words)}</p>" for name, words in told]
     if step.diagnosis is not None and step.comparison is not None:
         found = step.diagnosis
-        said = (leading_in_words(found), p_in_words(found), *stand_ins_in_words(found))
+        said = (leading_in_words(found), p_in_words(found), *substitutes_in_words(found))
         lines += [f"<p>{html.escape(text)}</p>" for text in said if text]
     if step.fit is not None:
         lines += [f"<p>{html.escape(text)}</p>" for text in fit_in_words(step.fit)]

@@ -20,7 +20,7 @@ from scipy.stats import qmc
 from telling import tell
 
 from fitting.diagnosis import flips
-from fitting.diagnosis.between_runs import together
+from fitting.diagnosis.between_runs import common_nuisance
 from fitting.diagnosis.examine import Examiner
 from fitting.diagnosis.universe import universe
 from fitting.least_squares.fit import fit, free_names, starting_places
@@ -283,26 +283,26 @@ class Screening:
 
     def __init__(self, experiment: Experiment):
         self.world = universe([experiment], kinds("coulomb_friction"), kinds(*DOZEN)[1:])
-        self.trial = self.world.fit(frozenset(self.world.base), self.world.start)
-        self.examiner = Examiner(self.world, self.trial, 0)
+        self.base_fit = self.world.fit(frozenset(self.world.base), self.world.start)
+        self.examiner = Examiner(self.world, self.base_fit, 0)
         self.data = as_data(experiment, self.world.samples)
 
     def signatures(self) -> np.ndarray:
-        return self.world.signatures(self.trial, [(name, {}) for name in DOZEN])
+        return self.world.signatures(self.base_fit, [(name, {}) for name in DOZEN])
 
     def by_signatures(self) -> flips.Verdict:
         return self.tested(self.signatures())
 
     def tested(self, columns: np.ndarray) -> flips.Verdict:
-        t, examiner = self.trial, self.examiner
-        return flips.judged(t.rows, together(t), examiner.yielding(t), columns, examiner.ground(t))
+        t, examiner = self.base_fit, self.examiner
+        return flips.judged(t.rows, common_nuisance(t), examiner.nuisance(t), columns, examiner.ground(t))
 
     def by_refits(self) -> np.ndarray:
-        jobs = [(self.world.with_added([name]), self.trial.vector, [name]) for name in DOZEN]
+        jobs = [(self.world.with_added([name]), self.base_fit.vector, [name]) for name in DOZEN]
         return np.array([trial.cost for trial in self.world.fit_all(jobs)])
 
     def rival(self, effects) -> Rival:
-        return as_rival(self.world.layout, self.world.free(effects), self.data, self.trial.vector)
+        return as_rival(self.world.layout, self.world.free(effects), self.data, self.base_fit.vector)
 
     def by_scipy(self) -> np.ndarray:
         return np.array([2 * self.rival(self.world.with_added([name])).solved().cost for name in DOZEN])
@@ -324,7 +324,7 @@ def test_signatures_alone(screening, benchmark):
 def test_screening(screening, benchmark, side):
     runs = {"library": screening.by_signatures, "refits by the library": screening.by_refits}
     found = measure(benchmark, "screening a dozen effects", side, runs.get(side, screening.by_scipy), 9)
-    base, trial = screening.rival(screening.trial.effects), screening.trial
+    base, trial = screening.rival(screening.base_fit.effects), screening.base_fit
     both = np.concatenate([trial.rows, trial.prior_rows])
     np.testing.assert_allclose(both, base.rows(base.start), rtol=1e-9, atol=1e-8)
     if side == "library":

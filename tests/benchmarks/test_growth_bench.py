@@ -172,7 +172,7 @@ def judged(experiment: Experiment, present: Sequence, sought: Sequence[str], fix
         search = Search(world, base, Examiner(world, base, 0), no_fit, lambda *_: None)
         search.fit_level([frozenset([name]) for name in world.candidates])
         refitted = time.process_time()
-        search.examiner.stand(frozenset(), base, search.trials, limits=True)
+        search.examiner.adequacy(frozenset(), base, search.fits, limits=True)
     return search, [refitted - begun, time.process_time() - refitted]
 
 
@@ -183,7 +183,7 @@ def timed_test(experiment: Experiment, present: Sequence, sought: Sequence[str],
         search, parts = judged(experiment, present, sought, fix)
         rounds.append(parts)
     assert set(search.world.candidates) == set(sought)
-    assert len(search.trials) >= 0.9 * len(sought)  # what needs a rubber is not fitted where there is none
+    assert len(search.fits) >= 0.9 * len(sought)  # what needs a rubber is not fitted where there is none
     return {what: Times(rounds[0][i], min(r[i] for r in rounds[1:])) for i, what in enumerate(COLUMNS[4:])}
 
 

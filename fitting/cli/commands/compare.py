@@ -8,7 +8,7 @@ from fitting.cli.options import Command, data_argument, fit_options, output_opti
 from fitting.cli.run import Study, begin
 
 if TYPE_CHECKING:
-    from fitting.diagnosis.alike import Knowable
+    from fitting.diagnosis.similarity import Knowable
     from fitting.least_squares.fit import Fit
 
 
@@ -54,7 +54,7 @@ def command(alike: bool, **given: Any) -> None:
 
 
 def _knowable(study: Study, fit: "Fit") -> "Knowable":
-    from fitting.diagnosis.alike import knowable
+    from fitting.diagnosis.similarity import knowable
 
     with study.working("looking at every effect"):
         kinds = [kind for kind in study.task.library.values() if not kind.rival]

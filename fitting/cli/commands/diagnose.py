@@ -37,10 +37,10 @@ def command(propose: bool, **given: Any) -> None:
     candidates = candidates_of(study.task, given["candidates"], given["rivals"])
     if propose:
         require_sparse_regression()
-    with study.working("diagnosing") as told:
-        found, compared = diagnosed(study.task, candidates, told)
-        planned = following(study.task, found, told)
-        form = proposed(found, told) if propose else None
+    with study.working("diagnosing") as progress:
+        found, compared = diagnosed(study.task, candidates, progress)
+        planned = following(study.task, found, progress)
+        form = proposed(found, progress) if propose else None
     study.print(lines("WARNING", doubts(compared), "yellow"))
     study.print(diagnosis_report(found, compared.unit))
     notes = [*of_force(study.task.experiments)[1], *motions_in_words(found, study.task.experiments)]

@@ -36,9 +36,9 @@ def command(**given: Any) -> None:
     from fitting.study.discovering import discovered, on_motions
 
     candidates = candidates_of(study.task, given["candidates"], given["rivals"]) or all_candidates(study.task)
-    with study.working("diagnosing") as told:
-        found = discovered(in_newtons(study.task), candidates, told)
-        motions = on_motions(study.task, found, told)
+    with study.working("diagnosing") as progress:
+        found = discovered(in_newtons(study.task), candidates, progress)
+        motions = on_motions(study.task, found, progress)
     compared, stages = found.comparison, found.stages
     unit = compared.unit
     words = f"Error {amount(stages[0].rmse, unit)} -> {amount(compared.rmse, unit)}. {judged(compared)}"

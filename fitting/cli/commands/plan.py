@@ -23,9 +23,9 @@ def command(**given: Any) -> None:
     from fitting.study.plan import plan_of
 
     candidates = candidates_of(study.task, given["candidates"], given["rivals"])
-    with study.working("diagnosing") as told:
-        found, _ = diagnosed(study.task, candidates, told)
-        told("planning", 0.95)
+    with study.working("diagnosing") as progress:
+        found, _ = diagnosed(study.task, candidates, progress)
+        progress("planning", 0.95)
         plan = plan_of(study.task, found)
     report = [headed("VERDICT", verdict_in_words(found)), *plan_report(plan, study.asked.model_file)]
     study.print(report)

@@ -40,9 +40,9 @@ def command(**given: Any) -> None:
     from fitting.study.task import fitted
     from fitting.writing import write_whole
 
-    with study.working("fitting") as told:
+    with study.working("fitting") as progress:
         fit = fitted(study.task)
-        found = _sampled(study, fit, given, told)
+        found = _sampled(study, fit, given, progress)
     study.print([describe(found)])
     study.write(to_json(found))
     if study.asked.html:
@@ -54,7 +54,7 @@ def command(**given: Any) -> None:
     study.end(fit.converged and found.settled)
 
 
-def _sampled(study: Study, fit: "Fit", given: dict[str, Any], told: "Progress") -> "Posterior":
+def _sampled(study: Study, fit: "Fit", given: dict[str, Any], progress: "Progress") -> "Posterior":
     """The posterior by the sampler that was asked for."""
     from fitting.units import to_si
 
@@ -63,12 +63,12 @@ def _sampled(study: Study, fit: "Fit", given: dict[str, Any], told: "Progress") 
     if given["quick"]:
         from fitting.posterior.quick import quick_look
 
-        told("quick look", 0.5)
+        progress("quick look", 0.5)
         return quick_look(fit, task.experiments, **common)
     if given["sampler"] == "nuts":
         from fitting.posterior.nuts import sample_nuts
 
-        return sample_nuts(fit, task.experiments, limit_s=seconds, progress=told, **common)
+        return sample_nuts(fit, task.experiments, limit_s=seconds, progress=progress, **common)
     from fitting.posterior.sample import sample
 
     return sample(
@@ -79,7 +79,7 @@ def _sampled(study: Study, fit: "Fit", given: dict[str, Any], told: "Progress") 
         limit_s=seconds,
         chains=_place_of_chains(study, given),
         again=given["again"],
-        progress=lambda done, worth: told(f"{done} steps, {worth:.0f} effective samples", done / given["steps"]),
+        progress=lambda done, worth: progress(f"{done} steps, {worth:.0f} effective samples", done / given["steps"]),
     )
 
 

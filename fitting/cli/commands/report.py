@@ -47,7 +47,7 @@ def command(no_diagnosis: bool, **given: Any) -> None:
     from fitting.report.terminal import headed
     from fitting.study.task import as_known
 
-    with study.working("comparing") as told:
+    with study.working("comparing") as progress:
         task = study.task
         if no_diagnosis:
             diagnosis, planned = None, None
@@ -56,8 +56,8 @@ def command(no_diagnosis: bool, **given: Any) -> None:
             from fitting.study.diagnosing import candidates_of, diagnosed, following, in_newtons
 
             candidates = candidates_of(study.task, given["candidates"], given["rivals"])
-            diagnosis, compared = diagnosed(study.task, candidates, told)
-            planned = following(study.task, diagnosis, told)
+            diagnosis, compared = diagnosed(study.task, candidates, progress)
+            planned = following(study.task, diagnosis, progress)
             task = in_newtons(study.task)
     study.print([headed("VERDICT", verdict_in_words(diagnosis), "bold")] if diagnosis else [])
     study.print([headed("RESULT", judged(compared))])

@@ -41,8 +41,8 @@ def command(
         order = read_sweep(spec, library(effect_file))
         work = _work(scheduler, effect_file)
         folder = Path(out) if out else Path(spec).with_name(f"{Path(spec).stem}_sweep")
-        with progress_bar("compiling", given["quiet"]) as told:
-            found = sweep(order, folder, work, told, kind=kind)
+        with progress_bar("compiling", given["quiet"]) as progress:
+            found = sweep(order, folder, work, progress, kind=kind)
     hand_out(given, "Sweep", [describe(found)], to_json(found))
 
 

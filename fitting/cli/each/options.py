@@ -50,8 +50,8 @@ def do_each(given: dict[str, Any], command: str) -> None:
         order = Order(command, given.get("candidates", ()), given.get("rivals", False), _code(asked), command_line())
         work = None if given["scheduler"] is None else on(given["scheduler"])
         place = Path(given["out"] or f"each_{command}")
-        with progress_bar("reading", asked.quiet) as told:
-            found = each(meant.sets, asked, order, place, work, told)
+        with progress_bar("reading", asked.quiet) as progress:
+            found = each(meant.sets, asked, order, place, work, progress)
     with spoken(found.units):
         shown, title = _shown(found, meant.passed_by), f"{len(found.sets)} data sets, each on its own"
         hand_out(given, title, shown, _result(found))

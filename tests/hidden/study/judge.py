@@ -71,8 +71,8 @@ def noise_sd(noise: Noise) -> float:
 def true_floor(case: Case, data: Dataset) -> float:
     """Rms of what no model could foretell: the readings' noise, and the muscle's spread from run to run, N."""
     steady = replace(EVERY_NOISE[case.noise], spread=0.0)
-    foretold = PROTOCOLS[case.protocol].recordings(data.truth, steady)
-    left = [read.columns["force"] - mean.clean for read, mean in zip(data.recordings, foretold, strict=True)]
+    predicted = PROTOCOLS[case.protocol].recordings(data.truth, steady)
+    left = [read.columns["force"] - mean.clean for read, mean in zip(data.recordings, predicted, strict=True)]
     return float(np.sqrt(np.mean(np.concatenate(left) ** 2)))
 
 

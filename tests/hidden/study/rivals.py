@@ -37,15 +37,15 @@ def answers(search: Any) -> dict[str, list[str]]:
 # ------------------------------------------------------------------------------------------------- forward selection
 
 
-def independent(trial: Any, samples: Any) -> float:
+def independent(fit: Any, samples: Any) -> float:
     """n log(rss/n) + k log n."""
-    count = len(trial.rows)
-    return criterion(float(np.sum(trial.rows**2)), 0.0, trial, count, len(trial.free))
+    count = len(fit.rows)
+    return criterion(float(np.sum(fit.rows**2)), 0.0, fit, count, len(fit.free))
 
 
-def autoregressive(trial: Any, samples: Any) -> float:
+def autoregressive(fit: Any, samples: Any) -> float:
     """The same of the innovations of an AR(1) process, its memory estimated and the fit moved to its optimum."""
-    rows, slopes = trial.rows, np.asarray(trial.slopes)
+    rows, slopes = fit.rows, np.asarray(fit.slopes)
     fresh = np.ones(len(rows), bool)
     fresh[1:] = (np.diff(samples.run) != 0) | (np.diff(samples.half) != 0)
     residual, phi = rows, 0.0
@@ -55,7 +55,7 @@ def autoregressive(trial: Any, samples: Any) -> float:
         step = np.linalg.lstsq(innovations(slopes, fresh, phi), -innovations(rows, fresh, phi), rcond=1e-10)[0]
         residual = rows + slopes @ step
     left = float(np.sum(innovations(residual, fresh, phi) ** 2))
-    return criterion(left, -float(fresh.sum()) * np.log(1 - phi**2), trial, len(rows), len(trial.free) + 1)
+    return criterion(left, -float(fresh.sum()) * np.log(1 - phi**2), fit, len(rows), len(fit.free) + 1)
 
 
 def innovations(values: np.ndarray, fresh: np.ndarray, phi: float) -> np.ndarray:
@@ -65,9 +65,9 @@ def innovations(values: np.ndarray, fresh: np.ndarray, phi: float) -> np.ndarray
     return out
 
 
-def criterion(left: float, determinant: float, trial: Any, count: int, free: int) -> float:
+def criterion(left: float, determinant: float, fit: Any, count: int, free: int) -> float:
     """Schwarz's, with the variance profiled out; stated geometry counts as the data it is."""
-    return count * np.log(left / count) + determinant + float(np.sum(trial.prior_rows**2)) + free * np.log(count)
+    return count * np.log(left / count) + determinant + float(np.sum(fit.prior_rows**2)) + free * np.log(count)
 
 
 def forward(search: Any, score: Callable[[Any, Any], float]) -> list[str]:
@@ -90,16 +90,16 @@ def following(search: Any, added: frozenset[str], here: Any) -> dict[frozenset[s
     larger = [added | {name} for name in world.candidates if name not in added]
     larger = [key for key in larger if key <= world.with_added(sorted(key))]
     larger = [key for key in larger if world.possible(world.with_added(sorted(key)), sorted(key))]
-    missing = [key for key in larger if key not in search.trials and frozenset(key - added) in search.trials]
+    missing = [key for key in larger if key not in search.fits and frozenset(key - added) in search.fits]
     missing = sorted(missing, key=lambda key: promised(search, here, min(key - added)))[:REFITTED]
     if missing:
         search.fit_level(missing)
-    return {key: search.trials[key] for key in larger if key in search.trials}
+    return {key: search.fits[key] for key in larger if key in search.fits}
 
 
 def promised(search: Any, here: Any, name: str) -> float:
     """Sum of squares left if the change that an effect makes alone were added in any amount."""
-    change = search.trials[frozenset([name])].rows - search.base.rows
+    change = search.fits[frozenset([name])].rows - search.base.rows
     columns = np.column_stack([change, here.slopes])
     step = np.linalg.lstsq(columns, here.rows, rcond=1e-10)[0]
     return float(np.sum((here.rows - columns @ step) ** 2))

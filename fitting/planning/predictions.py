@@ -1,4 +1,4 @@
-"""What each explanation of the data foretells of recordings that nobody has made."""
+"""What each explanation of the data predicts of recordings that nobody has made."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -73,7 +73,7 @@ def candidates(
 
 @dataclass(frozen=True)
 class Explained:
-    """One explanation fitted to what was measured, with what it foretells of every candidate.
+    """One explanation fitted to what was measured, with what it predicts of every candidate.
 
     Rows are model minus measurement in standard deviations (of candidates: the prediction), slopes those per place of
     each free parameter in its range. A place that nothing is known of has the spread of its range.

@@ -6,10 +6,10 @@ import pytest
 from hidden.simulator import Muscle as TrueMuscle
 from hidden.simulator import Noise, Truth, dataset, loops, with_baseline, write
 
-from fitting.diagnosis.substitutes import stand_ins
+from fitting.diagnosis.substitutes import substitutes
 from fitting.diagnosis.universe import universe
 from fitting.recordings.experiment import read_experiment
-from fitting.report.sentences import stand_ins_in_words
+from fitting.report.sentences import substitutes_in_words
 from mckibben_jax.effects import (
     BladderMooneyRivlin,
     BladderNeoHookean,
@@ -36,7 +36,7 @@ def pairs(experiment, effects, candidates):
     """What could stand in for one of these effects, fitted."""
     world = universe([experiment], effects, candidates)
     base = world.fit(frozenset(world.base), world.start)
-    return stand_ins(world, base, {}, world.candidates, NOISE)
+    return substitutes(world, base, {}, world.candidates, NOISE)
 
 
 BASE = (IdealCylinder(), CoulombFriction())
@@ -62,6 +62,6 @@ def test_what_has_more_numbers_is_no_like(tmp_path):
 
 @pytest.mark.parametrize("others", [("dead_band",), ("dead_band", "radial_gap")])
 def test_the_tie_is_said(others):
-    found = SimpleNamespace(stand_ins=tuple(("pressure_offset", other) for other in others))
-    (said,) = stand_ins_in_words(found)
+    found = SimpleNamespace(substitutes=tuple(("pressure_offset", other) for other in others))
+    (said,) = substitutes_in_words(found)
     assert said.startswith(f"{' or '.join(others)} in place of pressure_offset would predict the same")

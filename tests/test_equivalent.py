@@ -5,8 +5,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from fitting.diagnosis.equivalent import foretelling, leading_of, plausible, simplest, unrivalled
-from fitting.diagnosis.examine import Standing
+from fitting.diagnosis.equivalent import best_predicting, leading_of, plausible, simplest, unrivalled
+from fitting.diagnosis.examine import AdequacyTest
 
 GROUPS = np.repeat(np.arange(10), 30)
 RANDOM = np.random.default_rng(4)
@@ -35,8 +35,8 @@ class World:
 
         return SimpleNamespace(fit=fit)
 
-    def contradicted(self, trial):
-        return ("muscle.length",) if trial.key in self.denies else ()
+    def contradicted(self, fit):
+        return ("muscle.length",) if fit.key in self.denies else ()
 
     def rmse(self, rows):
         return float(np.sqrt(np.mean(rows**2)))
@@ -50,14 +50,14 @@ class Examiner:
     def __init__(self, seen=()):
         self.seen = set(seen)
 
-    def left_out(self, trial):
-        return trial.rows
+    def left_out(self, fit):
+        return fit.rows
 
-    def against(self, trial, rivals):
-        return min(0.001 if (trial.key, "".join(sorted(other))) in self.seen else 1.0 for other, _ in rivals)
+    def against(self, fit, rivals):
+        return min(0.001 if (fit.key, "".join(sorted(other))) in self.seen else 1.0 for other, _ in rivals)
 
 
-def trial(key, free=None, ends=()):
+def fit(key, free=None, ends=()):
     count = FREE[key] if free is None else free
     return SimpleNamespace(
         key=key, effects=key, vector=None, rows=LEFT[key], at_bound=tuple(f"{one}.A" for one in ends),
@@ -66,8 +66,8 @@ def trial(key, free=None, ends=()):
 
 
 def led(keys, families=(), follows=(), denies=(), **own):
-    trials = {frozenset(key): own.get(key, trial(key)) for key in keys}
-    return leading_of(World(dict(families), set(follows), set(denies)), trial(""), trials, Examiner())
+    fits = {frozenset(key): own.get(key, fit(key)) for key in keys}
+    return leading_of(World(dict(families), set(follows), set(denies)), fit(""), fits, Examiner())
 
 
 def test_the_effect_that_lowers_the_error_by_clearly_more_leads():
@@ -87,7 +87,7 @@ def test_equals_lead_together_only_if_they_are_of_one_kind():
     assert set(led("abc", families={"a": "rubber", "b": "rubber"}).effects) == {"a", "b"}
     assert led("abc", families={"a": "rubber", "b": "friction"}) is None
     assert led("abc", families={"a": "rubber"}) is None
-    wider = {"b": trial("b", free=2)}
+    wider = {"b": fit("b", free=2)}
     assert led("abc", follows={("b", "a")}, **wider).effects == ("a",)
     assert led("abc", follows={("a", "b")}, **wider) is None
 
@@ -97,45 +97,45 @@ def test_nothing_leads_where_nothing_helps():
 
 
 def test_what_is_at_its_bound_or_denied_leads_only_where_all_is():
-    bound = {"a": trial("a", ends="a")}
+    bound = {"a": fit("a", ends="a")}
     assert led("acd", **bound).effects == ("c",)
     assert led("acd", denies=("a",)).effects == ("c",)
     assert led("a", **bound).effects == ("a",)
     world = World({}, set(), {"c"})
-    assert plausible(world, frozenset("a"), trial("a", ends="b"))  # what was there before may stand at its end
-    assert not plausible(world, frozenset("a"), trial("a", ends="a"))
-    assert not plausible(world, frozenset("c"), trial("c"))
+    assert plausible(world, frozenset("a"), fit("a", ends="b"))  # what was there before may stand at its end
+    assert not plausible(world, frozenset("a"), fit("a", ends="a"))
+    assert not plausible(world, frozenset("c"), fit("c"))
 
 
 def test_explanations_that_contain_a_simpler_one_are_dropped_and_exact_likes_are_a_class():
-    trials = {frozenset("a"): trial("a"), frozenset("b"): trial("b"), frozenset("c"): trial("c", free=3)}
-    adequate = list(trials)
+    fits = {frozenset("a"): fit("a"), frozenset("b"): fit("b"), frozenset("c"): fit("c", free=3)}
+    adequate = list(fits)
     follows = {("b", "a"), ("a", "b"), ("c", "a"), ("c", "b")}
-    named, classes, wider = simplest(World({}, follows, ()), adequate, trials, noise=1.0)
+    named, classes, wider = simplest(World({}, follows, ()), adequate, fits, noise=1.0)
     assert set(named) == {frozenset("a"), frozenset("b")}
     assert [set(members) for members in classes] == [{"a", "b"}]
     assert wider == {frozenset("c"): named[0]}
-    alone = simplest(World({}, set(), ()), adequate, trials, noise=1.0)
+    alone = simplest(World({}, set(), ()), adequate, fits, noise=1.0)
     assert (set(alone[0]), alone[1], alone[2]) == (set(adequate), (), {})
 
 
 def test_what_foretells_clearly_worse_is_dropped():
-    trials = {frozenset(key): trial(key) for key in "abc"}
-    assert foretelling(list(trials), trials, Examiner()) == [frozenset("a"), frozenset("b")]
-    assert foretelling([], {}, Examiner()) == []
+    fits = {frozenset(key): fit(key) for key in "abc"}
+    assert best_predicting(list(fits), fits, Examiner()) == [frozenset("a"), frozenset("b")]
+    assert best_predicting([], {}, Examiner()) == []
 
 
 def test_a_set_in_whose_residual_a_rival_is_seen_is_dropped_unless_each_is():
-    trials = {frozenset(key): trial(key) for key in "ab"}
-    both, (a, b) = list(trials), trials
-    assert unrivalled(both, trials, Examiner([("a", "b")])) == [b]
-    assert unrivalled(both, trials, Examiner([("b", "a")])) == [a]
-    assert unrivalled(both, trials, Examiner([("a", "b"), ("b", "a")])) == both
-    assert unrivalled(both, trials, Examiner()) == both
-    assert unrivalled(both[:1], trials, Examiner([("a", "b")])) == [a]
+    fits = {frozenset(key): fit(key) for key in "ab"}
+    both, (a, b) = list(fits), fits
+    assert unrivalled(both, fits, Examiner([("a", "b")])) == [b]
+    assert unrivalled(both, fits, Examiner([("b", "a")])) == [a]
+    assert unrivalled(both, fits, Examiner([("a", "b"), ("b", "a")])) == both
+    assert unrivalled(both, fits, Examiner()) == both
+    assert unrivalled(both[:1], fits, Examiner([("a", "b")])) == [a]
 
 
-def standing(**changes):
+def adequacy(**changes):
     """Two shapes of effect a, one of b, which is nearly alike, and one of c, which the model takes up nearly whole."""
     test = SimpleNamespace(
         left=np.array([0.5, 0.8, 0.9, 0.1]), explained=np.array([3.0, 1.0, 2.0, 1.0]),
@@ -143,25 +143,25 @@ def standing(**changes):
         cosines=np.array([[1, 0.5, 0.7, 0.1], [0.5, 1, -0.95, 0.2], [0.7, -0.95, 1, 0.3], [0.1, 0.2, 0.3, 1]]),
     )  # fmt: skip
     given = {"test": test, "columns": ("a", "a", "b", "c"), "rms_columns": np.array([1.0, 2.0, 3.0, 4.0])}
-    return Standing(**(given | {"noise_rms": 1.0, "noise": 0.5} | changes))
+    return AdequacyTest(**(given | {"noise_rms": 1.0, "noise": 0.5} | changes))
 
 
 def test_what_is_said_of_one_candidate_is_said_over_its_shapes():
     """The least p, the middle limit, the largest share that is left, and what is alike, the most alike first."""
-    found = standing().of("a")
+    found = adequacy().of("a")
     assert found.p_value == pytest.approx(0.03)
     assert found.limit == pytest.approx(np.median([2.0 * 1.0, 0.5 * 2.0]))
     assert found.absorbed == pytest.approx(1 - 0.8**2)
-    assert found.alike == {"b": pytest.approx(0.95)}
-    unseen = standing().of(
+    assert found.similar == {"b": pytest.approx(0.95)}
+    unseen = adequacy().of(
         "b"
     )  # never by flips; by the bases where it is as large as they need, and many times the noise
     assert unseen.limit == pytest.approx(max(np.sqrt(2.5**2 - 1) * 0.5, 2.0 * 3.0))
-    assert standing(noise=99.0).of("b").limit == pytest.approx(np.sqrt(2.5**2 - 1) * 99.0)
-    assert standing().of("c").limit is None
-    assert standing().of("c").alike == {}
-    absent = standing().of("d")
-    assert (absent.limit, absent.alike) == (None, {})
+    assert adequacy(noise=99.0).of("b").limit == pytest.approx(np.sqrt(2.5**2 - 1) * 99.0)
+    assert adequacy().of("c").limit is None
+    assert adequacy().of("c").similar == {}
+    absent = adequacy().of("d")
+    assert (absent.limit, absent.similar) == (None, {})
     assert np.isnan(absent.p_value)
 
 
@@ -170,5 +170,5 @@ def test_likes_are_listed_the_most_alike_first():
     test = SimpleNamespace(
         left=np.ones(3), explained=np.ones(3), detectable=np.ones(3), p_effects=np.ones(3), cosines=cosines
     )
-    found = standing(test=test, columns=("a", "b", "c"), rms_columns=np.ones(3)).of("a")
-    assert list(found.alike) == ["c", "b"]
+    found = adequacy(test=test, columns=("a", "b", "c"), rms_columns=np.ones(3)).of("a")
+    assert list(found.similar) == ["c", "b"]

@@ -49,7 +49,7 @@ class Scene:
 
 
 @dataclass(frozen=True)
-class Likeness:
+class Similarity:
     """How much effects look alike: cosines of their signatures, raw and after the fitted numbers made up for them."""
 
     names: tuple[str, ...]
@@ -95,7 +95,7 @@ class Opening:
 class Knowable:
     """What these data can say of the effects that are not in the model."""
 
-    likeness: Likeness
+    similarity: Similarity
     openings: tuple[Opening, ...]
     unseen: tuple[str, ...]  # without any trace in these data
 
@@ -112,7 +112,7 @@ def knowable(fit: Fit, experiments: Sequence[Experiment], candidates: Sequence[t
     unseen = tuple(name for name, trace in traces.items() if np.sqrt(np.mean(trace**2)) < 1e-6)
     traces = {name: trace for name, trace in traces.items() if name not in unseen and np.isfinite(trace).all()}
     free, priors = slopes(fit, scenes), _priors(fit)
-    found = likeness(traces, free, priors)
+    found = similarity(traces, free, priors)
     more = _More(fit, models, {name_of(kind): kind for kind in kinds}, openings(experiments[0], scenes))
     told = [
         best
@@ -168,7 +168,7 @@ def _priors(fit: Fit) -> np.ndarray:
     return np.diag([(e.upper - e.lower) / e.prior[1] if e.prior else 0.0 for e in entries]).reshape(-1, len(entries))
 
 
-def likeness(traces: dict[str, np.ndarray], free: np.ndarray, priors: np.ndarray | None = None) -> Likeness:
+def similarity(traces: dict[str, np.ndarray], free: np.ndarray, priors: np.ndarray | None = None) -> Similarity:
     """Cosines of signatures (rows), raw and with the columns of `free` fitted away, which `priors` (rows) hold back."""
     rows = np.array(list(traces.values()))
     held = np.zeros((0, free.shape[1])) if priors is None else priors
@@ -176,7 +176,7 @@ def likeness(traces: dict[str, np.ndarray], free: np.ndarray, priors: np.ndarray
     left = padded - _made_up(np.concatenate([free, held]), padded)
     length = np.linalg.norm(rows, axis=1)
     share = np.linalg.norm(left, axis=1) / length
-    return Likeness(tuple(traces), _cosines(rows), _cosines(left), share, length / np.sqrt(rows.shape[1]))
+    return Similarity(tuple(traces), _cosines(rows), _cosines(left), share, length / np.sqrt(rows.shape[1]))
 
 
 def _made_up(columns: np.ndarray, rows: np.ndarray) -> np.ndarray:
@@ -285,7 +285,7 @@ def _opening(
     best = Opening(pair, "", OPENED)
     for what in more.scenes:
         both = {name: np.append(traces[name], more.trace(name, what)) for name in pair}
-        found = likeness(both, np.concatenate([free, more.slopes(what)]), priors)
+        found = similarity(both, np.concatenate([free, more.slopes(what)]), priors)
         cosine = abs(found.cosine(*pair, freed=True))
         best = Opening(pair, what, cosine) if cosine < best.cosine else best
     return best if best.what else None

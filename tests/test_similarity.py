@@ -6,7 +6,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from fitting.diagnosis.alike import Scene, likeness, signature
+from fitting.diagnosis.similarity import Scene, signature, similarity
 from mckibben_jax import effects as library
 from mckibben_jax.effects import IdealCylinder, Tip
 from mckibben_jax.model import model
@@ -60,7 +60,7 @@ def found():
     for kind in kinds():
         base = rubber if "rubber" in kind.needs else BASE
         traces[kind.__name__] = signature(kind, {0: base}, [scene])
-    return likeness(traces, freed(scene))
+    return similarity(traces, freed(scene))
 
 
 def freed(scene):

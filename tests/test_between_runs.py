@@ -8,7 +8,7 @@ import pytest
 from test_flips import samples, two_runs
 
 from fitting.diagnosis import between_runs
-from fitting.diagnosis.universe import Trial, Universe
+from fitting.diagnosis.universe import CandidateFit, Universe
 from fitting.problem.unknowns import Unknown, Unknowns
 
 FRICTION = Unknown("coulomb_friction.f_s", "1", 0.0, 0.2, 0.02, (0.02,), None)
@@ -17,11 +17,11 @@ SIZE = 100.0  # of friction at one bar, in standard deviations of a reading
 LAYOUT = Unknowns((FRICTION, RADIUS), (), ())
 
 
-def trial(s, rows):
+def fit(s, rows):
     """Friction and radius, both linear; the range of friction is ten times its value."""
     slopes = np.stack([10 * SIZE * s.branch * s.pressure / 1e5, SIZE * s.pressure / 1e5], axis=1)
     names = ("coulomb_friction.f_s", "muscle.radius")
-    return Trial(frozenset(), np.array([0.02, 0.007]), names, rows, slopes, np.zeros(0), np.zeros((0, 2)), ())
+    return CandidateFit(frozenset(), np.array([0.02, 0.007]), names, rows, slopes, np.zeros(0), np.zeros((0, 2)), ())
 
 
 def differing(s, share):
@@ -40,11 +40,11 @@ def test_few_are_those_whose_flips_cannot_reach_the_level():
 @pytest.mark.parametrize(("share", "taken"), [(0.03, True), (0.5, False)])
 def test_a_few_percent_of_friction_may_differ_but_not_half_of_it(share, taken):
     s = two_runs()
-    found = trial(s, SIZE * differing(s, share))
-    left = between_runs.from_run_to_run(found, LAYOUT, s).left(found.rows)
+    found = fit(s, SIZE * differing(s, share))
+    left = between_runs.nuisance_between_runs(found, LAYOUT, s).left(found.rows)
     # what two such differences cost: one standard deviation each, or many
     priced = 2 * (share / between_runs.REPEATABLE) ** 2
-    assert left <= 1.01 * priced < between_runs.together(found).left(found.rows)
+    assert left <= 1.01 * priced < between_runs.common_nuisance(found).left(found.rows)
     assert (left < 4) == taken
 
 
@@ -53,19 +53,20 @@ def test_runs_do_not_differ_by_more_than_is_likely_at_all(share, least, most):
     """Each may be two standard deviations off, 6 %, not fifty: then what all runs have in common leaves as much."""
     s = two_runs()
     rows = SIZE * differing(s, share)
-    found = trial(s, rows)
+    found = fit(s, rows)
     apart_left, common_left = (
-        by.left_at_most(rows) for by in (between_runs.from_run_to_run(found, LAYOUT, s), between_runs.together(found))
+        by.left_at_most(rows)
+        for by in (between_runs.nuisance_between_runs(found, LAYOUT, s), between_runs.common_nuisance(found))
     )
     assert least <= np.linalg.norm(apart_left) / np.linalg.norm(common_left) <= most
-    assert np.sum(common_left**2) == pytest.approx(between_runs.together(found).left(rows))
+    assert np.sum(common_left**2) == pytest.approx(between_runs.common_nuisance(found).left(rows))
 
 
 def test_an_error_beyond_all_measure_is_left():
     """Newtons called kilonewtons: no hold is tight enough, and nothing but the error has to be said."""
     s = two_runs()
     rows = 1e9 * SIZE * differing(s, 1.0)
-    left = between_runs.from_run_to_run(trial(s, rows), LAYOUT, s).left_at_most(rows)
+    left = between_runs.nuisance_between_runs(fit(s, rows), LAYOUT, s).left_at_most(rows)
     assert np.linalg.norm(left) > 0.5 * np.linalg.norm(rows)
 
 
@@ -75,19 +76,22 @@ def test_a_range_in_decades_changes_nothing_in_what_may_differ():
     decades = Unknown("coulomb_friction.f_s", "1", 0.001, 1.0, 0.02, (0.02,), None)
     assert decades.logarithmic
     rows = SIZE * differing(s, 0.03)
-    plain = trial(s, rows)
+    plain = fit(s, rows)
     steeper = np.stack([plain.slopes[:, 0] / 10 * np.log(1000), plain.slopes[:, 1]], axis=1)
     layout = Unknowns((decades, RADIUS), (), ())
-    both = (between_runs.from_run_to_run(plain, LAYOUT, s).left(rows),
-            between_runs.from_run_to_run(replace(plain, slopes=steeper), layout, s).left(rows))  # fmt: skip
+    both = (between_runs.nuisance_between_runs(plain, LAYOUT, s).left(rows),
+            between_runs.nuisance_between_runs(replace(plain, slopes=steeper), layout, s).left(rows))  # fmt: skip
     assert both[1] == pytest.approx(both[0], rel=1e-6)
 
 
 def test_the_muscle_is_the_same_in_every_run():
     s = two_runs()
     rows = s.pressure / 1e4 * np.where(s.run == 1, 1.0, -1.0) * (s.contraction - np.mean(s.contraction))
-    found = trial(s, rows)
-    both = between_runs.from_run_to_run(found, LAYOUT, s).left(rows), between_runs.together(found).left(rows)
+    found = fit(s, rows)
+    both = (
+        between_runs.nuisance_between_runs(found, LAYOUT, s).left(rows),
+        between_runs.common_nuisance(found).left(rows),
+    )
     assert both[0] == pytest.approx(both[1], rel=1e-6)
 
 
@@ -96,10 +100,10 @@ def test_a_zero_may_step_by_the_noise_of_a_reading_but_not_by_many_times_it(step
     """Where every run has its own pressure a step would else look like what depends on pressure."""
     s = two_runs()
     rows = step * np.where(s.run == 1, 1.0, -1.0)
-    found = trial(s, rows)
-    left = between_runs.from_run_to_run(found, LAYOUT, s).left(rows)
+    found = fit(s, rows)
+    left = between_runs.nuisance_between_runs(found, LAYOUT, s).left(rows)
     priced = 2 * (step / between_runs.ZERO) ** 2
-    assert left <= 1.01 * priced < between_runs.together(found).left(rows)
+    assert left <= 1.01 * priced < between_runs.common_nuisance(found).left(rows)
     assert (left < 4) == taken
 
 
@@ -147,10 +151,10 @@ def test_what_priors_hold_does_not_give_way():
     """A column that geometry could make up for is left whole where that is known, and vanishes where it is not."""
     s = two_runs()
     column = (s.pressure / 1e5)[:, None]
-    free = trial(s, np.zeros(len(s)))
+    free = fit(s, np.zeros(len(s)))
     held = replace(free, prior_rows=np.zeros(1), prior_slopes=np.array([[0.0, 1e9]]))
-    assert np.linalg.norm(between_runs.together(free).beside(column)) < 1e-6 * np.linalg.norm(column)
-    np.testing.assert_allclose(between_runs.together(held).beside(column), column, rtol=1e-6)
+    assert np.linalg.norm(between_runs.common_nuisance(free).project_out(column)) < 1e-6 * np.linalg.norm(column)
+    np.testing.assert_allclose(between_runs.common_nuisance(held).project_out(column), column, rtol=1e-6)
 
 
 def test_every_parameter_has_its_own_share():
