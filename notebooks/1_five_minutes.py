@@ -8,7 +8,7 @@ with app.setup(hide_code=True):
     from drawing import errors, loops
 
     from fitting.diagnosis.diagnose import diagnose
-    from fitting.report.figures import waterfall
+    from fitting.report.pictures.figures import waterfall
     from fitting.study.stages import Stage
     from fitting.least_squares.fit import fit
     from fitting.compiled.prepare import prepare

@@ -16,7 +16,8 @@ with app.setup(hide_code=True):
     from fitting.least_squares.fit import fit
     from fitting.compiled.prepare import prepare
     from fitting.recordings.experiment import read_experiment
-    from fitting.report.sentences import error_in_words, kind_in_words, with_error
+    from fitting.report.text.amounts import with_error
+    from fitting.report.text.comparison import error_text, kind_text
     from fitting.shipped import example_data
     from mckibben_jax.effects import CoulombFriction, IdealCylinder
 
@@ -180,7 +181,7 @@ def _(fitted, muscle):
 def _(compared, fitted, muscle):
     _readings = sum(len(run) for recording in muscle.recordings for run in recording.runs)
     answer = f"""
-    {_readings} readings, {error_in_words(compared)} Worst at {compared.worst}. {kind_in_words(compared)}.
+    {_readings} readings, {error_text(compared)} Worst at {compared.worst}. {kind_text(compared)}.
 
     The friction coefficient comes out as f_s = {fitted.values["coulomb_friction.f_s"]:.4f} +/-
     {fitted.error("coulomb_friction.f_s"):.4f}, or +/- {fitted.error("coulomb_friction.f_s", robust=False):.5f} if one

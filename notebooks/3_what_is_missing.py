@@ -10,12 +10,13 @@ with app.setup(hide_code=True):
     from fitting.comparison.compare import compare
     from fitting.diagnosis.diagnose import diagnose
     from fitting.diagnosis.discover import with_added
-    from fitting.report.figures import effects_picture
+    from fitting.report.pictures.figures import effects_picture
     from fitting.least_squares.fit import fit
     from fitting.library.library import library, named
     from fitting.compiled.prepare import prepare
     from fitting.recordings.experiment import read_experiment
-    from fitting.report.sentences import kind_in_words, leading_in_words, verdict_in_words
+    from fitting.report.text.comparison import kind_text
+    from fitting.report.text.diagnosis import leading_text, verdict_text
     from fitting.shipped import example_data, sealed_truth
     from mckibben_jax.effects import CoulombFriction, IdealCylinder
 
@@ -74,7 +75,7 @@ def _(compared):
     Two bands for each pressure, mirrored about zero: the error changes its sign with the direction of motion. An effect
     of the rubber, of the ends or of the length at rest could not do that. Friction could. The program puts it so:
 
-    > {kind_in_words(compared)}
+    > {kind_text(compared)}
 
     Friction as the model has it (Coulomb) grows in proportion to pressure. Here the model's loop is too wide at the
     highest pressure and too narrow at the others. Something grows *less* than in proportion.
@@ -103,9 +104,9 @@ def _(suspect):
 @app.cell(hide_code=True)
 def _(found):
     mo.md(f"""
-    > {verdict_in_words(found)}
+    > {verdict_text(found)}
     >
-    > {leading_in_words(found) or ""}
+    > {leading_text(found) or ""}
 
     The bars are errors on runs **left out** of the fit. The test behind the verdict rests on: {found.rests_on}. If
     nothing were missing, whole loops of the error could have their signs flipped and look the same; here they do
@@ -145,7 +146,7 @@ def _(CONTROL):
 @app.cell(hide_code=True)
 def _(acquitted, alone):
     mo.md(f"""
-    > {verdict_in_words(acquitted)}
+    > {verdict_text(acquitted)}
 
     p = {acquitted.p_value:.2g}; the model is {alone.rmse:.2f} N off, the noise is {acquitted.noise_floor:.2f} N.
     """)

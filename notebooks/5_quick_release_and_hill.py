@@ -8,8 +8,8 @@ with app.setup(hide_code=True):
     import matplotlib.pyplot as plt
     import numpy as np
 
-    from fitting.report.figures import BLUE, GREEN, GREY, VERMILION
-    from fitting.report.hill_figures import speed_over_load
+    from fitting.report.pictures.figures import BLUE, GREEN, GREY, VERMILION
+    from fitting.report.pictures.hill import speed_over_load
     from fitting.hill.hill import curves, releases
     from fitting.least_squares.fit import fit
     from fitting.compiled.prepare import prepare

@@ -7,7 +7,7 @@ with app.setup(hide_code=True):
     import marimo as mo
 
     from fitting import units
-    from fitting.report.posterior_figures import pairs
+    from fitting.report.pictures.posterior import pairs
     from fitting.least_squares.fit import fit
     from fitting.posterior.sample import sample
     from fitting.compiled.prepare import prepare

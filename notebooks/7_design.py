@@ -10,9 +10,9 @@ with app.setup(hide_code=True):
     import matplotlib.pyplot as plt
     import numpy as np
 
-    from fitting.report.design_text import describe, prices
-    from fitting.report.figures import BLUE, GREY, VERMILION
-    from fitting.report.design_figures import stroke_of, to_scale
+    from fitting.report.text.design import describe, prices
+    from fitting.report.pictures.figures import BLUE, GREY, VERMILION
+    from fitting.report.pictures.design import stroke_of, to_scale
     from fitting.compiled.prepare import prepare
     from mckibben_jax.design.best import DESIGN_BASELINE, Limit, Task, design
     from mckibben_jax.design.merit import QUANTITIES, built

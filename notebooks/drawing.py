@@ -4,9 +4,9 @@ import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.figure import Figure
 
-from fitting.report.figures import BLUE, GREEN, GREY, ORANGE, SKY, VERMILION
+from fitting.report.pictures.figures import BLUE, GREEN, GREY, ORANGE, SKY, VERMILION
 from fitting.least_squares.fit import Fit
-from fitting.report.panels import Panel, panels
+from fitting.report.pictures.panels import Panel, panels
 from fitting.recordings.records import Experiment
 
 COLOURS = (BLUE, SKY, GREEN, ORANGE, VERMILION)

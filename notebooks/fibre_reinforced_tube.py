@@ -9,7 +9,7 @@ with app.setup(hide_code=True):
     import matplotlib.pyplot as plt
     import numpy as np
 
-    from fitting.report.figures import BLUE, GREEN, GREY, ORANGE, SKY, VERMILION
+    from fitting.report.pictures.figures import BLUE, GREEN, GREY, ORANGE, SKY, VERMILION
     from mckibben_jax.laws import braid
     from mckibben_jax.laws import rubber
     from mckibben_jax.laws import working_pressure

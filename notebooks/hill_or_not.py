@@ -11,7 +11,7 @@ with app.setup(hide_code=True):
     from scipy.constants import g
     from scipy.optimize import brentq, least_squares
 
-    from fitting.report.figures import BLUE, GREEN, GREY, ORANGE, VERMILION
+    from fitting.report.pictures.figures import BLUE, GREEN, GREY, ORANGE, VERMILION
     from mckibben_jax.laws import biology
     from mckibben_jax.laws import braid
     from mckibben_jax.laws import textile

@@ -15,7 +15,7 @@ with app.setup(hide_code=True):
     from scipy.optimize import least_squares
     from scipy.stats import qmc
 
-    from fitting.report.figures import BLUE, GREEN, GREY, ORANGE, SKY, VERMILION
+    from fitting.report.pictures.figures import BLUE, GREEN, GREY, ORANGE, SKY, VERMILION
     from fitting.hill.hill import Reading, hill_curve
     from fitting.compiled.prepare import prepare
     from mckibben_jax.laws import biology

@@ -10,7 +10,7 @@ with app.setup(hide_code=True):
     import numpy as np
     from which_rubber import Judge, gain, table, verdict
 
-    from fitting.report.figures import BLUE, GREEN, GREY, ORANGE, SKY, VERMILION
+    from fitting.report.pictures.figures import BLUE, GREEN, GREY, ORANGE, SKY, VERMILION
     from fitting.recordings.experiment import read_experiment
     from fitting.shipped import example_data
     from mckibben_jax.laws import braid

@@ -13,7 +13,7 @@ with app.setup(hide_code=True):
     import numpy as np
     from scipy import stats
 
-    from fitting.report.figures import BLUE, GREEN, GREY, ORANGE, VERMILION
+    from fitting.report.pictures.figures import BLUE, GREEN, GREY, ORANGE, VERMILION
     from fitting.least_squares.fit import fit
     from fitting.recordings.experiment import read_experiment
     from fitting.problem.residuals import thinned

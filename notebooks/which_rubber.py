@@ -14,7 +14,7 @@ with app.setup(hide_code=True):
     import numpy as np
     from scipy import stats
 
-    from fitting.report.figures import BLUE, GREEN, GREY, VERMILION
+    from fitting.report.pictures.figures import BLUE, GREEN, GREY, VERMILION
     from fitting.least_squares.held_out import difference
     from fitting.least_squares.fit import Fit, fit_problem
     from fitting.recordings.experiment import read_experiment

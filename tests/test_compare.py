@@ -12,8 +12,8 @@ from fitting.least_squares.evaluate import evaluate, left_out_rmse
 from fitting.least_squares.fit import fit
 from fitting.problem.residuals import Samples
 from fitting.recordings.experiment import read_experiment
-from fitting.report.cells import error_cells
-from fitting.report.next_step import after_comparison
+from fitting.report.text.comparison import error_cells
+from fitting.report.text.next_step import after_comparison
 from fitting.study.baseline import baseline
 
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from designing import BAR, IDEAL, LIMITS, MUSCLE, RANGES, TASK, grid
 
-from fitting.report.design_text import describe
+from fitting.report.text.design import describe
 from mckibben_jax.design.best import Limit, Task, design, quantities_of, to_json
 from mckibben_jax.effects import BladderNeoHookean, IdealCylinder
 from mckibben_jax.muscle import Muscle

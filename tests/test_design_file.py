@@ -16,7 +16,7 @@ from fitting.designs.order import read_order
 from fitting.errors import InputError
 from fitting.library.library import library
 from fitting.model_files.model_file import read_model
-from fitting.report.design_text import describe
+from fitting.report.text.design import describe
 from mckibben_jax.design.best import Limit, design, to_json
 from mckibben_jax.design.merit import built
 from mckibben_jax.design.pareto import Second

@@ -7,7 +7,7 @@ from designing import ALONE, BAR, IDEAL, MUSCLE, RANGES, TASK, quantity
 
 from fitting.designs.answer import answer
 from fitting.designs.order import DesignOrder
-from fitting.report.design_text import answer_in_words, describe, odds_in_words
+from fitting.report.text.design import answer_text, describe, odds_text
 from mckibben_jax.design.best import Task, design
 from mckibben_jax.design.merit import built
 from mckibben_jax.design.pareto import Second
@@ -17,14 +17,14 @@ from mckibben_jax.design.scatter import Odds
 def test_where_one_design_is_best_in_both_that_is_said():
     task = Task(MUSCLE, {"radius": RANGES["radius"]}, "force", {"contraction": 0.1, "pressure": BAR}, (), IDEAL)
     found = answer(DesignOrder(task, {}, None, Second("gas_volume", {"contraction": 0.1})), {})
-    assert answer_in_words(found).startswith("no trade-off: one design is best in force and in gas_volume")
+    assert answer_text(found).startswith("no trade-off: one design is best in force and in gas_volume")
     assert float(found.first.muscle.radius) == pytest.approx(RANGES["radius"][1])
 
 
 def test_who_asked_for_a_chance_is_not_told_to():
     found, fate = design(ALONE), Odds(1.0, 0.5, 1.5, (0.5,) * len(ALONE.constraints), 0.5, 10)
-    assert "ask for it" in odds_in_words(found, fate)
-    assert "ask for it" not in odds_in_words(found, fate, asked=True)
+    assert "ask for it" in odds_text(found, fate)
+    assert "ask for it" not in odds_text(found, fate, asked=True)
 
 
 def test_prices_are_told_in_bars_and_newtons():
@@ -48,7 +48,7 @@ def test_sensitivities_are_exponents():
 
 
 def test_the_picture_is_to_scale(tmp_path):
-    from fitting.report.design_figures import to_scale
+    from fitting.report.pictures.design import to_scale
 
     figure = to_scale(MUSCLE, 0.25, 3 * BAR)
     rest, contracted = (axes.patches[0] for axes in figure.axes)

@@ -11,7 +11,7 @@ from test_inverse_dynamics import released
 from fitting.cli.main import main
 from fitting.library.library import library
 from fitting.model_files.model_file import read_model
-from fitting.report.changes import on_motions_in_words, on_motions_result
+from fitting.report.text.changes import on_motions_result, on_motions_text
 from fitting.study import discovering
 from fitting.study.asked import Asked
 from fitting.study.discovering import on_motions
@@ -59,7 +59,7 @@ def test_the_motions_themselves_have_the_last_word(tmp_path, asked, after, confi
     assert last.known["viscous_damping.B"] == 138.0
     assert [r.test for e in last.experiments for r in e.recordings] == ["quick release"]
     assert motions.confirmed == confirmed
-    assert ("They confirm the model." in on_motions_in_words(motions)) == confirmed
+    assert ("They confirm the model." in on_motions_text(motions)) == confirmed
 
 
 def test_where_force_was_measured_it_was_in_the_fit_already(tmp_path, asked):

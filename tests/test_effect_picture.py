@@ -5,7 +5,7 @@ import pytest
 from click.testing import CliRunner
 
 from fitting.cli.main import main
-from fitting.report.effect_picture import HIGH, WIDE, trace
+from fitting.report.pictures.effect import HIGH, WIDE, trace
 from mckibben_jax.effect import Pulling
 from mckibben_jax.effects import BladderNeoHookean, CoulombFriction, ForceOffset, SupplyOrifice, ViscousDamping
 

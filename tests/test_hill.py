@@ -18,7 +18,7 @@ from fitting.errors import InputError
 from fitting.hill.hill import Reading, by_pressure, curves, dry_curve, hill_curve, releases, straight_part
 from fitting.hill.motion import Motions
 from fitting.recordings.experiment import read_experiment
-from fitting.report.hill_text import hill_report, said_of_viscosity
+from fitting.report.text.hill import hill_report, said_of_viscosity
 
 ISOMETRIC, CURVATURE, LARGEST = 900.0, 0.3, 1.6  # N, 1, m/s
 STROKE, FRICTION = 0.09, 40.0  # m, N

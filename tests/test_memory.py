@@ -11,7 +11,7 @@ import pytest
 from rich.console import Console
 from scipy.integrate import solve_ivp
 
-from fitting.report.catalogue import effect_report
+from fitting.report.text.catalogue import effect_report
 from mckibben_jax.effect import name_of
 from mckibben_jax.effects import LIBRARY, Creep, MaxwellSlip, Mullins, Presliding, SupplyLag
 from mckibben_jax.memory import Memory, follow, remember

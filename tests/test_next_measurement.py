@@ -28,8 +28,8 @@ from fitting.planning.separation import Outlook, Readings, of_means
 from fitting.planning.sharper import sharper
 from fitting.problem.residuals import thinned
 from fitting.recordings.experiment import read_experiment
-from fitting.report.plans import plan_report, plan_result
-from fitting.report.terminal import console
+from fitting.report.text.layout import console
+from fitting.report.text.plan import plan_report, plan_result
 from fitting.study.asked import Asked
 from fitting.study.plan import Plan, plan_of
 from mckibben_jax.effect import name_of

@@ -22,9 +22,9 @@ from fitting.library.line import VARIABLES, defined
 from fitting.posterior.predict import Band
 from fitting.recordings.experiment import read_experiment
 from fitting.recordings.inverse_dynamics import as_force
-from fitting.report.hill_figures import speed_over_load
-from fitting.report.hill_text import hill_report
-from fitting.report.posterior_figures import predicted
+from fitting.report.pictures.hill import speed_over_load
+from fitting.report.pictures.posterior import predicted
+from fitting.report.text.hill import hill_report
 from fitting.workbench.session import Step
 from fitting.workbench.text import evidence
 from mckibben_jax.muscle import Muscle

@@ -18,9 +18,9 @@ from studied import EVIL
 from fitting import units
 from fitting.cli.main import main
 from fitting.diagnosis.record import Evidence
-from fitting.report.alike_groups import groups
-from fitting.report.page import page
-from fitting.report.parts import Section
+from fitting.report.page.page import page
+from fitting.report.page.parts import Section
+from fitting.report.page.similar_groups import groups
 from fitting.study.discovering import discovered
 from fitting.study.stages import Stage
 from mckibben_jax.effects import LinearSpring

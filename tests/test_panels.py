@@ -13,10 +13,10 @@ from fitting.problem.residuals import problem
 from fitting.problem.unknowns import unknowns
 from fitting.recordings.experiment import read_experiment
 from fitting.recordings.records import Run
-from fitting.report import figures, maps
-from fitting.report.loops_picture import frame
-from fitting.report.page import page
-from fitting.report.panels import Panel, panels
+from fitting.report.page.page import page
+from fitting.report.pictures import figures, maps
+from fitting.report.pictures.loops import frame
+from fitting.report.pictures.panels import Panel, panels
 from fitting.study.asked import Asked
 from fitting.study.stages import Stage
 from fitting.study.task import fitted, task_of

@@ -12,7 +12,7 @@ from fitting.diagnosis.proposal_terms import line_of, terms
 from fitting.least_squares.fit import fit
 from fitting.library.line import VARIABLES, defined
 from fitting.recordings.experiment import read_experiment
-from fitting.report.proposals import proposal_in_words, proposal_result
+from fitting.report.text.proposal import proposal_result, proposal_text
 from mckibben_jax.effects import CoulombFriction, IdealCylinder
 from mckibben_jax.muscle import Muscle
 from mckibben_jax.parameter import parameters
@@ -138,14 +138,14 @@ def test_it_takes_runs_to_leave_one_out():
 def test_nothing_is_proposed_where_the_library_explains():
     found = proposed(SimpleNamespace(verdict="missing"), lambda *_: None)
     assert found.line is None
-    assert "'missing'" in proposal_in_words(found)
+    assert "'missing'" in proposal_text(found)
     assert proposal_result(found)["define"] is None
 
 
 def test_words_and_command_of_a_proposal():
     found = dataclasses.replace(propose(misfit(FORMS["bump"][0])), runs=8)
-    assert "not yet a cause" in proposal_in_words(found)
-    assert "8 runs" in proposal_in_words(found)
+    assert "not yet a cause" in proposal_text(found)
+    assert "8 runs" in proposal_text(found)
     command = found.command(["my data"])
     assert command.startswith("mckibben add 'my data' proposal --define \"proposal = A*exp(")
     assert proposal_result(found)["marked"] == "proposal"

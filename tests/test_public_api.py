@@ -80,12 +80,12 @@ PYTHON = {
     "fitting.library.library.named": "names, known",
     "fitting.model_files.model_file.read_model": "path, known",
     "fitting.model_files.model_file.write_model": "path, fit, experiments",
-    "fitting.report.figures.traces": "c, experiments",
-    "fitting.report.figures.waterfall": "stages, floor, unit=",
-    "fitting.report.figures.effects_picture": "d, floor, unit=",
-    "fitting.report.posterior_figures.pairs": "posterior",
-    "fitting.report.hill_figures.speed_over_load": "curves",
-    "fitting.report.design_figures.to_scale": "muscle, contraction, pressure",
+    "fitting.report.pictures.figures.traces": "c, experiments",
+    "fitting.report.pictures.figures.waterfall": "stages, floor, unit=",
+    "fitting.report.pictures.figures.effects_picture": "d, floor, unit=",
+    "fitting.report.pictures.posterior.pairs": "posterior",
+    "fitting.report.pictures.hill.speed_over_load": "curves",
+    "fitting.report.pictures.design.to_scale": "muscle, contraction, pressure",
     "fitting.errors.InputError": "problem, file=, row=, column=, value=, cure=",
 }
 MODEL = ("names", "force", "pull", "feel", "lost", "add", "drop", "cite")

@@ -12,22 +12,21 @@ from fitting.least_squares.fit import fit
 from fitting.planning.next_measurement import PairPower
 from fitting.recordings.experiment import read_experiment
 from fitting.recordings.records import OF_MOTION
-from fitting.report.next_step import after_diagnosis
-from fitting.report.plans import _expected
-from fitting.report.sentences import (
-    amount,
-    judged,
-    kind_in_words,
-    leading_in_words,
-    measurement_in_words,
-    motions_in_words,
-    p_in_words,
-    verdict_in_words,
-    with_error,
-    worst_in_words,
+from fitting.report.text.amounts import amount, with_error
+from fitting.report.text.comparison import comparison_report, judgement, kind_text, worst_text
+from fitting.report.text.diagnosis import (
+    diagnosis_report,
+    leading_text,
+    measurement_text,
+    motion_notes,
+    p_value_text,
+    verdict_text,
 )
-from fitting.report.terminal import comparison_report, console, diagnosis_report, fit_report, to_type
-from fitting.report.warnings import doubts
+from fitting.report.text.fit import fit_report
+from fitting.report.text.layout import console, paste_line
+from fitting.report.text.next_step import after_diagnosis
+from fitting.report.text.plan import _expected
+from fitting.report.text.warnings import comparison_warnings
 from mckibben_jax.effects import CoulombFriction, IdealCylinder
 
 
@@ -65,13 +64,13 @@ def test_the_terminal_says_what_is_missing_what_is_not_and_what_cannot_be_seen(d
     ],
 )
 def test_every_verdict_has_its_sentence(diagnosis, verdict, explanations, words):
-    assert words in verdict_in_words(dataclasses.replace(diagnosis, verdict=verdict, explanations=explanations))
+    assert words in verdict_text(dataclasses.replace(diagnosis, verdict=verdict, explanations=explanations))
 
 
 def test_only_what_is_missing_is_called_small(diagnosis):
     small = dataclasses.replace(diagnosis, negligible=True)
-    assert "It is small" in verdict_in_words(small)
-    assert "small" not in verdict_in_words(dataclasses.replace(small, verdict="inconclusive", notes=("why",)))
+    assert "It is small" in verdict_text(small)
+    assert "small" not in verdict_text(dataclasses.replace(small, verdict="inconclusive", notes=("why",)))
 
 
 def test_what_could_hide_here_is_not_called_absent(diagnosis):
@@ -80,8 +79,8 @@ def test_what_could_hide_here_is_not_called_absent(diagnosis):
 
 
 def test_an_error_many_times_the_noise_that_no_flip_sees_says_so(diagnosis):
-    assert "many times the noise" not in p_in_words(diagnosis)
-    assert "many times the noise" in p_in_words(dataclasses.replace(diagnosis, p_value=0.2))
+    assert "many times the noise" not in p_value_text(diagnosis)
+    assert "many times the noise" in p_value_text(dataclasses.replace(diagnosis, p_value=0.2))
 
 
 def test_commands_can_be_pasted_whatever_the_folder_is_called(diagnosis):
@@ -98,7 +97,7 @@ def test_a_force_of_an_unlikely_size_asks_for_units_and_sizes(study, factor, sai
     c = study[1]
     measured = c.fit.samples.measured
     fit = dataclasses.replace(c.fit, residual=(factor - 1) * measured)
-    told = doubts(dataclasses.replace(c, fit=fit, rmse=fit.rmse))
+    told = comparison_warnings(dataclasses.replace(c, fit=fit, rmse=fit.rmse))
     assert (said in told[0]) if said else told == []
 
 
@@ -108,7 +107,7 @@ def test_pressures_that_begin_at_an_atmosphere_and_fit_without_it_are_doubted(ad
     muscle = read_experiment("data/muscle_a")
     right = fit([muscle], [IdealCylinder(), CoulombFriction()])
     c = compare(fit([shifted(muscle, added)], [IdealCylinder(), CoulombFriction()]), [muscle])
-    told = " ".join(doubts(c))
+    told = " ".join(comparison_warnings(c))
     assert ('pressure = "absolute"' in told) == hinted
     if hinted:
         assert c.if_absolute == pytest.approx(right.rmse, rel=0.2)
@@ -132,7 +131,7 @@ def test_warnings_name_bounds_ties_and_what_is_held(study):
 
 def test_noise_has_no_kind(study):
     c = dataclasses.replace(study[1], rmse=0.3)
-    assert "mostly noise" in kind_in_words(c)
+    assert "mostly noise" in kind_text(c)
 
 
 @pytest.mark.parametrize(
@@ -166,7 +165,7 @@ def test_a_command_is_not_broken_however_narrow_the_terminal_is():
     narrow = console()
     narrow.width = 40
     with narrow.capture() as captured:
-        Study.print(SimpleNamespace(console=narrow), [to_type("REHEARSE", command)])
+        Study.print(SimpleNamespace(console=narrow), [paste_line("REHEARSE", command)])
     assert captured.get() == f"REHEARSE  {command}\n"
 
 
@@ -178,17 +177,17 @@ def test_a_number_that_is_none_has_no_digits():
 def test_an_even_misfit_without_pressure_is_one_that_the_fit_hides_in_part(study):
     """The table below it may change sign with pressure: that is what the fit made of it."""
     flat = dataclasses.replace(study[1].fingerprint, odd_share=0.0, pressure_exponent_even=0.05)
-    words = kind_in_words(dataclasses.replace(study[1], fingerprint=flat))
+    words = kind_text(dataclasses.replace(study[1], fingerprint=flat))
     assert "the same at every pressure; the fit makes up for some of it" in words
     steep = dataclasses.replace(flat, pressure_exponent_even=2.0)
-    assert "pressure to the power 2" in kind_in_words(dataclasses.replace(study[1], fingerprint=steep))
+    assert "pressure to the power 2" in kind_text(dataclasses.replace(study[1], fingerprint=steep))
 
 
 def test_motions_read_as_force_are_not_called_described(study):
     """Their noise as force is coarse: how far they are missed is another question."""
     good = dataclasses.replace(study[1], rmse=study[1].noise, noise_floor=None)
-    assert judged(good).startswith("The model describes these data")
-    read = judged(dataclasses.replace(good, noise_from=OF_MOTION))
+    assert judgement(good).startswith("The model describes these data")
+    read = judgement(dataclasses.replace(good, noise_from=OF_MOTION))
     assert read.startswith("Read as force")
     assert "mckibben compare" in read
 
@@ -197,7 +196,7 @@ def test_one_run_that_is_off_alone_is_named(study):
     """Not an effect but a recording to look at; and not where others are off as well, or runs are too few."""
     rows = [Row(f"run {k}", 100, size, 0.0, 2 * size) for k, size in enumerate((1.0, 1.2, 9.0, 1.1))]
     c = dataclasses.replace(study[1], rmse=5.0, noise=0.3, noise_floor=None)
-    told = lambda rows, rmse=5.0: worst_in_words(  # noqa: E731
+    told = lambda rows, rmse=5.0: worst_text(  # noqa: E731
         dataclasses.replace(c, rmse=rmse, tables=(Table("run", tuple(rows)),))
     )
     assert "run 2 by 9 N, no other run by more than 1.2 N" in told(rows)
@@ -208,20 +207,20 @@ def test_one_run_that_is_off_alone_is_named(study):
 
 def test_presumed_noise_judges_nothing(study):
     within = dataclasses.replace(study[1], rmse=0.2, noise=0.3, noise_floor=None, noise_from="presumed")
-    assert "State the noise" in judged(within)
+    assert "State the noise" in judgement(within)
 
 
 @pytest.mark.parametrize(("share", "said"), [(0.8, "Mostly tip: "), (0.3, "tip does more than any other single ")])
 def test_what_does_less_than_half_is_not_most_of_it(share, said):
     lead = Leading(("tip",), share, 2.0, 3.0)
     told = SimpleNamespace(verdict="not in the library", leading=lead, held_out_rmse=4.0)
-    assert leading_in_words(told).startswith(said)
+    assert leading_text(told).startswith(said)
 
 
 def test_a_lead_of_next_to_nothing_is_neither_told_nor_added_where_nothing_is_missing(diagnosis):
     nothing = Leading(("tip",), 0.01, 2, 2)
     faint = dataclasses.replace(diagnosis, verdict="inconclusive", explanations=(), leading=nothing)
-    assert leading_in_words(faint) is None
+    assert leading_text(faint) is None
     assert after_diagnosis(faint, ["here"]) == "mckibben plan here"
     some = dataclasses.replace(faint, verdict="not in the library", leading=Leading(("tip",), 0.2, 2, 2))
     assert after_diagnosis(some, ["here"]) == "mckibben diagnose here --propose"
@@ -245,14 +244,14 @@ def test_the_terminal_gives_the_values_of_what_is_missing(diagnosis):
 ])  # fmt: skip
 def test_motions_that_say_nothing_as_force_are_looked_at_as_motions(diagnosis, tests, verdict, said):
     data = SimpleNamespace(recordings=[SimpleNamespace(test=test) for test in tests])
-    told = " ".join(motions_in_words(dataclasses.replace(diagnosis, verdict=verdict), [data]))
+    told = " ".join(motion_notes(dataclasses.replace(diagnosis, verdict=verdict), [data]))
     assert said in told if said else not told
 
 
 @pytest.mark.parametrize(("power", "said"), [(0.005, "0.5 % of the cases: no recording that was"), (0.9, "cases.")])
 def test_a_recording_that_hardly_decides_says_so(power, said):
     planned = SimpleNamespace(what="12 loops", why="they differ", power=power)
-    assert said in " ".join(measurement_in_words(planned))
+    assert said in " ".join(measurement_text(planned))
 
 
 @pytest.mark.parametrize("power", [0.75, 0.95])

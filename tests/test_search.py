@@ -16,8 +16,8 @@ from small_muscle import write as write_small
 from fitting.diagnosis.diagnose import concluded, searched
 from fitting.diagnosis.search import BEST_TRIPLED, Search
 from fitting.recordings.experiment import read_experiment
-from fitting.report.effect_bars import effect_bars
-from fitting.report.terminal import sets_named
+from fitting.report.pictures.effect_bars import effect_bars
+from fitting.report.text.evidence import named_sets
 from mckibben_jax.effect import Pulling, name_of
 from mckibben_jax.effects import LIBRARY, CoulombFriction, IdealCylinder, SupplyLag
 from mckibben_jax.parameter import parameter
@@ -65,7 +65,7 @@ def test_three_effects_are_found_though_the_third_stands_behind_the_others(three
     found = concluded(three)
     assert tuple(sorted(THREE)) in found.explanations
     assert any("triples refitted" in note for note in found.notes)
-    assert {tuple(sorted(e.effects)) for e in sets_named(found)} == set(found.explanations)
+    assert {tuple(sorted(e.effects)) for e in named_sets(found)} == set(found.explanations)
     assert "+ hertz_friction + tip + weight" in effect_bars(found, 0.6, "N")
 
 

@@ -9,7 +9,7 @@ from hidden.simulator import Noise, Truth, dataset, loops, with_baseline, write
 from fitting.diagnosis.substitutes import substitutes
 from fitting.diagnosis.universe import universe
 from fitting.recordings.experiment import read_experiment
-from fitting.report.sentences import substitutes_in_words
+from fitting.report.text.diagnosis import substitutes_text
 from mckibben_jax.effects import (
     BladderMooneyRivlin,
     BladderNeoHookean,
@@ -63,5 +63,5 @@ def test_what_has_more_numbers_is_no_like(tmp_path):
 @pytest.mark.parametrize("others", [("dead_band",), ("dead_band", "radial_gap")])
 def test_the_tie_is_said(others):
     found = SimpleNamespace(substitutes=tuple(("pressure_offset", other) for other in others))
-    (said,) = substitutes_in_words(found)
+    (said,) = substitutes_text(found)
     assert said.startswith(f"{' or '.join(others)} in place of pressure_offset would predict the same")

@@ -4,10 +4,12 @@ from collections.abc import Callable, Sequence
 
 from fitting.cli.run import Study
 from fitting.cli.saving import save
-from fitting.report.changes import change_in_words, change_result
-from fitting.report.next_step import after_change
-from fitting.report.page import write_page
-from fitting.report.terminal import fit_report, headed, steps_report
+from fitting.report.page.page import write_page
+from fitting.report.text.changes import change_result, change_text
+from fitting.report.text.fit import fit_report
+from fitting.report.text.layout import line
+from fitting.report.text.next_step import after_change
+from fitting.report.text.study import steps_report
 from fitting.study.changing import change
 from fitting.study.task import Task
 
@@ -18,7 +20,7 @@ def run(study: Study, names: Sequence[str], how: Callable[[Task, Sequence[str]],
     with study.working("fitting") as progress:
         found = change(study.task, changed, words, progress)
     unit = found.comparison.unit
-    study.print([headed("RESULT", change_in_words(found, unit), "bold"), *steps_report(found.stages, unit)])
+    study.print([line("RESULT", change_text(found, unit), "bold"), *steps_report(found.stages, unit)])
     study.print(fit_report(found.after))
     after = after_change(study.task.experiments, study.asked.data_again, study.asked.save)
     study.print(save(study, found.after, after))

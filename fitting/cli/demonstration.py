@@ -2,11 +2,13 @@
 
 from fitting.cli.run import Study
 from fitting.comparison.compare import compare
-from fitting.report.changes import change_in_words
-from fitting.report.page import write_page
+from fitting.report.page.page import write_page
 from fitting.report.results import comparison_result, diagnosis_result, fit_result, steps_result
-from fitting.report.sentences import judged, kind_in_words, verdict_in_words
-from fitting.report.terminal import diagnosis_report, headed, steps_report
+from fitting.report.text.changes import change_text
+from fitting.report.text.comparison import judgement, kind_text
+from fitting.report.text.diagnosis import diagnosis_report, verdict_text
+from fitting.report.text.layout import line
+from fitting.report.text.study import steps_report
 from fitting.study.changing import change, with_added
 from fitting.study.diagnosing import diagnosed
 from fitting.study.stages import Stage
@@ -18,8 +20,8 @@ def demonstrate(study: Study) -> None:
     task = study.task
     with study.working("1 of 3: fitting the baseline and comparing"):
         first = compare(fitted(task), task.experiments)
-    study.print([headed("COMPARE", judged(first), "bold"), headed("", f"Worst at {first.worst}.")])
-    study.print([headed("", kind_in_words(first))])
+    study.print([line("COMPARE", judgement(first), "bold"), line("", f"Worst at {first.worst}.")])
+    study.print([line("", kind_text(first))])
     with study.working("2 of 3: diagnosing") as progress:
         found, compared = diagnosed(task, None, progress)
     study.print(diagnosis_report(found, compared.unit))
@@ -32,10 +34,10 @@ def demonstrate(study: Study) -> None:
             done = change(task, final, words, progress)
         stages.append(done.stages[-1])
         last = done.comparison
-        study.print([headed("ADD", change_in_words(done, last.unit), "bold"), *steps_report(stages, last.unit)])
+        study.print([line("ADD", change_text(done, last.unit), "bold"), *steps_report(stages, last.unit)])
     write_page(str(study.asked.html), final, last, found, stages)
-    study.print([headed("WRITTEN", f"{study.asked.html}: {verdict_in_words(found)}")])
-    study.print([headed("NEXT", f"mckibben demo {task.experiments[0].folder.name} --reveal")])
+    study.print([line("WRITTEN", f"{study.asked.html}: {verdict_text(found)}")])
+    study.print([line("NEXT", f"mckibben demo {task.experiments[0].folder.name} --reveal")])
     study.write(
         {**comparison_result(last), **diagnosis_result(found, compared), **steps_result(stages)}
         | {"fit": fit_result(last.fit)}

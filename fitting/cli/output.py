@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from rich.console import RenderableType
 
-    from fitting.report.parts import Section
+    from fitting.report.page.parts import Section
 
     Shown = Sequence[RenderableType]
 
@@ -24,7 +24,7 @@ def hand_out(
 
 def print_out(given: Given, shown: "Shown") -> None:
     """Print lines and tables; a text is as wide as it is, so that its columns stay in line."""
-    from fitting.report.terminal import console
+    from fitting.report.text.layout import console
 
     out = console(given["quiet"])
     for part in shown:
@@ -34,11 +34,11 @@ def print_out(given: Given, shown: "Shown") -> None:
 def write_out(given: Given, title: str, shown: "Shown", result: Any, pictures: "Sequence[Section]" = ()) -> None:
     """Write the result for machines, and the page under its pictures, where they were asked for."""
     from fitting.cli.run import check_places
-    from fitting.report.parts import write_words
+    from fitting.report.page.parts import write_text_page
     from fitting.report.results import write_json
 
     check_places(given["json"], given["html"])
     if given["json"]:
         write_json(given["json"], result)
     if given["html"]:
-        write_words(given["html"], title, shown, pictures)
+        write_text_page(given["html"], title, shown, pictures)

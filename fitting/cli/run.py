@@ -66,7 +66,8 @@ def begin(given: dict[str, Any]) -> Study:
     """Read what was typed; a message for machines too if that fails."""
     asked, begun = Asked.of(given), time.monotonic()
     prepare()
-    from fitting.report.terminal import console, opening
+    from fitting.report.text.layout import console
+    from fitting.report.text.study import opening
     from fitting.study.task import task_of
 
     check_places(asked.json, asked.html)

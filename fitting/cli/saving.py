@@ -8,7 +8,7 @@ from fitting.cli.run import Study
 from fitting.errors import InputError
 from fitting.least_squares.fit import Fit
 from fitting.model_files.model_file import is_edited, write_model
-from fitting.report.terminal import headed, to_type
+from fitting.report.text.layout import line, paste_line
 from fitting.study.asked import MODEL_FILE
 
 
@@ -17,12 +17,12 @@ def save(study: Study, fit: Fit, after: str | None = None) -> list[RenderableTyp
     if study.asked.no_save:
         return []
     if not fit.converged:
-        return [headed("SAVED", "nothing: the search did not converge")]
+        return [line("SAVED", "nothing: the search did not converge")]
     path = Path(study.asked.save) if study.asked.save else study.task.experiments[0].folder / MODEL_FILE
     why = write_model(path, fit, study.task.experiments)
     if why is None:
         how = f"--model {path} takes it up" if study.asked.save else "the next command on these data begins from it"
-        return [headed("SAVED", f"{path}; {how}"), *([to_type("NEXT", after)] if after else [])]
+        return [line("SAVED", f"{path}; {how}"), *([paste_line("NEXT", after)] if after else [])]
     if study.asked.save and not (path.exists() and is_edited(path)):  # what comes next will look for it there
         raise InputError(f"the model is not saved: {why}", cure="make room, or name another file with --save")
-    return [headed("SAVED", f"nothing: {why}. Name another file with --save FILE", "yellow")]
+    return [line("SAVED", f"nothing: {why}. Name another file with --save FILE", "yellow")]

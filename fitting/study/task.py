@@ -272,12 +272,12 @@ def check_needs(task: Task) -> None:
         for effect in task.effects:
             for need in whole.missing_needs(effect):
                 measured = need in quantities()
-                cure = _need_in_words(need, task.library)
+                cure = _need_text(need, task.library)
                 where = experiment.folder / "muscle.toml" if measured else None
                 raise InputError(f"{name_of(effect)} needs {need.replace('_', ' ')}", where, cure=cure)
 
 
-def _need_in_words(need: str, known: dict[str, type[Effect]]) -> str:
+def _need_text(need: str, known: dict[str, type[Effect]]) -> str:
     if need in quantities():
         unit, meaning = quantities()[need]
         return f'write {need} = "{units.example(unit)}", with your value, into [muscle] ({meaning})'

@@ -4,8 +4,8 @@ from pathlib import Path
 
 from fitting.errors import InputError
 from fitting.model_files import model_file
-from fitting.report.page import page
-from fitting.report.posterior_page import posterior_sections
+from fitting.report.page.page import page
+from fitting.report.page.posterior import posterior_sections
 from fitting.study.asked import Asked
 from fitting.workbench.data import is_dropped
 from fitting.workbench.session import Session, fit_of, in_own_units

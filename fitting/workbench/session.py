@@ -19,10 +19,11 @@ from fitting.least_squares.evaluate import left_out_rmse
 from fitting.least_squares.fit import Fit
 from fitting.library.library import with_line
 from fitting.library.line import defined_name
-from fitting.report.loops_picture import Frame, frame, key, loops_html, thinned_in_words
-from fitting.report.panels import panels
-from fitting.report.parts import as_text
-from fitting.report.sentences import judged, verdict_in_words
+from fitting.report.page.parts import as_text
+from fitting.report.pictures.loops import Frame, frame, key, loops_html, thinning_text
+from fitting.report.pictures.panels import panels
+from fitting.report.text.comparison import judgement
+from fitting.report.text.diagnosis import verdict_text
 from fitting.study.asked import Asked
 from fitting.study.changing import with_added, with_dropped
 from fitting.study.diagnosing import candidates_of, diagnosed
@@ -175,7 +176,7 @@ def examined(session: Session, progress: Progress, candidates: Sequence[str] = (
 @in_own_units
 def planned(session: Session, progress: Progress) -> Session:
     """Which recording would tell apart what the diagnosis leaves tied."""
-    from fitting.report.plans import plan_report
+    from fitting.report.text.plan import plan_report
     from fitting.study.plan import plan_of
 
     step = session.last
@@ -207,7 +208,7 @@ def sampled(session: Session, progress: Progress, seconds: float = 60.0) -> Sess
 def designed(spec: str, progress: Progress) -> str:
     """The muscle that does best what a design file asks for, in words."""
     from fitting.designs.file import read_design
-    from fitting.report.design_text import describe
+    from fitting.report.text.design import describe
     from mckibben_jax.design.best import design
 
     with tempfile.TemporaryDirectory() as folder:
@@ -261,7 +262,7 @@ def loops_of(step: Step, frames: Sequence[Frame], moved: dict[str, float]) -> tu
     """Measured and model as HTML with some parameters moved (SI), and the rms error then (of force, if any)."""
     residual = step.laid_out.residual(moved)
     runs = sum(len(r.runs) for e in step.task.experiments for r in e.recordings)
-    words = thinned_in_words(frames, runs)
+    words = thinning_text(frames, runs)
     picture = f"{key(frames)}{loops_html(frames, [residual])}<p class='thinned'>{words}</p>"
     mine = residual[step.laid_out.given.of_force(step.laid_out.samples)]
     return picture, float(np.sqrt(np.mean(mine**2)))
@@ -281,5 +282,5 @@ def where_we_are(session: Session) -> str:
     if step.comparison is None:
         return "The model at its starting values: it is being fitted."
     if step.diagnosis is not None:
-        return verdict_in_words(step.diagnosis)
-    return judged(step.comparison)
+        return verdict_text(step.diagnosis)
+    return judgement(step.comparison)

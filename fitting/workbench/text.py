@@ -7,20 +7,14 @@ from typing import Any
 
 from fitting.diagnosis.record import Diagnosis
 from fitting.errors import InputError
-from fitting.report.diagnosis_parts import NOTICED, TERMS, UNIT, meanings
-from fitting.report.fall import fall_html
-from fitting.report.parts import pictures_style
-from fitting.report.sentences import (
-    amount,
-    data_in_words,
-    fit_in_words,
-    leading_in_words,
-    most_alike,
-    p_in_words,
-    remark,
-    substitutes_in_words,
-)
-from fitting.report.terminal import sorted_evidence
+from fitting.report.page.diagnosis import NOTICED, TERMS, UNIT, meanings
+from fitting.report.page.parts import pictures_style
+from fitting.report.pictures.fall import fall_html
+from fitting.report.text.amounts import amount
+from fitting.report.text.diagnosis import leading_text, most_similar, p_value_text, remark, substitutes_text
+from fitting.report.text.evidence import sort_evidence
+from fitting.report.text.fit import fit_warnings
+from fitting.report.text.study import data_text
 from fitting.workbench.session import Session, Step, in_own_units, where_we_are
 
 MOST_OFFERED = 8
@@ -77,7 +71,7 @@ def progress(words: str, share: float) -> str:
 def headline(session: Session) -> str:
     """Where the session stands, and what there is to be wary of."""
     step = session.last
-    about = f"{data_in_words(step.task.experiments)}. Model: {' + '.join(step.task.names)}."
+    about = f"{data_text(step.task.experiments)}. Model: {' + '.join(step.task.names)}."
     lines = [f'<p class="about">{html.escape(about)}</p>']
     lines.append(f'<p class="verdict">{html.escape(where_we_are(session))}</p>')
     if step.diagnosis is not None:
@@ -85,10 +79,10 @@ def headline(session: Session) -> str:
         lines += [f"<p><b>{html.escape(name)}</b>: {html.escape(words)}</p>" for name, words in told]
     if step.diagnosis is not None and step.comparison is not None:
         found = step.diagnosis
-        said = (leading_in_words(found), p_in_words(found), *substitutes_in_words(found))
+        said = (leading_text(found), p_value_text(found), *substitutes_text(found))
         lines += [f"<p>{html.escape(text)}</p>" for text in said if text]
     if step.fit is not None:
-        lines += [f"<p>{html.escape(text)}</p>" for text in fit_in_words(step.fit)]
+        lines += [f"<p>{html.escape(text)}</p>" for text in fit_warnings(step.fit)]
     return f'<div class="bench" role="status">{"".join(lines)}</div>'
 
 
@@ -103,7 +97,7 @@ def offered(step: Step | None) -> list[str]:
     """What can be added with a click, the most promising first: explanations of several effects, then single ones."""
     if step is None or step.diagnosis is None:
         return []
-    helping, idle, _ = sorted_evidence(step.diagnosis)
+    helping, idle, _ = sort_evidence(step.diagnosis)
     sets = [" + ".join(names) for names in step.diagnosis.explanations if len(names) > 1]
     return list(dict.fromkeys([*sets, *(e.name for e in (*helping, *idle))]))[:MOST_OFFERED]
 
@@ -119,7 +113,7 @@ def evidence(step: Step, buttons: Mapping[str, Any]) -> str:
         rows.append(f'<tr><td>{button}</td>{told}<td class="words">{html.escape(note)}</td></tr>')
     heads = ("effect", "error with it", "on runs left out", NOTICED, "most alike")
     head = "".join(f'<th scope="col">{text}</th>' for text in heads) + "<td></td>"
-    _, _, blind = sorted_evidence(found)
+    _, _, blind = sort_evidence(found)
     unseen = "; ".join(f"{', '.join(names)}: {why}" for why, names in blind.items())
     table = f'<div class="scroll"><table><thead><tr>{head}</tr></thead><tbody>{"".join(rows)}</tbody></table></div>'
     tail = f"<p class='about'>Cannot be seen here: {html.escape(unseen)}</p>" if unseen else ""
@@ -138,7 +132,7 @@ def _cells(found: Diagnosis, name: str) -> tuple[str, ...]:
         tried = next(t for t in found.tried if " + ".join(t.effects) == name)
         return amount(tried.rmse, UNIT), amount(tried.held_out_rmse, UNIT), "", "", "explains the data"
     values = (amount(value, UNIT) for value in (e.rmse, e.held_out_rmse, e.detection_limit))
-    return *values, most_alike(e), remark(e)
+    return *values, most_similar(e), remark(e)
 
 
 @in_own_units

@@ -14,8 +14,8 @@ import click
 
 from fitting import units
 from fitting.cli.main import COMMANDS, main
-from fitting.report.catalogue import STAGES, first_sentence, meaning
-from fitting.report.equation_text import STATUS, called
+from fitting.report.text.catalogue import STAGES, first_sentence, meaning
+from fitting.report.text.equations import STATUS, called
 from mckibben_jax.effect import Effect, name_of
 from mckibben_jax.effects import LIBRARY, SUPPLIES
 from mckibben_jax.parameter import parameters

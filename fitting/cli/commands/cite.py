@@ -16,8 +16,8 @@ def command(**given: Any) -> None:
     """Say what to cite: the review, the model's effects, the data, the methods."""
     from fitting.cli.output import hand_out
     from fitting.compiled.prepare import prepare
-    from fitting.report.citations import citations
-    from fitting.report.terminal import headed, lines
+    from fitting.report.text.citations import citations
+    from fitting.report.text.layout import line, lines
     from fitting.study.asked import Asked
     from fitting.study.task import cited_task
 
@@ -27,4 +27,4 @@ def command(**given: Any) -> None:
         task = cited_task(asked)
     found = citations(task.effects, task.experiments)
     shown = [part for label, texts in found.items() for part in lines(label.upper()[:9], texts)]
-    hand_out(given, "What to cite", shown or [headed("", "nothing to cite")], found)
+    hand_out(given, "What to cite", shown or [line("", "nothing to cite")], found)

@@ -25,11 +25,12 @@ def command(alike: bool, **given: Any) -> None:
     """
     study = begin(given)
     from fitting.comparison.compare import compare
-    from fitting.report.alike_text import alike_report, alike_result, known_report, known_result
-    from fitting.report.next_step import after_comparison
     from fitting.report.results import comparison_result, fit_result
-    from fitting.report.sentences import fit_in_words
-    from fitting.report.terminal import comparison_report, headed, lines, to_type
+    from fitting.report.text.alike import alike_report, alike_result, known_report, known_result
+    from fitting.report.text.comparison import comparison_report
+    from fitting.report.text.fit import fit_warnings
+    from fitting.report.text.layout import line, lines, paste_line
+    from fitting.report.text.next_step import after_comparison
     from fitting.study.task import as_known
 
     with study.working("fitting and comparing"):
@@ -38,16 +39,16 @@ def command(alike: bool, **given: Any) -> None:
     can_be_known = _knowable(study, fit) if alike else None
     more = {} if can_be_known is None else {"alike": alike_result(can_be_known)}
     if fitted_here:
-        study.print([headed("FITTED", ", ".join(name for name in fitted_here if name in fit.free) or "nothing")])
-    study.print(lines("WARNING", fit_in_words(fit), "yellow") if fitted_here else [])
+        study.print([line("FITTED", ", ".join(name for name in fitted_here if name in fit.free) or "nothing")])
+    study.print(lines("WARNING", fit_warnings(fit), "yellow") if fitted_here else [])
     study.print(comparison_report(found))
     study.print(known_report(fit))
     study.print([] if can_be_known is None else alike_report(can_be_known))
     after = after_comparison(found, study.task.experiments, study.asked.again)
-    study.print([headed("", ""), to_type("NEXT", after)] if after else [])
+    study.print([line("", ""), paste_line("NEXT", after)] if after else [])
     study.write(comparison_result(found) | {"fit": fit_result(fit), "known": known_result(fit)} | more)
     if study.asked.html:
-        from fitting.report.page import write_page
+        from fitting.report.page.page import write_page
 
         write_page(study.asked.html, study.task, found)
     study.end(fit.converged)

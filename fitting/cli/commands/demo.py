@@ -31,7 +31,7 @@ def command(name: str, reveal: bool, **given: Any) -> None:
 def _reveal(name: str, given: dict[str, Any]) -> None:
     from fitting.cli.output import print_out
     from fitting.report.results import write_json
-    from fitting.report.terminal import lines
+    from fitting.report.text.layout import lines
     from fitting.shipped import sealed_truth
 
     truth = sealed_truth(name)

@@ -29,8 +29,8 @@ def command(
     from fitting.designs.answer import answer
     from fitting.designs.order import read_draws, read_order
     from fitting.library.library import library
-    from fitting.report.design_figures import check_kind, draw
-    from fitting.report.design_text import answer_in_words, answer_result
+    from fitting.report.pictures.design import check_kind, draw
+    from fitting.report.text.design import answer_result, answer_text
 
     with errors_for_machines(given["json"]):
         order = read_order(spec, library(effect_file))
@@ -42,12 +42,12 @@ def command(
             check_kind(picture)
         with progress_bar("designing", given["quiet"]):
             found = answer(order, draws, given["seed"])
-        print_out(given, [answer_in_words(found)])
+        print_out(given, [answer_text(found)])
         if picture:
             draw(found, picture)
         if save:
             found.save(Path(save))
-    write_out(given, "Design", [answer_in_words(found)], answer_result(found))
+    write_out(given, "Design", [answer_text(found)], answer_result(found))
     sys.exit(0 if found.converged else NOT_CONVERGED)
 
 

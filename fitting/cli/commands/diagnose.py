@@ -26,12 +26,13 @@ def command(propose: bool, **given: Any) -> None:
     study = begin(given)
     from fitting.diagnosis.diagnose import of_force
     from fitting.diagnosis.proposal import proposed, require_sparse_regression
-    from fitting.report.next_step import after_diagnosis
-    from fitting.report.proposals import proposal_in_words, proposal_result
     from fitting.report.results import diagnosis_result
-    from fitting.report.sentences import error_in_words, measurement_in_words, motions_in_words
-    from fitting.report.terminal import diagnosis_report, headed, lines, to_type
-    from fitting.report.warnings import doubts
+    from fitting.report.text.comparison import error_text
+    from fitting.report.text.diagnosis import diagnosis_report, measurement_text, motion_notes
+    from fitting.report.text.layout import line, lines, paste_line
+    from fitting.report.text.next_step import after_diagnosis
+    from fitting.report.text.proposal import proposal_result, proposal_text
+    from fitting.report.text.warnings import comparison_warnings
     from fitting.study.diagnosing import candidates_of, diagnosed, following, in_newtons
 
     candidates = candidates_of(study.task, given["candidates"], given["rivals"])
@@ -41,21 +42,21 @@ def command(propose: bool, **given: Any) -> None:
         found, compared = diagnosed(study.task, candidates, progress)
         planned = following(study.task, found, progress)
         form = proposed(found, progress) if propose else None
-    study.print(lines("WARNING", doubts(compared), "yellow"))
+    study.print(lines("WARNING", comparison_warnings(compared), "yellow"))
     study.print(diagnosis_report(found, compared.unit))
-    notes = [*of_force(study.task.experiments)[1], *motions_in_words(found, study.task.experiments)]
+    notes = [*of_force(study.task.experiments)[1], *motion_notes(found, study.task.experiments)]
     study.print(lines("NOTE", notes))
-    study.print([headed("ERROR", error_in_words(compared))])
-    study.print([headed("MEASURE", " ".join(measurement_in_words(planned)))] if planned else [])
+    study.print([line("ERROR", error_text(compared))])
+    study.print([line("MEASURE", " ".join(measurement_text(planned)))] if planned else [])
     after = after_diagnosis(found, study.asked.again, propose)
-    study.print([to_type("NEXT", after)] if after else [])
+    study.print([paste_line("NEXT", after)] if after else [])
     if form:
-        study.print([headed("PROPOSAL", proposal_in_words(form))])
+        study.print([line("PROPOSAL", proposal_text(form))])
         study.console.print(form.command(study.asked.again), soft_wrap=True)  # to be pasted: in one line
     study.write(diagnosis_result(found, compared, planned) | ({"proposal": proposal_result(form)} if form else {}))
     if study.asked.html:
-        from fitting.report.page import write_page
+        from fitting.report.page.page import write_page
 
         write_page(study.asked.html, in_newtons(study.task), compared, found, planned=planned)
-        study.print([headed("PAGE", study.asked.html)])
+        study.print([line("PAGE", study.asked.html)])
     study.end(found.baseline.converged)

@@ -11,7 +11,7 @@ from fitting.compiled.prepare import prepare
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from fitting.report.parts import Section
+    from fitting.report.page.parts import Section
     from mckibben_jax.effect import Effect
 
 
@@ -24,7 +24,7 @@ def command(names: tuple[str, ...], effect_file: str | None, **given: Any) -> No
     prepare()
     from fitting.cli.output import hand_out
     from fitting.library.library import library, named
-    from fitting.report.catalogue import effect_report, effects_report, effects_result
+    from fitting.report.text.catalogue import effect_report, effects_report, effects_result
 
     with errors_for_machines(given["json"]):
         known = library(effect_file)
@@ -32,7 +32,7 @@ def command(names: tuple[str, ...], effect_file: str | None, **given: Any) -> No
     if not names:
         hand_out(given, "Effects", effects_report(chosen), effects_result(chosen))
         return
-    from fitting.report.effect_picture import in_characters
+    from fitting.report.pictures.effect import in_characters
 
     shown = [part for kind in chosen for part in (*effect_report(kind), *in_characters(kind), "")]
     page = [part for kind in chosen for part in effect_report(kind)]
@@ -43,9 +43,9 @@ def _pictures(kinds: "Sequence[type[Effect]]", page: str | None) -> "list[Sectio
     """What each effect leaves in the data, for the page if there is to be one."""
     if not page:
         return []
-    from fitting.report.effect_picture import fingerprint
-    from fitting.report.figures import as_svg
-    from fitting.report.parts import Section
+    from fitting.report.page.parts import Section
+    from fitting.report.pictures.effect import fingerprint
+    from fitting.report.pictures.figures import as_svg
     from mckibben_jax.effect import name_of
 
     found = ((name_of(kind), fingerprint(kind)) for kind in kinds)

@@ -14,7 +14,7 @@ from fitting.cli.run import errors_for_machines
 def command(numbers: tuple[str, ...], **given: Any) -> None:
     """List the equations of Tondu 2012, or explain some: formula, symbols, what is wrong in print, what to call."""
     from fitting.cli.output import hand_out
-    from fitting.report.equation_text import chosen, equation_report, equations_report, equations_result
+    from fitting.report.text.equations import chosen, equation_report, equations_report, equations_result
 
     with errors_for_machines(given["json"]):
         found = chosen(numbers)

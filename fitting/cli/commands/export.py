@@ -32,12 +32,12 @@ def command(**given: Any) -> None:
     """
     from fitting.cli.output import hand_out
     from fitting.compiled.prepare import prepare
-    from fitting.report.terminal import headed
+    from fitting.report.text.layout import line
 
     prepare()
     with errors_for_machines(given["json"]):
         from fitting.exporting.orders import exported
 
         file, result, words = exported(given)
-    shown = [headed("WRITTEN", f"{file}: {words}"), headed("USE", result["use"])]
+    shown = [line("WRITTEN", f"{file}: {words}"), line("USE", result["use"])]
     hand_out(given, "mckibben export", shown, result)

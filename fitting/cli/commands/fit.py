@@ -36,20 +36,21 @@ def command(**given: Any) -> None:
     from fitting.cli.saving import save
     from fitting.comparison.compare import compare
     from fitting.report.results import comparison_result, fit_result
-    from fitting.report.sentences import error_in_words, judged
-    from fitting.report.terminal import fit_report, headed, lines
-    from fitting.report.warnings import doubts
+    from fitting.report.text.comparison import error_text, judgement
+    from fitting.report.text.fit import fit_report
+    from fitting.report.text.layout import line, lines
+    from fitting.report.text.warnings import comparison_warnings
     from fitting.study.task import fitted
 
     with study.working("fitting"):
         fit = fitted(study.task)
         found = compare(fit, study.task.experiments)
-    study.print([headed("RESULT", judged(found), "bold"), headed("ERROR", error_in_words(found))])
-    study.print([*lines("WARNING", doubts(found), "yellow"), *fit_report(fit)])
+    study.print([line("RESULT", judgement(found), "bold"), line("ERROR", error_text(found))])
+    study.print([*lines("WARNING", comparison_warnings(found), "yellow"), *fit_report(fit)])
     study.print(save(study, fit))
     study.write(fit_result(fit) | {"comparison": comparison_result(found)})
     if study.asked.html:
-        from fitting.report.page import write_page
+        from fitting.report.page.page import write_page
 
         write_page(study.asked.html, study.task, found)
     study.end(fit.converged)

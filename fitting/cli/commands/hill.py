@@ -27,7 +27,7 @@ def command(no_motion: bool, **given: Any) -> None:
     study = begin(given)
     from fitting.hill.hill import by_pressure, curves
     from fitting.hill.motion import motions
-    from fitting.report.hill_text import hill_report, hill_result
+    from fitting.report.text.hill import hill_report, hill_result
 
     with study.working("reading speeds, fitting motions"):
         found = curves(study.task.experiments)
@@ -36,10 +36,10 @@ def command(no_motion: bool, **given: Any) -> None:
     study.print(shown)
     study.write(hill_result(found, moved))
     if study.asked.html:
-        from fitting.report.figures import as_svg
-        from fitting.report.hill_figures import speed_over_load
-        from fitting.report.parts import Section, write_words
+        from fitting.report.page.parts import Section, write_text_page
+        from fitting.report.pictures.figures import as_svg
+        from fitting.report.pictures.hill import speed_over_load
 
         picture = Section("Steady speed over load", picture=as_svg(speed_over_load(found), "hill"))
-        write_words(study.asked.html, "mckibben hill", shown, [picture])
+        write_text_page(study.asked.html, "mckibben hill", shown, [picture])
     study.end(moved is None or (moved.dry.converged and moved.viscous.converged))

@@ -16,13 +16,13 @@ def command(folder: str, **given: Any) -> None:
     with errors_for_machines(given["json"]):
         from fitting.cli.output import hand_out
         from fitting.recordings.template import write_muscle_file
-        from fitting.report.next_step import typed
-        from fitting.report.terminal import headed
+        from fitting.report.text.layout import line
+        from fitting.report.text.next_step import typed
 
         path = write_muscle_file(folder)
     shown = [
-        headed("WRITTEN", str(path)),
-        headed("NOW", "write a value for every '?' in it, and check what is called a guess or not used"),
-        headed("NEXT", f"mckibben compare {typed([folder])}"),
+        line("WRITTEN", str(path)),
+        line("NOW", "write a value for every '?' in it, and check what is called a guess or not used"),
+        line("NEXT", f"mckibben compare {typed([folder])}"),
     ]
     hand_out(given, "mckibben init", shown, {"written": str(path)})

@@ -16,9 +16,9 @@ from fitting.cli.run import begin
 def command(**given: Any) -> None:
     """Say which recordings would tell apart what these data leave tied, and with what power."""
     study = begin(given)
-    from fitting.report.plans import plan_report, plan_result
-    from fitting.report.sentences import verdict_in_words
-    from fitting.report.terminal import headed
+    from fitting.report.text.diagnosis import verdict_text
+    from fitting.report.text.layout import line
+    from fitting.report.text.plan import plan_report, plan_result
     from fitting.study.diagnosing import candidates_of, diagnosed
     from fitting.study.plan import plan_of
 
@@ -27,11 +27,11 @@ def command(**given: Any) -> None:
         found, _ = diagnosed(study.task, candidates, progress)
         progress("planning", 0.95)
         plan = plan_of(study.task, found)
-    report = [headed("VERDICT", verdict_in_words(found)), *plan_report(plan, study.asked.model_file)]
+    report = [line("VERDICT", verdict_text(found)), *plan_report(plan, study.asked.model_file)]
     study.print(report)
     study.write(plan_result(plan, study.asked.model_file))
     if study.asked.html:
-        from fitting.report.parts import write_words
+        from fitting.report.page.parts import write_text_page
 
-        write_words(study.asked.html, "mckibben plan", report)
+        write_text_page(study.asked.html, "mckibben plan", report)
     study.end(found.baseline.converged)

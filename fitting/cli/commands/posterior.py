@@ -46,7 +46,7 @@ def command(**given: Any) -> None:
     study.print([describe(found)])
     study.write(to_json(found))
     if study.asked.html:
-        from fitting.report.posterior_page import write_posterior
+        from fitting.report.page.posterior import write_posterior
 
         write_posterior(study.asked.html, study.task, found)
     if given["netcdf"]:

@@ -21,7 +21,7 @@ from fitting.errors import InputError
 
 if TYPE_CHECKING:
     from fitting.least_squares.fit import Fit
-    from fitting.report.parts import Section
+    from fitting.report.page.parts import Section
 
 PAGE = "mckibben_report.html"
 FEWEST_STEPS = 100  # of chains: fewer were not begun with this model, or hardly
@@ -41,10 +41,11 @@ def command(no_diagnosis: bool, **given: Any) -> None:
     """
     study = begin({**given, "html": given["html"] or PAGE})
     from fitting.comparison.compare import compare
-    from fitting.report.page import write_page
+    from fitting.report.page.page import write_page
     from fitting.report.results import comparison_result, diagnosis_result
-    from fitting.report.sentences import judged, verdict_in_words
-    from fitting.report.terminal import headed
+    from fitting.report.text.comparison import judgement
+    from fitting.report.text.diagnosis import verdict_text
+    from fitting.report.text.layout import line
     from fitting.study.task import as_known
 
     with study.working("comparing") as progress:
@@ -59,11 +60,11 @@ def command(no_diagnosis: bool, **given: Any) -> None:
             diagnosis, compared = diagnosed(study.task, candidates, progress)
             planned = following(study.task, diagnosis, progress)
             task = in_newtons(study.task)
-    study.print([headed("VERDICT", verdict_in_words(diagnosis), "bold")] if diagnosis else [])
-    study.print([headed("RESULT", judged(compared))])
+    study.print([line("VERDICT", verdict_text(diagnosis), "bold")] if diagnosis else [])
+    study.print([line("RESULT", judgement(compared))])
     sampled = _posterior(study, compared.fit)
     write_page(str(study.asked.html), task, compared, diagnosis, planned=planned, posterior=sampled)
-    study.print([headed("WRITTEN", str(study.asked.html))])
+    study.print([line("WRITTEN", str(study.asked.html))])
     study.write(diagnosis_result(diagnosis, compared, planned) if diagnosis else comparison_result(compared))
     study.end(compared.fit.converged)
 
@@ -75,8 +76,8 @@ def _posterior(study: Study, fit: "Fit") -> "list[Section]":
         return []
     from fitting.posterior.sample import sample
     from fitting.posterior.store import copied
-    from fitting.report.posterior_page import posterior_sections
-    from fitting.report.terminal import headed
+    from fitting.report.page.posterior import posterior_sections
+    from fitting.report.text.layout import line
 
     steps = [0]
     try:
@@ -85,9 +86,9 @@ def _posterior(study: Study, fit: "Fit") -> "list[Section]":
             found = sample(fit, task.experiments, seed=task.seed, priors=task.priors, limit_s=0.0, chains=str(copy),
                            progress=lambda done, _: steps.append(done))  # fmt: skip
     except (InputError, OSError, sqlite3.Error) as error:  # the page is there without it
-        study.print([headed("NOTE", f"{kept} cannot be read, and no posterior stands on the page: {error}")])
+        study.print([line("NOTE", f"{kept} cannot be read, and no posterior stands on the page: {error}")])
         return []
     if steps[-1] < FEWEST_STEPS:
-        study.print([headed("NOTE", f"{kept} holds no posterior of this model and these data: left out")])
+        study.print([line("NOTE", f"{kept} holds no posterior of this model and these data: left out")])
         return []
     return posterior_sections(found)

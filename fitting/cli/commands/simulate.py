@@ -38,8 +38,8 @@ def command(**given: Any) -> None:
     """Write the data set that a rig would record if the muscle were as MODEL (a model.toml) says."""
     from fitting.cli.output import hand_out
     from fitting.compiled.prepare import prepare
-    from fitting.report.next_step import typed
-    from fitting.report.terminal import headed, lines
+    from fitting.report.text.layout import line, lines
+    from fitting.report.text.next_step import typed
 
     prepare()
     check_places(given["json"], given["html"])
@@ -48,9 +48,9 @@ def command(**given: Any) -> None:
 
         told = simulated(Path(given["out"]), given)
     shown = [
-        headed("WRITTEN", f"{told.file} and muscle.toml beside it: {told.samples:,} samples"),
+        line("WRITTEN", f"{told.file} and muscle.toml beside it: {told.samples:,} samples"),
         *lines("WARNING", told.warnings),
-        headed("NEXT", f"mckibben compare {typed([given['out']])} --model {typed([given['model']])}"),
+        line("NEXT", f"mckibben compare {typed([given['out']])} --model {typed([given['model']])}"),
     ]
     result = {"file": str(told.file), "samples": told.samples, "warnings": list(told.warnings)}
     hand_out(given, "mckibben simulate", shown, result)

@@ -34,7 +34,7 @@ def command(
     from fitting.designs.sweep import sweep
     from fitting.designs.sweep_file import read_sweep
     from fitting.library.library import library
-    from fitting.report.sweep_text import describe, to_json
+    from fitting.report.text.sweep import describe, to_json
 
     with errors_for_machines(given["json"]):
         _need_writer(kind)

@@ -80,22 +80,22 @@ def _code(asked: Asked) -> str:
 
 def _shown(found: "All", passed_by: int) -> "list[RenderableType]":
     from fitting.cli.each.folder import TABLE
-    from fitting.report.each_text import report
-    from fitting.report.terminal import headed
+    from fitting.report.text.each import report
+    from fitting.report.text.layout import line
 
     shown = report(found.sets, found.results)
     if passed_by:
         one = passed_by == 1
         said = f"{passed_by} other{'' if one else 's'} that the pattern finds {'is' if one else 'are'} no data set"
-        shown.append(headed("NOTE", f"{said}: without muscle.toml"))
+        shown.append(line("NOTE", f"{said}: without muscle.toml"))
     before = len(found.sets) - found.computed - sum("error" in result for result in found.results)
     known = f"; {before} {'was' if before == 1 else 'were'} there already" if before > 0 else ""
-    return [*shown, headed("WRITTEN", f"{found.place}: {TABLE}, and the files of each data set{known}")]
+    return [*shown, line("WRITTEN", f"{found.place}: {TABLE}, and the files of each data set{known}")]
 
 
 def _result(found: "All") -> dict[str, Any]:
     """The same for machines."""
-    from fitting.report.each_text import outcome
+    from fitting.report.text.each import outcome
 
     rows = [{"data_set": one.name, "path": one.path, "outcome": outcome(result), "result": result}
             for one, result in zip(found.sets, found.results, strict=True)]  # fmt: skip

@@ -9,7 +9,7 @@ from typing import Any
 from fitting.cli.each.folder import Folder, mark
 from fitting.cli.each.work import FIT, Found, Order, do, do_packed, failure
 from fitting.errors import InputError
-from fitting.report.each_text import row
+from fitting.report.text.each import row
 from fitting.study.asked import Asked
 from fitting.study.data_sets import DataSet
 from fitting.study.task import Task, task_of

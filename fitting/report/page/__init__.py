@@ -1,0 +1,1 @@
+"""What was found, as HTML pages that open from disk."""

@@ -1,0 +1,106 @@
+"""The parts of the page that show a diagnosis: what was named, the evidence for each effect, who looks like whom."""
+
+import numpy as np
+
+from fitting import units
+from fitting.comparison.compare import Comparison
+from fitting.diagnosis.record import Diagnosis, Evidence
+from fitting.report.page.parts import Grid, Line, Section
+from fitting.report.page.similar_groups import ALIKE, groups, groups_html, named_by
+from fitting.report.pictures import figures, maps
+from fitting.report.pictures.effect_bars import effect_bars
+from fitting.report.text.amounts import amount
+from fitting.report.text.catalogue import first_sentence, meaning
+from fitting.report.text.diagnosis import effect_set, most_similar, p_value_text, remark, substitutes_text
+from fitting.report.text.evidence import sort_evidence
+from fitting.study.task import Task
+from mckibben_jax.effect import Effect
+from mckibben_jax.parameter import parameters
+
+MOST_EXPLAINED = 4  # effects under the verdict
+NOTICED = "noticed from"
+UNIT = "N"  # of all errors of a diagnosis, whatever was measured: motions are read as force
+TERMS = (
+    ("error with it", "rms misfit left when this effect is in the model and everything is fitted again."),
+    ("on runs left out", "the same on runs that the fit had not seen: what only flatters the fit fails here."),
+    (NOTICED, "if an effect of this kind were in the muscle and its mark on these data, after the fit, were this large "
+     "(rms), the test would notice it in 4 of 5 recordings like these. Smaller ones can hide."),
+    ("imitated", "how much of the effect's mark the numbers that are fitted anyway (radius, angle, friction) can take "
+     "over. At 100 % nothing of it would show."),
+    ("most alike", "the effect whose mark has the most similar shape; 1.00 is the same shape."),
+)  # fmt: skip
+
+
+def meanings(d: Diagnosis, task: Task) -> list[tuple[str, str]]:
+    """What the effects are that the verdict names."""
+    known = [name for name in named_by(d) if name in task.library][:MOST_EXPLAINED]
+    return [(name, f"{first_sentence(meaning(task.library[name]))}.") for name in known]
+
+
+def effects(d: Diagnosis, c: Comparison, task: Task) -> Section:
+    """What each effect would do, as bars and as a table."""
+    unit, known = UNIT, task.library
+    floor = c.floor if c.unit == unit else d.noise_floor
+    helping, idle, blind = sort_evidence(d)
+    heads = ("effect added", "error with it", "on runs left out", NOTICED, "imitated", "its size", "most alike")
+    grid, others = (Grid(heads, tuple(Line(_evidence(e, unit, known), e.adequate) for e in some), words=(0, 5, 6))
+                    for some in (helping, idle))  # fmt: skip
+    unseen = Grid(("cannot be seen", "why"), tuple(Line((", ".join(v), k)) for k, v in blind.items()), words=(1,))
+    return Section(
+        "Which effects could explain it",
+        sentences=(p_value_text(d), *substitutes_text(d)),
+        picture=effect_bars(d, floor, unit) if helping or idle else "",
+        terms=TERMS,
+        tables=(grid,) if helping else (),
+        folded=tuple(table for table in (others, unseen) if table.rows),
+        folded_title=f"{len(idle)} that do not help, and {sum(map(len, blind.values()))} that cannot be seen here",
+    )
+
+
+def _evidence(e: Evidence, unit: str, known: dict[str, type[Effect]]) -> tuple[str, ...]:
+    alike, note = most_similar(e), remark(e)
+    declared = {p.name: p.unit for p in parameters(known[e.name])} if e.name in known else {}
+    estimate = "; ".join(
+        f"{name} = {units.show(value, declared.get(name, '1'), error)}" for name, (value, error) in e.estimate.items()
+    )
+    return (
+        f"{e.name}: {note}" if note else e.name,
+        amount(e.rmse, unit),
+        amount(e.held_out_rmse, unit),
+        amount(e.detection_limit, unit),
+        "-" if e.absorbed_share is None else f"{100 * e.absorbed_share:.0f} %",
+        estimate,
+        f"{alike} {e.similar[alike]:.2f}" if alike else "",
+    )
+
+
+def alike(d: Diagnosis) -> Section | None:
+    """Which effects leave nearly the same trace in these data."""
+    if not maps.alike_names(d):
+        return None
+    found = groups(d)
+    words = (
+        f"Effects in one row change these data in nearly the same way (cosine of {ALIKE:g} or more): where one of them "
+        "is named, another of its row could be meant. What the verdict names has a green frame.",
+        *(f"{' = '.join(group)}: these data cannot tell them apart." for group in d.classes),
+    )
+    return Section(
+        "Which effects look alike here",
+        sentences=words if found else ("Every effect that leaves a trace in these data leaves one of its own.",),
+        picture=groups_html(found, named_by(d)) if found else "",
+        folded_picture=figures.as_svg(maps.alike_map(d), "alike"),
+        folded_title="The same as a map, pair by pair: 1 is the same change, 0 has nothing in common",
+    )
+
+
+def tried(d: Diagnosis) -> Grid:
+    """Every set of effects that was tried."""
+    rows = tuple(
+        Line((effect_set(e.effects), amount(e.rmse, UNIT), amount(e.held_out_rmse, UNIT), _shown(e.p_value), e.reason))
+        for e in d.tried
+    )
+    return Grid(("effects", "rms", "on runs left out", "p", "note"), rows, words=(4,))
+
+
+def _shown(value: float) -> str:
+    return "" if np.isnan(value) else f"{value:.2g}"

@@ -1,0 +1,243 @@
+"""Results as one HTML page that opens from disk, needs no network, and prints."""
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from fitting.comparison.compare import Comparison
+from fitting.comparison.compare import Table as ErrorTable
+from fitting.diagnosis.record import Diagnosis
+from fitting.least_squares.fit import Fit
+from fitting.model_files.model_file import state_of
+from fitting.report.page.diagnosis import alike, effects, meanings, tried
+from fitting.report.page.parts import Grid, Line, Section, pictures_style, render_page
+from fitting.report.pictures import figures, maps
+from fitting.report.pictures.fall import fall_html
+from fitting.report.pictures.loops import frame, key, loops_html, thinning_text
+from fitting.report.pictures.panels import panels
+from fitting.report.results import provenance, shown_names
+from fitting.report.text.amounts import amount, percent
+from fitting.report.text.comparison import NEAR_FLOOR, error_cells, error_text, judgement, kind_text, worst_text
+from fitting.report.text.diagnosis import effect_set, leading_text, measurement_text, verdict_text
+from fitting.report.text.fit import fit_warnings, range_cells, value_cells
+from fitting.report.text.next_step import after_comparison, after_diagnosis
+from fitting.report.text.study import data_text
+from fitting.report.text.warnings import comparison_warnings
+from fitting.study.stages import Stage
+from fitting.study.task import Task
+from fitting.writing import write_text
+
+if TYPE_CHECKING:
+    from fitting.planning.next_measurement import NextMeasurement
+
+
+# of the command that comes next
+HEADINGS = {"add": "Put it into the model:", "diagnose": "Look for a form of it:", "plan": "Ask what to record:"}
+
+
+def write_page(
+    path: str,
+    task: Task,
+    c: Comparison,
+    d: Diagnosis | None = None,
+    stages: Sequence[Stage] = (),
+    *,
+    planned: "NextMeasurement | None" = None,
+    posterior: Sequence[Section] = (),
+) -> None:
+    """Write the page of a comparison, with what else there is: diagnosis, steps, next measurement, posterior."""
+    write_text(path, page(task, c, d, stages, planned=planned, posterior=posterior))
+
+
+def page(
+    task: Task,
+    c: Comparison,
+    d: Diagnosis | None = None,
+    stages: Sequence[Stage] = (),
+    *,
+    planned: "NextMeasurement | None" = None,
+    posterior: Sequence[Section] = (),
+) -> str:
+    """The page as text; `posterior` holds the sections that show one."""
+    verdict = judgement(c) if d is None else _verdict(d, task, stages)
+    steps = steps_with_models(c, stages)
+    sections = [
+        _fall(c, d, stages, chosen=len(steps) > 1),
+        _loops(c, task, steps),
+        _where(c),
+        *([] if d is None else [effects(d, c, task), alike(d)]),
+        _parameters(c.fit),
+        *([] if planned is None else [_planned(planned)]),
+        *posterior,
+        _provenance(task, c, d),
+    ]
+    return render_page(
+        title=f"{', '.join(e.name for e in task.experiments)}: {verdict}",
+        about=f"{data_text(task.experiments)}. Model: {' + '.join(task.names)}.",
+        verdict=verdict,
+        meanings=[] if d is None else meanings(d, task),
+        lead=_lead(c, d, stages),
+        typed=_typed(c, d, task),
+        cards=_cards(c, d),
+        warnings=[*comparison_warnings(c), *fit_warnings(c.fit)],
+        sections=[section for section in sections if section is not None],
+        style=pictures_style(),
+        steps=len(steps),
+    )
+
+
+def _verdict(d: Diagnosis, task: Task, stages: Sequence[Stage]) -> str:
+    """The verdict; what was missing may be in the model by now."""
+    said = verdict_text(d)
+    added = " and ".join(stage.added.removeprefix("+ ") for stage in stages[1:])
+    if d.verdict == "missing" and _is_added(d, task):
+        return said.replace(" is missing.", " was missing, and is in the model now.")
+    if not added:
+        return said
+    before = "With" if stages[-1].verdict else "Before"  # a verdict on the last model, or on one before it
+    return f"{before} {added} added: {said[:1].lower()}{said[1:]}"
+
+
+def _is_added(d: Diagnosis, task: Task) -> bool:
+    return any({*names} <= {*task.names} for names in d.explanations)
+
+
+def _typed(c: Comparison, d: Diagnosis | None, task: Task) -> tuple[str, str] | None:
+    """What to do next, and the command for it."""
+    folders = [str(e.folder) for e in task.experiments]
+    if d is None:
+        command = after_comparison(c, task.experiments, folders)
+        return ("Which effect is missing?", command) if command else None
+    command = None if _is_added(d, task) else after_diagnosis(d, folders)
+    return (HEADINGS[command.split()[1]], command) if command else None
+
+
+def _lead(c: Comparison, d: Diagnosis | None, stages: Sequence[Stage]) -> list[str]:
+    """The sentences below the verdict."""
+    lead = [] if d is None else [text for text in (leading_text(d), judgement(c)) if text]
+    if len(stages) > 1:
+        first, last = stages[0].rmse, stages[-1].rmse
+        lead.append(f"The error fell from {amount(first, c.unit)} to {amount(last, c.unit)}.")
+    return lead
+
+
+def _cards(c: Comparison, d: Diagnosis | None) -> list[tuple[str, str]]:
+    cards = [
+        (amount(c.rmse, c.unit), "error, root mean square"),
+        (percent(c.share), f"of full scale, {amount(c.full_scale, c.unit)}"),
+        (amount(c.floor, c.unit), "noise, " + ("one reading" if c.noise_floor is None else "repeated loops")),
+    ]
+    if c.fingerprint.odd_share is not None and c.rmse > NEAR_FLOOR * c.floor:
+        cards.append((percent(c.fingerprint.odd_share), "of the misfit is odd: changes sign with the direction"))
+    return cards if d is None else [*cards, (f"{d.p_value:.2g}", "p in the test that nothing is missing")]
+
+
+def _fall(c: Comparison, d: Diagnosis | None, stages: Sequence[Stage], chosen: bool) -> Section:
+    shown = stages or _stages(c, d)
+    bars = fall_html(shown, c.floor, c.unit, choose="step" if chosen else "")
+    rows = tuple(Line((s.added, amount(s.rmse, c.unit), amount(s.left_out, c.unit), s.verdict)) for s in shown)
+    judged_ones = len(shown) > 1 and any(s.verdict for s in shown)
+    tables = (Grid(("added", "rms", "on runs left out", "verdict then"), rows, words=(3,)),) if judged_ones else ()
+    words = ("Choose a bar: the loops below show the model with the effects up to there.",) if chosen else ()
+    return Section("The error, down to the noise", sentences=words, picture=bars, tables=tables)
+
+
+def steps_with_models(c: Comparison, stages: Sequence[Stage]) -> list[np.ndarray]:
+    """The residual of every step, if each is known on the same samples; else that of the last model alone."""
+    known = [stage.residual for stage in stages if stage.residual is not None]
+    if stages and len(known) == len(stages) and all(len(r) == len(c.fit.residual) for r in known):
+        return known
+    return [c.fit.residual]
+
+
+def _loops(c: Comparison, task: Task, steps: Sequence[np.ndarray]) -> Section:
+    shown = panels(task.experiments, c.fit.samples, steps[0])
+    frames = [frame(panel, k, steps) for k, panel in enumerate(shown)]
+    runs = sum(len(recording.runs) for e in task.experiments for recording in e.recordings)
+    picture = key(frames) + loops_html(frames, steps)
+    return Section("Measured and model", picture=picture, caption=thinning_text(frames, runs))
+
+
+def _stages(c: Comparison, d: Diagnosis | None) -> list[Stage]:
+    """Without a study: the model as it is, and what would explain it."""
+    first = Stage("model", c.rmse, None if d is None else d.held_out_rmse)
+    if d is None:
+        return [first]
+    best = [e for e in d.tried if set(e.effects) in [set(names) for names in d.explanations]] or list(d.nearest)
+    return [first, *(Stage(f"with {effect_set(e.effects)}", e.rmse, e.held_out_rmse) for e in best[:5])]
+
+
+def _where(c: Comparison) -> Section:
+    return Section(
+        "Where it fails",
+        sentences=(worst_text(c), _sentence(kind_text(c))),
+        picture="" if c.cells is None else _switched_maps(c),
+        folded=tuple(_errors_by(table, c.unit) for table in c.tables),
+        folded_title="Tables by pressure, contraction, branch, speed and run",
+    )
+
+
+def _switched_maps(c: Comparison) -> str:
+    """The misfit over contraction and pressure, by branch or by parity, as the reader switches."""
+    pairs = [("branch", maps.branch_maps(c)), ("parity", maps.parity_maps(c))]
+    pairs = [(name, drawn) for name, drawn in pairs if drawn]
+    words = {"branch": "by branch", "parity": "even and odd in the direction"}
+    buttons = "".join(
+        f'<label><input type="radio" name="map" id="map-{name}"{" checked" if not k else ""}> {words[name]}</label>'
+        for k, (name, _) in enumerate(pairs)
+    )
+    shown = "".join(
+        f'<div class="maps {name}">'
+        + "".join(f"<figure>{figures.as_svg(f, f'{name}{k}')}</figure>" for k, f in enumerate(drawn))
+        + "</div>"
+        for name, drawn in pairs
+    )
+    return (f'<fieldset class="switch">{buttons}</fieldset>' if len(pairs) > 1 else "") + shown
+
+
+def _sentence(text: str) -> str:
+    return text[:1].upper() + text[1:] + "."
+
+
+def _errors_by(table: ErrorTable, unit: str) -> Grid:
+    name, cells = error_cells(table.rows, unit)
+    heads = (table.title, "samples", f"rms [{name}]", f"mean [{name}]", f"largest [{name}]")
+    return Grid(heads, tuple(Line(words) for words in cells))
+
+
+def _planned(planned: "NextMeasurement") -> Section:
+    told = measurement_text(planned)
+    return Section("What to measure next", sentences=tuple(_sentence(text.rstrip(".")) for text in told))
+
+
+def _parameters(fit: Fit) -> Section:
+    heads = ("parameter", "value", "± robust", "± if independent", "range", "state", "tied with")
+    rows = tuple(Line(_parameter(fit, name)) for name in shown_names(fit))
+    words = (
+        "Believe the robust error: it lets neighbouring samples err together. The one beside it takes every sample for "
+        "independent of the others, and is too small.",
+    )
+    return Section("Parameters", sentences=words, tables=(Grid(heads, rows, words=(5, 6)),))
+
+
+def _parameter(fit: Fit, name: str) -> tuple[str, ...]:
+    state = "at its bound" if name in fit.at_bound else state_of(fit, name)
+    return name, *value_cells(fit, name), " to ".join(range_cells(fit, name)), state, ", ".join(fit.tied.get(name, ()))
+
+
+def _provenance(task: Task, c: Comparison, d: Diagnosis | None) -> Section:
+    known = provenance(task)
+    rows = [("command", known["command"]), ("model from", task.origin), ("seed", str(task.seed))]
+    rows += [(f"data: {name}", f"{data['folder']}, sha256 {data['sha256']}") for name, data in known["data"].items()]
+    rows += [(f"source: {e.name}", e.source["citation"]) for e in task.experiments if e.source.get("citation")]
+    rows += [(name, version) for name, version in known["versions"].items()]
+    rows += [("search", c.fit.starts), *(("note", note) for note in c.notes)]
+    grid = Grid(("", ""), tuple(Line(row) for row in rows), words=(1,))
+    return Section(
+        "Where this comes from",
+        sentences=(error_text(c),),
+        tables=(grid,),
+        folded=() if d is None else (tried(d),),
+        folded_title="" if d is None else f"All {len(d.tried)} sets of effects that were tried",
+    )

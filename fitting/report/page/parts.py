@@ -1,0 +1,81 @@
+"""What a page is made of, sections and tables, and how it becomes HTML that opens from disk and prints."""
+
+import functools
+import io
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from importlib import resources
+from typing import Any
+
+from fitting.writing import write_text
+
+# what the template may be without
+EMPTY: dict[str, Any] = {"meanings": (), "typed": (), "lead": (), "cards": (), "warnings": (), "style": "", "steps": 0}
+
+
+@dataclass(frozen=True)
+class Line:
+    """One row of a table; a good one stands out."""
+
+    cells: tuple[str, ...]
+    good: bool = False
+
+
+@dataclass(frozen=True)
+class Grid:
+    """A table: its heads, and which columns are words rather than numbers."""
+
+    heads: tuple[str, ...]
+    rows: tuple[Line, ...]
+    title: str = ""
+    words: tuple[int, ...] = ()
+
+
+@dataclass(frozen=True)
+class Section:
+    """A part of the page."""
+
+    title: str
+    sentences: tuple[str, ...] = ()
+    picture: str = ""
+    caption: str = ""
+    tables: tuple[Grid, ...] = ()
+    folded: tuple[Grid, ...] = ()
+    folded_title: str = ""
+    plain: str = ""
+    terms: tuple[tuple[str, str], ...] = ()  # words of the tables, explained
+    folded_picture: str = ""
+
+
+def write_text_page(path: str, title: str, shown: Iterable[Any], pictures: Sequence[Section] = ()) -> None:
+    """Write a page that says what the terminal says, under pictures if there are any."""
+    words = Section("", plain=as_text(shown))
+    write_text(path, render_page(title=title, about="mckibben", verdict=title, sections=[*pictures, words]))
+
+
+def pictures_style() -> str:
+    """Style of the pictures that are HTML."""
+    return resources.files("fitting.report.page").joinpath("pictures.css").read_text(encoding="utf-8")
+
+
+def render_page(**content: Any) -> str:
+    """A page: `title`, `about`, `verdict`, `sections`, and what else the template knows."""
+    return _template().render(EMPTY | content)
+
+
+@functools.cache
+def _template() -> Any:
+    from jinja2 import Environment
+
+    source = resources.files("fitting.report.page").joinpath("page.html").read_text(encoding="utf-8")
+    return Environment(autoescape=True, trim_blocks=True, lstrip_blocks=True).from_string(source)
+
+
+def as_text(shown: Iterable[Any]) -> str:
+    """What the terminal would show, as plain text."""
+    from rich.console import Console
+
+    console = Console(record=True, width=100, file=io.StringIO(), highlight=False, markup=False)
+    for thing in shown:
+        console.print(thing)
+    return console.export_text()

@@ -1,0 +1,71 @@
+"""A posterior as a page that opens from disk."""
+
+from fitting.posterior.record import Posterior, Quantity, inside_in_words, table_rows
+from fitting.report.page.parts import Grid, Line, Section, render_page
+from fitting.report.pictures import figures
+from fitting.report.pictures.posterior import pairs, predicted
+from fitting.report.results import provenance, write_text
+from fitting.report.text.study import data_text
+from fitting.study.task import Task
+
+
+def write_posterior(path: str, task: Task, posterior: Posterior) -> None:
+    """Write the page: what is known, how far to trust it, the pictures, where it comes from."""
+    write_text(path, posterior_page(task, posterior))
+
+
+def posterior_page(task: Task, posterior: Posterior) -> str:
+    """The page as text."""
+    verdict = "These intervals can be trusted" if posterior.trusted else "Do not take these intervals at their word"
+    names = ", ".join(e.name for e in task.experiments)
+    return render_page(
+        title=f"{names}: {verdict}",
+        about=f"{data_text(task.experiments)}. Model: {' + '.join(task.names)}.",
+        verdict=verdict,
+        lead=[] if posterior.warnings else ["Nothing speaks against them."],
+        cards=[_card(name, q) for name, q in posterior.parameters.items() if not name.startswith("muscle.")][:6],
+        warnings=posterior.warnings,
+        sections=[*posterior_sections(posterior), _origin(task, posterior)],
+    )
+
+
+def _card(name: str, q: Quantity) -> tuple[str, str]:
+    _, median, low, high, *_ = table_rows({name: q})[1]
+    return median, f"{name}: {low} to {high}"
+
+
+def posterior_sections(posterior: Posterior) -> list[Section]:
+    """What a page shows of a posterior: the intervals, and whether readings lie where they should."""
+    heads, *rows = table_rows(posterior.parameters)
+    priors = tuple(Line((name, q.prior, f"{q.prior_sensitivity:.2f}")) for name, q in posterior.parameters.items())
+    words = (
+        "Median and the interval that holds 90 % of the posterior. Contraction: how much of the prior's variance the "
+        "data took away. Robust: if errors that a run (where runs are few, a loop) shares are allowed for.",
+    )
+    note = "Sensitivity: how far a sharper or wider prior would move the parameter; above 0.05 the prior has a say."
+    return [
+        Section(
+            "What is known",
+            sentences=words,
+            picture=figures.as_svg(pairs(posterior), "pairs"),
+            caption="Lines hold 50 and 90 % of the draws.",
+            tables=(Grid(heads, tuple(Line(row) for row in rows)),),
+            folded=(Grid(("parameter", "prior", "sensitivity"), priors, note, words=(1,)),),
+            folded_title="Priors",
+        ),
+        Section(
+            "Do the readings lie where they should?",
+            sentences=(f"The band holds {inside_in_words(posterior)}.", *posterior.notes),
+            picture=figures.as_svg(predicted(posterior), "bands"),
+            caption="Measured minus predicted; the band should hold 90 % of the readings of each run.",
+        ),
+    ]
+
+
+def _origin(task: Task, posterior: Posterior) -> Section:
+    known = provenance(task)
+    rows = [("command", known["command"]), ("model from", task.origin), ("sampler", posterior.method)]
+    rows += [("seed", str(task.seed))]
+    rows += [(f"data: {name}", f"{data['folder']}, sha256 {data['sha256']}") for name, data in known["data"].items()]
+    rows += [(name, version) for name, version in known["versions"].items()]
+    return Section("Where this comes from", tables=(Grid(("", ""), tuple(Line(row) for row in rows), words=(1,)),))

@@ -1,0 +1,1 @@
+"""Pictures: figures of matplotlib, and pictures that are HTML."""

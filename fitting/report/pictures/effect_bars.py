@@ -1,0 +1,40 @@
+"""What the error would be with each effect added, as bars in HTML: they stay readable on a narrow screen."""
+
+import html
+
+from fitting import units
+from fitting.diagnosis.record import Diagnosis, Evidence
+from fitting.report.text.amounts import amount
+from fitting.report.text.diagnosis import effect_set
+from fitting.report.text.evidence import named_sets, sort_evidence
+
+MOST_HELPING, MOST_IDLE = 8, 2
+
+
+def effect_bars(d: Diagnosis, floor: float, unit: str) -> str:
+    """The model as it is, then the effects that help, best first, then the first of those that do not."""
+    helping, idle, _ = sort_evidence(d)
+    shown = [*helping[:MOST_HELPING], *idle[:MOST_IDLE]]
+    several = named_sets(d)[:MOST_HELPING]
+    top = 1.25 * max([d.held_out_rmse, floor, *(e.held_out_rmse or 0.0 for e in shown)]) or 1.0
+    rows = [_row("model as it is", d.held_out_rmse, "now", floor, top, unit)]
+    rows += [_row(f"+ {effect_set(e.effects)}", e.held_out_rmse, "near", floor, top, unit) for e in several]
+    rows += [_row(f"+ {e.name}", e.held_out_rmse or 0.0, _kind(e, helping), floor, top, unit) for e in shown]
+    name, size = units.shown_in(unit, floor)
+    words = f"rms error on runs that were left out of the fit; dashed: the noise, {floor / size:.2g} {name}"
+    words += "; green: explains the data" if several or any(e.adequate for e in shown) else ""
+    return f'<fieldset class="fall"><legend>{words}</legend>{"".join(rows)}</fieldset>'
+
+
+def _kind(e: Evidence, helping: list[Evidence]) -> str:
+    return "near" if e.adequate else "" if e in helping else "idle"
+
+
+def _row(name: str, value: float, kind: str, floor: float, top: float, unit: str) -> str:
+    width = 100 * value / top
+    return (
+        f'<div class="row"><span class="name">{html.escape(name)}</span>'
+        f'<span class="track"><span class="bar {kind}" style="width:{width:.2f}%"></span>'
+        f'<span class="floor" style="left:{100 * floor / top:.2f}%"></span>'
+        f'<span class="value" style="left:{width:.2f}%">{amount(value, unit)}</span></span></div>'
+    )

@@ -1,0 +1,1 @@
+"""What was found, in sentences and in lines and tables of the terminal."""

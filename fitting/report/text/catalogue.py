@@ -1,0 +1,92 @@
+"""The library of effects in words."""
+
+import inspect
+from collections.abc import Sequence
+from typing import Any
+
+from rich.console import RenderableType
+from rich.table import Table
+from rich.text import Text
+
+from fitting import units
+from fitting.report.text.layout import line, lines
+from mckibben_jax.effect import Effect, name_of
+from mckibben_jax.memory import Memory
+from mckibben_jax.parameter import Declaration, parameters
+
+STAGES = {
+    "felt": "what the braid feels of what the rig says",
+    "stored": "what energy is stored, and what the pressure does",
+    "lost": "what is lost to motion",
+    "read": "what the instrument makes of it",
+}
+
+BEGINS = (
+    "begins fresh with the first sample of each run, as if the muscle had stood there for long; it is not fitted. "
+    'Where it had just moved, give the first cycle no weight: valid = { time = ["20 s", "999 s"] } in muscle.toml'
+)
+
+
+def meaning(kind: type[Effect]) -> str:
+    """What an effect is, in its own words."""
+    return " ".join((inspect.getdoc(kind) or "").split())
+
+
+def effects_report(kinds: Sequence[type[Effect]]) -> list[RenderableType]:
+    """All effects by stage, a line each."""
+    shown: list[RenderableType] = []
+    for stage, question in STAGES.items():
+        table = Table.grid(padding=(0, 2))
+        for kind in (k for k in kinds if k.stage == stage):
+            own = ", ".join(p.name for p in parameters(kind))
+            name = Text("  " + name_of(kind), style="bold")
+            table.add_row(name, Text(own, style="cyan"), Text(first_sentence(meaning(kind))))
+        if table.row_count:
+            shown += [Text(f"{stage}: {question}", style="bold underline"), table, Text()]
+    return [*shown, Text("'mckibben effects NAME' explains one; 'mckibben add DATASET NAME' puts it into the model.")]
+
+
+def effect_report(kind: type[Effect]) -> list[RenderableType]:
+    """One effect in full: meaning, parameters, when to suspect it, source."""
+    shown: list[RenderableType] = [Text(name_of(kind), style="bold"), line("", meaning(kind))]
+    shown += lines("SUSPECT", [kind.suspect] if kind.suspect else [])
+    shown.append(line("STAGE", f"{kind.stage}: {STAGES[kind.stage]}"))
+    shown += lines("MEMORY", [BEGINS] if issubclass(kind, Memory) else [])
+    shown += lines("RIVALS", [f"replaces any other effect of the family '{kind.family}'"] if kind.family else [])
+    shown += lines("NEEDS", [", ".join(kind.needs).replace("_", " ")] if kind.needs else [])
+    shown += lines("RIVAL", ["a printed law that is unsound: a candidate only on request"] if kind.rival else [])
+    shown += lines("TESTED", [kind.on_request] if kind.on_request else [])
+    shown += lines("CONSTANT", [", ".join(kind.fixed)] if kind.fixed else [])
+    shown += lines("VALUES", (_parameter(p) for p in parameters(kind)))
+    return [*shown, *lines("SOURCE", [kind.source] if kind.source else []), Text()]
+
+
+def _parameter(p: Declaration) -> str:
+    ends = f"{units.show(p.lower, p.unit)} to {units.show(p.upper, p.unit)}"
+    return f"{p.name}: {p.meaning}; {units.show(p.default, p.unit)} unless fitted, range {ends}"
+
+
+def first_sentence(text: str) -> str:
+    """The first sentence, for lists."""
+    return text.split(". ")[0].rstrip(".")
+
+
+def effects_result(kinds: Sequence[type[Effect]]) -> dict[str, Any]:
+    """The same for machines."""
+    return {
+        name_of(kind): {
+            "stage": kind.stage,
+            "meaning": meaning(kind),
+            "suspect": kind.suspect,
+            "source": kind.source,
+            "family": kind.family,
+            "needs": list(kind.needs),
+            "rival": kind.rival,
+            "parameters": {p.name: _declaration(p) for p in parameters(kind)},
+        }
+        for kind in kinds
+    }
+
+
+def _declaration(p: Declaration) -> dict[str, Any]:
+    return {"default": p.default, "unit": p.unit, "meaning": p.meaning, "lower": p.lower, "upper": p.upper}

@@ -1,0 +1,51 @@
+"""What adding, dropping and discovering did to the error, in sentences and for machines."""
+
+from typing import Any
+
+from fitting.report.results import comparison_result, fit_result
+from fitting.report.text.amounts import amount, percent
+from fitting.study.changing import Change
+from fitting.study.discovering import OnMotions
+
+
+def change_text(found: Change, unit: str) -> str:
+    """What the change did to the error, in sample and on runs left out."""
+    first, last = found.stages
+    words = f"{last.added}: error {amount(first.rmse, unit)} -> {amount(last.rmse, unit)}, "
+    words += f"on runs left out {amount(first.left_out, unit)} -> {amount(last.left_out, unit)}."
+    gain = 1 - (last.left_out / first.left_out) ** 2 if first.left_out and last.left_out else 0.0
+    if gain > 0.02:
+        return f"{words} It takes away {percent(gain)} of the squared error there."
+    return f"{words} On runs left out that is no gain: these data do not ask for the richer model."
+
+
+def change_result(found: Change) -> dict[str, Any]:
+    """The change for machines."""
+    force = found.comparison.unit
+    steps = [{"effect": s.added, f"rmse_{force}": s.rmse, f"held_out_rmse_{force}": s.left_out} for s in found.stages]
+    return {
+        **fit_result(found.after),
+        f"held_out_rmse_{force}": found.left_out,
+        "before": fit_result(found.before) | {f"held_out_rmse_{force}": found.stages[0].left_out},
+        "steps": steps,
+        "comparison": comparison_result(found.comparison),
+    }
+
+
+def on_motions_text(motions: OnMotions) -> str:
+    """What the equation of motion says of the model that was found."""
+    before, after = (amount(fit.rmse, "m") for fit in (motions.before, motions.after))
+    if motions.after is motions.before:
+        return f"On the positions themselves (equation of motion) the model errs by {after}."
+    told = f"On the positions themselves (equation of motion): {before} -> {after}"
+    if motions.confirmed:
+        return f"{told}. They confirm the model."
+    return f"{told}. They do not confirm the model, which holds only as far as motions can be read as force."
+
+
+def on_motions_result(motions: OnMotions | None) -> dict[str, Any]:
+    """The same for machines; nothing where force was measured."""
+    if motions is None:
+        return {}
+    told = {"rmse_before_m": motions.before.rmse, "confirmed": motions.confirmed}
+    return {"motion": fit_result(motions.after) | told}

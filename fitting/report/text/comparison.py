@@ -1,0 +1,177 @@
+"""A comparison of model and data: how large the error is, where it is, and of what kind."""
+
+from collections.abc import Sequence
+
+from rich.console import RenderableType
+from rich.text import Text
+
+from fitting import units
+from fitting.comparison.compare import Comparison, Row
+from fitting.comparison.compare import Table as ErrorTable
+from fitting.comparison.fingerprint import Fingerprint
+from fitting.recordings.records import OF_MOTION
+from fitting.report.text.amounts import amount, percent, places
+from fitting.report.text.layout import columns, line, lines, spaced
+from fitting.report.text.study import BAR
+from fitting.report.text.warnings import comparison_warnings
+
+SLOW = 6.0  # times the scatter of neighbouring readings: so much may still be noise that changes slowly
+NEAR_FLOOR = 1.5  # times the floor: what is left is hardly more than noise
+MOSTLY = 0.8
+FEWEST_RUNS = 4  # of which one can be called odd
+ALONE = 3.0  # times the error of the next: one run alone is off
+FLAT = 0.15  # an exponent that is none
+MOST_RUNS = 12
+
+
+def worst_text(c: Comparison) -> str:
+    """Where the error is largest; and which run it is, if one alone is off."""
+    return " ".join([f"Worst at {c.worst}.", *_one_run(c)])
+
+
+def _one_run(c: Comparison) -> list[str]:
+    """What one run alone shows is seldom an effect: the recording, or what was done to the muscle in it."""
+    runs = next((table.rows for table in c.tables if table.title == "run"), ())
+    if len(runs) < FEWEST_RUNS or not fails(c):
+        return []
+    first, second = sorted(runs, key=lambda row: -row.rmse)[:2]
+    if first.rmse < ALONE * second.rmse:
+        return []
+    most = f"no other run by more than {amount(second.rmse, c.unit)}"
+    return [f"One run alone is off: {first.label} by {amount(first.rmse, c.unit)}, {most}. Look at that one first."]
+
+
+def error_text(c: Comparison) -> str:
+    """How large the error is, and how large it could be for nothing but noise."""
+    of_full = f"{amount(c.rmse, c.unit)} rms, {percent(c.share)} of full scale ({amount(c.full_scale, c.unit)})"
+    return f"{of_full}; the largest is {amount(c.largest, c.unit)}. {floor_text(c)}"
+
+
+def floor_text(c: Comparison) -> str:
+    """The noise, and where it is known from."""
+    reading = f"One reading is good to {amount(c.noise, c.unit)} ({c.noise_from})"
+    if c.noise_floor is None:
+        return f"{reading}; no loop was repeated to tell more."
+    return f"{reading}; repeated loops agree to {amount(c.noise_floor, c.unit)}."
+
+
+def fails(c: Comparison) -> bool:
+    """Whether the model leaves more than noise."""
+    return c.rmse > NEAR_FLOOR * c.floor
+
+
+def judgement(c: Comparison) -> str:
+    """One sentence on whether the model is good enough."""
+    readings, numbers = sum(score.count for score in c.by_recording), len(c.fit.free)
+    if readings <= numbers:
+        return f"{readings} readings cannot judge a model with {numbers} fitted numbers: record more."
+    if not fails(c) and OF_MOTION in c.noise_from:
+        return (
+            f"Read as force, the motions are described to their noise there, {amount(c.noise, c.unit)}. That is "
+            "coarse: how far the motions themselves are missed is said by 'mckibben compare'."
+        )
+    if not fails(c) and c.noise_floor is None and "presumed" in c.noise_from:
+        return (
+            f"The model is within the noise that is presumed here, {amount(c.noise, c.unit)}: "
+            f"{amount(c.rmse, c.unit)} of error left. State the noise in muscle.toml to have it judged."
+        )
+    if not fails(c):
+        return f"The model describes these data nearly to their noise: {amount(c.rmse, c.unit)} of error left."
+    times = f"{c.rmse / c.floor:.0f} times" if c.rmse > 2.5 * c.floor else f"{c.rmse / c.floor:.1f} times"
+    size = " That is small: below half a per cent of full scale." if c.negligible else ""
+    guessed = not c.noise_floor and "neighbouring" in c.noise_from and c.rmse < SLOW * c.floor
+    doubt = " Slow noise does not show in neighbouring readings: if you know it, state noise in muscle.toml."
+    return f"The model misses these data by {amount(c.rmse, c.unit)}, {times} their noise.{size}{doubt * guessed}"
+
+
+def kind_text(c: Comparison) -> str:
+    """What kind of thing is missing, as far as the misfit shows."""
+    if not fails(c):
+        return "what is left is mostly noise and has no kind to speak of"
+    traces = c.fingerprint
+    return "; ".join(part for part in (_parity(traces), *_even(traces), *_odd(traces), *_drift(traces)) if part)
+
+
+def _parity(traces: Fingerprint) -> str:
+    share = traces.odd_share
+    if share is None:
+        return "no place was reached in both directions, so hysteresis cannot be told from the rest"
+    if share > MOSTLY:
+        return f"{percent(share)} of the misfit changes sign with the direction of motion (odd: hysteresis)"
+    if share < 1 - MOSTLY:
+        return f"{percent(1 - share)} of the misfit is the same in both directions (even: not hysteresis)"
+    return f"{percent(share)} of the misfit changes sign with the direction of motion, the rest does not"
+
+
+def _even(traces: Fingerprint) -> list[str]:
+    n = traces.pressure_exponent_even
+    if n is None:
+        return []
+    if abs(n) < FLAT:  # the table of what is left shows otherwise: the fit hides a part that goes with pressure
+        return ["what is missing of the even part is the same at every pressure; the fit makes up for some of it"]
+    return [f"what is even goes as pressure to the power {n:.2g}{_meaning(n)}"]
+
+
+def _odd(traces: Fingerprint) -> list[str]:
+    n, m = traces.pressure_exponent_odd, traces.speed_exponent_odd
+    words = [] if n is None else [f"what is odd goes as pressure to the power {n:.2g}{_meaning(n)}"]
+    return words if m is None else [*words, f"and as speed to the power {m:.2g}{_meaning(m)}"]
+
+
+def _meaning(exponent: float) -> str:
+    return ": does not depend on it" if abs(exponent) < FLAT else " (in proportion)" if abs(exponent - 1) < 0.1 else ""
+
+
+def _drift(traces: Fingerprint) -> list[str]:
+    drift = traces.cycle_drift
+    return [f"{percent(drift)} of it changes from one loop to its repetition"] if drift and drift > 0.1 else []
+
+
+def comparison_report(c: Comparison) -> list[RenderableType]:
+    """Where the model fails."""
+    shown: list[RenderableType] = [
+        line("RESULT", judgement(c), "bold"),
+        line("ERROR", error_text(c)),
+        *([line("WHERE", worst_text(c))] if fails(c) else []),
+        line("KIND", kind_text(c)),
+        *lines("WARNING", comparison_warnings(c), "yellow"),
+    ]
+    shown += lines("NOTE", c.notes)
+    if len(c.by_recording) > 1:
+        shown.append(_recordings(c))
+    return [*shown, *(_errors_by(table, c.unit) for table in c.tables)]
+
+
+def _errors_by(table: ErrorTable, unit: str) -> RenderableType:
+    rows = table.rows
+    left_out = len(rows) - MOST_RUNS if len(rows) > MOST_RUNS + 1 else 0
+    if left_out:
+        worst = sorted(rows, key=lambda row: -row.rmse)[:MOST_RUNS]
+        rows = tuple(row for row in rows if row in worst)
+    top = max(row.rmse for row in rows)
+    name, cells = error_cells(rows, unit)
+    shown = columns(f"by {table.title}", "samples", *(f"{head} [{name}]" for head in ("rms", "mean", "largest")))
+    shown.add_column("", justify="left")
+    for row, words in zip(rows, cells, strict=True):
+        shown.add_row(*words, Text("█" * max(1, round(BAR * row.rmse / top)) if top > 0 else "", style="cyan"))
+    if left_out:
+        shown.add_row(f"... and {left_out} with less error", "", "", "", "", "")
+    return spaced(shown)
+
+
+def _recordings(c: Comparison) -> RenderableType:
+    table = columns("by recording", "test", "samples", "rms", "largest", "full scale", "noise")
+    several = len({score.dataset for score in c.by_recording}) > 1
+    for s in c.by_recording:
+        name = f"{s.dataset}, {s.file}" if several else s.file
+        values = (amount(value, s.unit) for value in (s.rmse, s.largest, s.full_scale, s.noise))
+        table.add_row(name, s.test, str(s.count), *values)
+    return spaced(table)
+
+
+def error_cells(rows: Sequence[Row], unit: str) -> tuple[str, list[tuple[str, ...]]]:
+    """The unit that errors are shown in, and of each row: group, samples, rms, mean, largest; all to the same digit."""
+    name, size = units.shown_in(unit, max(row.rmse for row in rows))
+    after = places(row.rmse / size for row in rows)
+    shown = lambda row: (f"{value / size:z.{after}f}" for value in (row.rmse, row.bias, row.largest))  # noqa: E731
+    return name, [(row.label, str(row.count), *shown(row)) for row in rows]

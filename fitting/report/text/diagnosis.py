@@ -1,0 +1,150 @@
+"""A diagnosis: the verdict, how sure it is, and the evidence for each effect."""
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from rich.console import RenderableType
+from rich.text import Text
+
+from fitting import units
+from fitting.diagnosis.record import Diagnosis, Evidence, Explanation
+from fitting.recordings.records import FORCE_TESTS, MOVING_TESTS, Experiment
+from fitting.report.text.amounts import amount, percent
+from fitting.report.text.evidence import named_explanations, named_sets, sort_evidence
+from fitting.report.text.layout import columns, line, lines, spaced
+
+if TYPE_CHECKING:
+    from fitting.planning.next_measurement import NextMeasurement
+
+HOPELESS = 0.1  # power of a recording that separates as good as nothing
+SOME, MOST = 0.05, 0.5  # of the squared error: what takes away less is not told, not added for its own sake
+FOUND = ("missing", "one of", "not in the library")
+MOST_VALUED = 3  # explanations of which the values are shown
+
+
+def effect_set(names: Sequence[str]) -> str:
+    """A set of effects for people."""
+    return " + ".join(names) if names else "nothing"
+
+
+def values_text(e: Explanation) -> str:
+    """The numbers of an explanation, each with its robust standard error."""
+    return "; ".join(f"{name} = {units.show(value, unit, error)}" for name, (value, error, unit) in e.estimate.items())
+
+
+def most_similar(e: Evidence) -> str:
+    """The effect whose mark is most like this one's; empty where none is."""
+    return max(e.similar, key=lambda name: e.similar[name], default="")
+
+
+def remark(e: Evidence) -> str:
+    """What is to be said of an effect beside its numbers."""
+    return e.reason or ("explains the data" if e.adequate else "")
+
+
+def verdict_text(d: Diagnosis) -> str:
+    """The verdict in one sentence, and whether what is missing matters."""
+    size = " It is small: below half a per cent of full scale." if d.verdict in FOUND and d.negligible else ""
+    return _verdict(d) + size
+
+
+def _verdict(d: Diagnosis) -> str:
+    sets = [effect_set(names) for names in d.explanations]
+    if d.verdict == "nothing detectable":
+        return "Nothing is missing that these data could show."
+    if d.verdict == "missing":
+        return f"{sets[0]} is missing." if len(d.explanations[0]) == 1 else f"Missing: {sets[0]}."
+    if d.verdict == "one of":
+        return f"One of these is missing, and these data cannot tell which: {'; '.join(sets)}."
+    if d.verdict == "not in the library":
+        return "Something is missing, and no effect of the library explains all of it."
+    return f"These data cannot say whether something is missing: {'; '.join(d.notes[:1]) or 'too little shows'}."
+
+
+def leading_text(d: Diagnosis, unit: str = "N") -> str | None:
+    """What removes most of the error, whatever the verdict; None where next to nothing is removed or missing."""
+    if d.leading is None or (d.verdict not in FOUND and d.leading.share < SOME):
+        return None
+    lead = d.leading
+    names = " or ".join(lead.effects)
+    left = f"{amount(d.held_out_rmse, unit)} -> {amount(lead.held_out_rmse, unit)} on runs left out"
+    most = f"{names} does more than any other single effect that contradicts no measured size"
+    most = f"Mostly {names}" if lead.share > MOST else most
+    return f"{most}: {left}; it takes away {percent(lead.share)} of the squared error."
+
+
+def p_value_text(d: Diagnosis) -> str:
+    """How sure the gate is, and what that rests on."""
+    test = f"p = {d.p_value:.2g} in the test that nothing is missing (level {d.level:g}), which rests on {d.rests_on}."
+    unseen = d.verdict in FOUND and d.p_value >= d.level
+    return test + (" It sees nothing, but the error is many times the noise." if unseen else "")
+
+
+def substitutes_text(d: Diagnosis) -> list[str]:
+    """What these data cannot tell from an effect that the model has."""
+    found: dict[str, list[str]] = {}
+    for mine, other in d.substitutes:
+        found.setdefault(mine, []).append(other)
+    return [
+        f"{' or '.join(others)} in place of {mine} would predict the same: these data cannot tell which it is."
+        for mine, others in found.items()
+    ]
+
+
+def measurement_text(planned: "NextMeasurement") -> list[str]:
+    """What to record next and why, and how surely it decides."""
+    often = f"It tells them apart in {percent(planned.power)} of the cases"
+    if planned.power < HOPELESS:
+        often += ": no recording that was tried does better"
+    return [f"{planned.what}: {planned.why}.", f"{often}."]
+
+
+def motion_notes(d: Diagnosis, experiments: Sequence[Experiment]) -> list[str]:
+    """What errors are of, where motions were read as force; where these show nothing, that the motions may."""
+    tests = {recording.test for each in experiments for recording in each.recordings}
+    if not tests & {*MOVING_TESTS}:
+        return []
+    both = "the errors of effects count motions read as force too; that after ERROR is of what was measured as force"
+    coarse = (
+        "a motion read as force is far noisier than the motion itself: 'mckibben compare' says how far the model "
+        "misses the motions, 'mckibben add DATASET EFFECT' whether an effect that you suspect mends that"
+    )
+    return [both] * bool(tests & {*FORCE_TESTS}) + [coarse] * (d.verdict not in FOUND)
+
+
+def diagnosis_report(d: Diagnosis, unit: str = "N") -> list[RenderableType]:
+    """The verdict, what it rests on, and the evidence for each effect."""
+    shown: list[RenderableType] = [line("VERDICT", verdict_text(d), "bold")]
+    leading = leading_text(d, unit)
+    shown += [line("LEADING", leading)] if leading else []
+    shown.append(line("SURE", p_value_text(d)))
+    shown += lines("OR ELSE", substitutes_text(d))
+    shown += lines("ALIKE", (f"{' = '.join(group)}: these data cannot tell them apart" for group in d.classes))
+    shown += lines("VALUES", (values_text(e) for e in named_explanations(d)[:MOST_VALUED] if e.estimate))
+    shown += lines("NEAREST", (f"{effect_set(e.effects)}: {amount(e.rmse, unit)}" for e in d.nearest))
+    return [*shown, *_evidence(d, unit)]
+
+
+def _evidence(d: Diagnosis, unit: str) -> list[RenderableType]:
+    """The effects that help, in a table; the others by name."""
+    helping, idle, blind = sort_evidence(d)
+    table = columns("effect added", "rms", "left out", "noticed from", "most alike", "")
+    for column in (4, 5):
+        table.columns[column].justify = "left"
+    several = named_sets(d)
+    for e in several:
+        values = (amount(value, unit) for value in (e.rmse, e.held_out_rmse))
+        table.add_row(effect_set(e.effects), *values, "", "", "explain the data", style="bold")
+    for e in helping:
+        table.add_row(e.name, *_evidence_cells(e, unit), style="bold" if e.adequate else "")
+    shown = [spaced(table), Text()] if helping or several else []
+    named = {name for names in d.explanations for name in names}
+    others = ", ".join(e.name for e in idle if e.name not in {*d.faint, *named})
+    shown += [line("NOT IT", f"{others}: hardly less error on runs left out with any of them")] if others else []
+    return [*shown, *lines("NOT SEEN", (f"{', '.join(names)}: {why}" for why, names in blind.items()))]
+
+
+def _evidence_cells(e: Evidence, unit: str) -> tuple[str, ...]:
+    alike = most_similar(e)
+    values = (amount(value, unit) for value in (e.rmse, e.held_out_rmse))
+    return *values, amount(e.detection_limit, unit), f"{alike} {e.similar[alike]:.2f}" if alike else "", remark(e)

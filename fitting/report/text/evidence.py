@@ -1,0 +1,30 @@
+"""Which effects help, which do not, and which cannot be seen."""
+
+from fitting.diagnosis.record import HELPS, Diagnosis, Evidence, Explanation
+
+
+def named_explanations(d: Diagnosis) -> list[Explanation]:
+    """The explanations that are named, with what was fitted, in the order of the verdict."""
+    known = {frozenset(e.effects): e for e in d.tried}
+    return [known[frozenset(names)] for names in d.explanations if frozenset(names) in known]
+
+
+def named_sets(d: Diagnosis) -> list[Explanation]:
+    """Explanations of more than one effect."""
+    named = {frozenset(names) for names in d.explanations if len(names) > 1}
+    return [e for e in d.tried if frozenset(e.effects) in named]
+
+
+def sort_evidence(d: Diagnosis) -> tuple[list[Evidence], list[Evidence], dict[str, list[str]]]:
+    """Effects that lower the left-out error, best first; those that do not; and by reason those that cannot be seen."""
+    seen = (e for e in d.effects.values() if e.detection_limit is not None or e.adequate)
+    tested = [e for e in seen if e.held_out_rmse is not None]
+    tested.sort(key=lambda e: e.held_out_rmse or 0.0)
+    helping = [e for e in tested if e.adequate or (e.held_out_rmse or 0.0) < HELPS * d.held_out_rmse]
+    blind: dict[str, list[str]] = {}
+    named = {name for names in d.explanations for name in names}  # with others; alone it may lack what it needs
+    for e in d.effects.values():
+        if e not in tested and e.name not in named:
+            fitted = e.rmse is not None  # and tested, in vain: what it would do, the model's own parameters do as well
+            blind.setdefault("these data cannot see it" if fitted else e.reason, []).append(e.name)
+    return helping, [e for e in tested if e not in helping], blind

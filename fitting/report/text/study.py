@@ -1,0 +1,48 @@
+"""Data, model and steps of a study, in sentences and on the terminal."""
+
+from collections.abc import Sequence
+
+from rich.console import RenderableType
+from rich.text import Text
+
+from fitting.recordings.records import OF_MOTION, Experiment
+from fitting.report.text.amounts import amount
+from fitting.report.text.layout import columns, line, spaced
+from fitting.study.stages import Stage
+from fitting.study.task import Task
+
+BAR = 24
+
+
+def data_text(experiments: Sequence[Experiment]) -> str:
+    """What the data are: names, runs, samples."""
+    runs = [run for e in experiments for recording in e.recordings for run in recording.runs]
+    weighted = sum(int(run.weight.sum()) for run in runs)
+    tests = dict.fromkeys(
+        "motions read as force" if recording.noise_from == OF_MOTION else recording.test
+        for e in experiments
+        for recording in e.recordings
+    )
+    names = " and ".join(e.name for e in experiments)
+    return f"{names}: {', '.join(tests)}; {len(runs)} runs, {weighted:,} samples that count"
+
+
+def opening(task: Task) -> list[RenderableType]:
+    """The first lines of every study: which model, which data."""
+    return [
+        line("MODEL", f"{' + '.join(task.names)} ({task.origin})"),
+        line("DATA", data_text(task.experiments)),
+    ]
+
+
+def steps_report(stages: Sequence[Stage], unit: str = "N") -> list[RenderableType]:
+    """How the error fell, step by step."""
+    said = any(stage.verdict for stage in stages)
+    table = columns("", "rms", "on runs left out", "", *(["verdict then"] if said else []))
+    table.columns[3].justify = "left"
+    top = max(stage.rmse for stage in stages) or 1.0
+    for stage in stages:
+        bar = Text("█" * max(1, round(BAR * stage.rmse / top)), style="cyan")
+        verdict = [stage.verdict] if said else []
+        table.add_row(stage.added, amount(stage.rmse, unit), amount(stage.left_out, unit), bar, *verdict)
+    return [spaced(table)]

@@ -1,0 +1,39 @@
+"""What to look at before any effect: a misfit that a wrong unit, size or kind of pressure would make."""
+
+import numpy as np
+
+from fitting.comparison.compare import Comparison
+from fitting.report.text.amounts import amount
+
+UNLIKELY = 0.3  # of full scale: no effect that is known leaves so much
+HALF = 0.5  # of the error: less must be left without the atmosphere
+
+
+def comparison_warnings(c: Comparison) -> list[str]:
+    """Warnings for people; empty where nothing is suspicious."""
+    return [*_size(c), *_pressure(c)]
+
+
+def _size(c: Comparison) -> list[str]:
+    """A hint where the model misses so much that a unit or a size is likelier to be wrong than the physics."""
+    rows = c.fit.problem.of_force(c.fit.samples)
+    measured, model = c.fit.samples.measured[rows], (c.fit.samples.measured + c.fit.residual)[rows]
+    if c.unit != "N" or c.share < UNLIKELY or not np.any(model):
+        return []
+    times = f"{float(model @ measured / (model @ model)):.2g}"
+    return [
+        f"What was measured is on the whole {times} times what a muscle of these sizes pulls. Check units and sizes "
+        "before any effect is looked for: 0.1 is kgf taken for N, 0.25 or 4 a diameter taken for the radius or the "
+        "reverse, 0.001 or 1000 a wrong prefix."
+    ]
+
+
+def _pressure(c: Comparison) -> list[str]:
+    """A hint where readings that begin at an atmosphere fit far better without it."""
+    if c.if_absolute is None or c.if_absolute > HALF * c.rmse:
+        return []
+    return [
+        f"Were these pressures absolute, the error would be {amount(c.if_absolute, c.unit)} instead of "
+        f"{amount(c.rmse, c.unit)}. If the instrument shows about 1 bar when the muscle is vented, write "
+        'pressure = "absolute" in its [[recording]] before any effect is looked for.'
+    ]
