@@ -2,8 +2,6 @@
 
 import jax
 
-LINE = 'jax.config.update("jax_enable_x64", True)'
-
 
 class PrecisionError(RuntimeError):
     """Raised where 32-bit numbers would give wrong error bars."""
@@ -12,4 +10,7 @@ class PrecisionError(RuntimeError):
 def require_x64() -> None:
     """Refuse to work in 32 bits, naming the line to paste."""
     if not jax.config.read("jax_enable_x64"):
-        raise PrecisionError(f"fitting needs 64-bit numbers; before any other use of jax paste: import jax; {LINE}")
+        raise PrecisionError(
+            "fitting needs 64-bit numbers: call fitting.use_64_bit() before any other use of jax, "
+            'or jax.config.update("jax_enable_x64", True)'
+        )

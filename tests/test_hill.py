@@ -179,7 +179,8 @@ def test_the_motion_itself_gives_hills_numbers(tmp_path):
     """Releases of the program's own muscle with Hill's force, fitted without and with it."""
     from fitting.hill.motion import motions
     from fitting.study.asked import Asked
-    from fitting.study.simulate import release_courses, write_data_set
+    from fitting.study.courses import release_courses
+    from fitting.study.simulate import write_data_set
     from fitting.study.task import task_of
     from mckibben_jax.effects import CoulombFriction, Hill, IdealCylinder
     from mckibben_jax.model import model

@@ -28,7 +28,7 @@ FLOORS = {
         ("design",),
     ),
     FITTING: (
-        ("errors", "version", "full_names", "precision", "progress"),
+        ("errors", "version", "full_names", "lazy", "precision", "progress"),
         ("units", "shipped", "writing"),
         ("recordings",),
         ("library",),

@@ -8,7 +8,8 @@ from fitting.least_squares.fit import fit
 from fitting.posterior.quick import quick_look
 from fitting.posterior.setup import posed, with_coarser_steps
 from fitting.recordings.experiment import read_experiment
-from fitting.study.simulate import release_courses, write_data_set
+from fitting.study.courses import release_courses
+from fitting.study.simulate import write_data_set
 from mckibben_jax.effects import CoulombFriction, IdealCylinder, ViscousDamping
 from mckibben_jax.model import model
 from mckibben_jax.muscle import Muscle

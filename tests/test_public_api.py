@@ -4,6 +4,7 @@ Adding is free: an argument with a default, an effect, a parameter, a command, a
 renamed, reordered or removed only with an entry under "Changed" in CHANGELOG.md that says what to write instead.
 """
 
+import ast
 import importlib
 import inspect
 import json
@@ -15,6 +16,7 @@ from typing import Any
 import click
 import pytest
 
+import fitting
 import mckibben_jax
 from fitting.cli.main import COMMANDS, main
 from mckibben_jax import LIBRARY, SUPPLIES, Model, name_of, parameters
@@ -54,39 +56,44 @@ PYTHON = {
     "mckibben_jax.laws.reynolds.affine": "pressure, at_rest, per_pascal",
     "mckibben_jax.laws.reynolds.free_motion": "time, start, rest, mass, damping, stiffness",
     "mckibben_jax.laws.reynolds.rest_position": "load, contractile_force, stiffness",
-    "fitting.compiled.prepare.prepare": "",
-    "fitting.recordings.experiment.read_experiment": "folder",
-    "fitting.recordings.experiment.read_recording": "path, test, muscle, options=",
-    "fitting.recordings.template.write_muscle_file": "folder",
-    "fitting.shipped.example_data": "name",
-    "fitting.shipped.sealed_truth": "name",
-    "fitting.shipped.example_names": "",
-    "fitting.least_squares.fit.fit": "experiments, effects, *, fix=, free=, own=, start=, starts=, seed=",
-    "fitting.least_squares.evaluate.evaluate": "experiments, effects, values, free, own=",
-    "fitting.comparison.compare.compare": "fit, experiments",
-    "fitting.diagnosis.diagnose.diagnose": "experiments, effects, *, candidates=, fix=, free=, own=, seed=, progress=",
-    "fitting.diagnosis.discover.discover": "experiments, effects, *, candidates, fix=, free=, own=, seed=, progress=",
-    "fitting.diagnosis.discover.with_added": "present, new",
-    "fitting.planning.next_measurement.next_measurement": "diagnosis, experiments, *, known=, fix=, free=, own=, seed=",
-    "fitting.posterior.sample.sample": (
+    "fitting.use_64_bit": "",
+    "fitting.read_experiment": "folder",
+    "fitting.read_recording": "path, test, muscle, options=",
+    "fitting.write_muscle_file": "folder",
+    "fitting.example_data": "name",
+    "fitting.sealed_truth": "name",
+    "fitting.example_names": "",
+    "fitting.fit": "experiments, effects, *, fix=, free=, own=, start=, starts=, seed=",
+    "fitting.evaluate": "experiments, effects, values, free, own=",
+    "fitting.compare": "fit, experiments",
+    "fitting.diagnose": "experiments, effects, *, candidates=, fix=, free=, own=, seed=, progress=",
+    "fitting.discover": "experiments, effects, *, candidates=, fix=, free=, own=, seed=, progress=",
+    "mckibben_jax.with_effects": "present, added",
+    "fitting.plan": "diagnosis, experiments, *, known=, fix=, free=, own=, seed=",
+    "fitting.sample": (
         "fit, experiments=, *, seed=, walkers=, ensembles=, max_steps=, limit_s=, rows=, priors=, noise=, "
         "chains=, again=, progress="
     ),
-    "fitting.posterior.quick.quick_look": "fit, experiments=, *, seed=, draws=, rows=, priors=, noise=",
-    "fitting.hill.hill.releases": "experiments",
-    "fitting.hill.hill.curves": "experiments",
-    "fitting.library.line.defined": "line",
+    "fitting.quick_look": "fit, experiments=, *, seed=, draws=, rows=, priors=, noise=",
+    "fitting.quick_releases": "experiments",
+    "fitting.hill_curves": "experiments",
+    "fitting.effect_from_line": "line",
     "fitting.library.library.library": "effect_file=, define=",
-    "fitting.library.library.named": "names, known",
-    "fitting.model_files.model_file.read_model": "path, known",
-    "fitting.model_files.model_file.write_model": "path, fit, experiments",
+    "fitting.effects_named": "names, known=",
+    "fitting.read_model": "path, known=",
+    "fitting.write_model": "path, fit, experiments",
     "fitting.report.pictures.figures.traces": "c, experiments",
     "fitting.report.pictures.figures.waterfall": "stages, floor, unit=",
     "fitting.report.pictures.figures.effects_picture": "d, floor, unit=",
     "fitting.report.pictures.posterior.pairs": "posterior",
     "fitting.report.pictures.hill.speed_over_load": "curves",
     "fitting.report.pictures.design.to_scale": "muscle, contraction, pressure",
-    "fitting.errors.InputError": "problem, file=, row=, column=, value=, cure=",
+    "fitting.baseline": "",
+    "fitting.simulate": (
+        "model, folder, test=, *, pressures=, turns=, speed=, contractions=, loads=, duration=, rate=, noise=, seed="
+    ),
+    "fitting.export": "model, file, *, contractions=, pressures=, points=, source=",
+    "fitting.InputError": "problem, file=, row=, column=, value=, cure=",
 }
 MODEL = ("names", "force", "pull", "feel", "lost", "add", "drop", "cite")
 # Parameters by effect. With "effect.parameter" they are the names of model files, options and JSON keys.
@@ -248,6 +255,35 @@ def test_names_at_the_front_door_do_not_hang_on_the_order_of_imports():
     script = "import mckibben_jax.model, mckibben_jax.parameter as p; print(mckibben_jax.model(0).effects, p.__name__)"
     ran = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
     assert ran.stdout.split() == ["()", "parameter"]
+
+
+TYPES = {"Comparison", "Diagnosis", "Experiment", "Fit", "Posterior"}  # what functions of the front door return
+
+
+def test_the_front_door_is_listed_here():
+    promised = {name.split(".")[1] for name in PYTHON if name.startswith("fitting.") and name.count(".") == 1}
+    assert set(dir(fitting)) == promised | TYPES
+
+
+def test_the_front_door_says_the_same_to_people_and_to_type_checkers():
+    """What `if TYPE_CHECKING` imports is what is loaded when it is asked for."""
+    tree = ast.parse(Path(fitting.__file__).read_text(encoding="utf-8"))
+    block = next(node for node in tree.body if isinstance(node, ast.If))
+    typed = {a.asname: (n.module, a.name) for n in block.body if isinstance(n, ast.ImportFrom) for a in n.names}
+    assert set(typed) == set(dir(fitting))
+    for name, (module, original) in typed.items():
+        assert getattr(fitting, name) is getattr(importlib.import_module(str(module)), original), name
+
+
+def test_the_front_door_opens_at_once():
+    script = "import fitting, sys; print(*sys.modules)"
+    ran = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
+    assert not set(ran.stdout.split()) & {"jax", "numpy", "pandas", "scipy", "mckibben_jax"}
+
+
+def test_a_name_that_nobody_promised_is_an_error():
+    with pytest.raises(AttributeError, match="'fitting' has no attribute 'diagnoze'"):
+        fitting.diagnoze  # noqa: B018
 
 
 def test_what_a_model_can_do_is_kept():

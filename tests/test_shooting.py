@@ -15,7 +15,8 @@ from fitting.least_squares.subset import subset_of
 from fitting.problem.residuals import problem
 from fitting.problem.unknowns import unknowns
 from fitting.recordings.experiment import read_experiment
-from fitting.study.simulate import loop_courses, release_courses, step_courses, write_data_set
+from fitting.study.courses import loop_courses, release_courses, step_courses
+from fitting.study.simulate import write_data_set
 from mckibben_jax.effect import name_of
 from mckibben_jax.effects import CoulombFriction, IdealCylinder, KineticFriction, SupplyLag, ViscousDamping
 from mckibben_jax.model import model

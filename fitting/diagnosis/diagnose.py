@@ -51,6 +51,11 @@ def diagnose(
     return concluded(searched(experiments, effects, candidates, fix, free, own, seed, progress))
 
 
+def library_candidates() -> list[Effect]:
+    """What may be missing unless it is named: all of the library but printed rivals."""
+    return [kind() for kind in LIBRARY if not kind.rival]
+
+
 def searched(
     experiments: Sequence[Experiment],
     effects: Sequence[Effect],
@@ -66,7 +71,7 @@ def searched(
     progress = progress or (lambda *_: None)
     tested, set_aside = of_force(experiments)
     light = [thinned(experiment, ENOUGH_SAMPLES // len(tested)) for experiment in tested]
-    known = [kind() for kind in LIBRARY if not kind.rival] if candidates is None else list(candidates)
+    known = library_candidates() if candidates is None else list(candidates)
     progress("baseline", 0.0)
     world = universe(light, effects, known, fix=fix, free=free, own=own)
     with ThreadPoolExecutor(2) as workers:  # two programs to compile, which needs no interpreter

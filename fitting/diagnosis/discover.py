@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from fitting.diagnosis.diagnose import Progress, diagnose
+from fitting.diagnosis.diagnose import Progress, diagnose, library_candidates
 from fitting.diagnosis.record import Diagnosis
 from fitting.recordings.records import Experiment
 from mckibben_jax.effect import Effect, name_of
@@ -28,7 +28,7 @@ def discover(
     experiments: Sequence[Experiment],
     effects: Sequence[Effect],
     *,
-    candidates: Sequence[Effect],
+    candidates: Sequence[Effect] | None = None,
     fix: Sequence[str] = (),
     free: Sequence[str] = (),
     own: Sequence[str] = (),
@@ -37,11 +37,12 @@ def discover(
 ) -> tuple[Step, ...]:
     """Diagnose, add what is missing, and diagnose again.
 
-    Where the verdict is not unique, what lowers the left-out error most is added, as long as that falls by more than
-    its standard error. Each step carries the verdict on the model that it leads to.
+    `candidates` as in `diagnose`. Where the verdict is not unique, what lowers the left-out error most is added, as
+    long as that falls by more than its standard error. Each step carries the verdict on the model that it leads to.
     """
     steps: list[Step] = []
     present, added = list(effects), ("baseline",)
+    candidates = library_candidates() if candidates is None else candidates
     known = {name_of(effect): effect for effect in (*effects, *candidates)}
     while True:
         found = diagnose(

@@ -1,58 +1,40 @@
 """From what was typed after `export` to a file."""
 
-import keyword
-import sys
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from fitting import units
 from fitting.errors import InputError
-from fitting.exporting.files import Grid, free_contraction, python_module, table, without, write_table
+from fitting.exporting.export import check_place, export
+from fitting.exporting.files import BRANCHES, free_contraction, without
 from fitting.recordings.readings import CONTRACTIONS
 from fitting.study.stored_model import stored_model
-from fitting.writing import write_text
 from mckibben_jax.model import Model
 
 DEFAULT = {"python": "muscle.py", "table": "muscle.csv"}
 MOST_ROWS = 1_000_000
-ENDINGS = {"python": (".py",), "table": (".csv", ".parquet")}
 
 
 def exported(given: dict[str, Any]) -> tuple[Path, dict[str, Any], str]:
     """Write what was asked for: the file, the result for machines, and what is in the file in words."""
     form, file = given["form"], Path(given["out"] or DEFAULT[given["form"]])
-    _check_place(file, form)
+    check_place(file, form)
     whole, source = stored_model(given)
     whole = without(whole, given["without"])
     result = {"file": str(file), "form": form, "effects": list(whole.names)}
     if form == "python":
-        write_text(str(file), python_module(whole, str(source)))
+        export(whole, file, source=str(source))
         use = f"from {file.stem} import step; state, force = step(None, 3e5, 0.0, 1e-3)"
         return file, result | {"use": use}, f"{' + '.join(whole.names)} in plain numpy"
-    columns = table(whole, _grid(whole, given))
-    write_table(file, columns, str(source))
-    count = len(columns["branch"])
+    ends = _ends_of_table(whole, given)
+    points = _counts(given["points"])
+    export(whole, file, **ends, points=points, source=str(source))
+    count = len(BRANCHES) * points[0] * points[1]
     use = "columns pressure [kPa], contraction [1], branch, force [N]; a recording of the kind 'static'"
     return file, result | {"use": use, "rows": count}, f"{count:,} rows, {' + '.join(whole.names)}"
 
 
-def _check_place(file: Path, form: str) -> None:
-    if file.suffix not in ENDINGS[form]:
-        cure = f"name a file that ends in {' or '.join(ENDINGS[form])}"
-        raise InputError(f"--to {form} writes no '{file.suffix}' file", file, cure=cure)
-    name = file.stem
-    if form == "python" and (not name.isidentifier() or keyword.iskeyword(name) or name in sys.stdlib_module_names):
-        cure = "use letters, digits and underscores, and no word of Python's own"
-        raise InputError("Python cannot import a file of this name", file, cure=cure)
-    if form == "python" and name == "numpy":
-        raise InputError("a file of this name hides numpy, which it needs", file, cure="name another with --out")
-    if file.exists():
-        raise InputError("the file is there already and is left alone", file, cure="name another with --out")
-
-
-def _grid(whole: Model, given: dict[str, Any]) -> Grid:
+def _ends_of_table(whole: Model, given: dict[str, Any]) -> dict[str, tuple[float, float]]:
     pressures = _ends(given["pressure"], "Pa", "--pressure")
     top = free_contraction(whole, pressures[1])
     contractions = _ends(given["contraction"], "1", "--contraction") if given["contraction"] else (0.0, top)
@@ -62,8 +44,7 @@ def _grid(whole: Model, given: dict[str, Any]) -> Grid:
         raise InputError(problem, value=given["contraction"], cure="for example --contraction 0,0.25")
     if pressures[0] < -units.ATMOSPHERE:
         raise InputError("--pressure goes below a vacuum", value=given["pressure"], cure="for example '0 bar,5 bar'")
-    many, few = _counts(given["points"])
-    return Grid(np.linspace(*contractions, many), np.linspace(*pressures, few))
+    return {"contractions": contractions, "pressures": pressures}
 
 
 def _counts(text: str) -> tuple[int, int]:

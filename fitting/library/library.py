@@ -44,8 +44,9 @@ def with_line(
     return {**known, name: kind}
 
 
-def named(names: Sequence[str], known: dict[str, type[Effect]]) -> tuple[type[Effect], ...]:
-    """The effects of these names; a misspelt one gets the nearest."""
+def named(names: Sequence[str], known: dict[str, type[Effect]] | None = None) -> tuple[type[Effect], ...]:
+    """The effects of these names, among the program's own unless others are known; a misspelt one gets the nearest."""
+    known = library() if known is None else known
     for name in names:
         if name not in known:
             raise unknown_name("effect", name, known)

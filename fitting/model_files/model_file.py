@@ -13,7 +13,7 @@ from tomlkit.items import InlineTable, Table
 from fitting import full_names, units
 from fitting.errors import InputError, unknown_name
 from fitting.least_squares.fit import Fit
-from fitting.library.library import with_line
+from fitting.library.library import library, with_line
 from fitting.library.line import Defined, defined_name
 from fitting.problem.priors import Prior, stated_priors
 from fitting.recordings.muscle_file import line_of, read_toml
@@ -51,9 +51,9 @@ class ModelFile:
 # ------------------------------------------------------------------------------------------------------------ reading
 
 
-def read_model(path: Path | str, known: dict[str, type[Effect]]) -> ModelFile:
-    """Read a model file; `known` are the effects that there are, by name."""
-    path = Path(path)
+def read_model(path: Path | str, known: dict[str, type[Effect]] | None = None) -> ModelFile:
+    """Read a model file; `known` are the effects that there are, by name: the program's own, unless given."""
+    path, known = Path(path), library() if known is None else known
     if not path.is_file():
         raise InputError("no such model file", path, cure="'mckibben fit' writes one beside the data")
     table, raw = read_toml(path)

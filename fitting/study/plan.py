@@ -3,14 +3,16 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import combinations
-from typing import Any
 
 from fitting.diagnosis.diagnose import of_force
 from fitting.diagnosis.record import Diagnosis
 from fitting.planning.candidates import Shown, shown
 from fitting.planning.next_measurement import NextMeasurement, measurements, remaining
 from fitting.planning.sharper import sharper
+from fitting.recordings.records import Experiment
 from fitting.study.task import Task
+from mckibben_jax.effect import Effect, name_of
+from mckibben_jax.effects import LIBRARY
 
 INSTRUMENT = "instrument"  # the source of an effect that is none of the muscle's
 SURE = 0.8  # power from which a pair counts as separated
@@ -39,20 +41,36 @@ class Plan:
 
 
 def plan_of(task: Task, diagnosis: Diagnosis) -> Plan:
-    """What to record: to separate explanations where several are left, else to see what is still unseen."""
-    extra = [kind() for kind in task.library.values()]
-    asked: dict[str, Any] = {"fix": task.fix, "free": task.free, "own": task.own, "seed": task.seed}
+    """The plan for a task: it knows the effects of the user's own file too."""
+    return plan(diagnosis, task.experiments, known=[kind() for kind in task.library.values()], **task.asked)
+
+
+def plan(
+    diagnosis: Diagnosis,
+    experiments: Sequence[Experiment],
+    *,
+    known: Sequence[Effect] = (),
+    fix: Sequence[str] = (),
+    free: Sequence[str] = (),
+    own: Sequence[str] = (),
+    seed: int = 0,
+) -> Plan:
+    """What to record: to separate explanations where several are left, else to see what is still unseen.
+
+    `experiments`, `fix`, `free` and `own` as they were diagnosed; `known` are effects that the library does not have.
+    """
     rivals = remaining(diagnosis)
     if len(rivals) > 1:
-        steps = measurements(diagnosis, task.experiments, known=extra, **asked)
+        steps = measurements(diagnosis, experiments, known=known, fix=fix, free=free, own=own, seed=seed)
         tied = _still_tied(rivals, steps)
     else:
-        found = sharper(diagnosis, task.experiments, known=extra, **asked)
+        found = sharper(diagnosis, experiments, known=known, fix=fix, free=free, own=own, seed=seed)
         steps, tied = ((found,) if found else ()), ()
-    tested = of_force(task.experiments)[0][0].name
-    can = shown(next(e for e in task.experiments if e.name == tested))
+    tested = of_force(experiments)[0][0].name
+    can = shown(next(e for e in experiments if e.name == tested))
+    sources = {name_of(effect): effect.source for effect in (*LIBRARY, *known)}
     open_ones = dict.fromkeys(name for pair in tied for names in pair for name in names)
-    instruments = tuple(n for n in open_ones if n in task.library and task.library[n].source == INSTRUMENT)
+    instruments = tuple(name for name in open_ones if sources.get(name) == INSTRUMENT)
     return Plan(diagnosis, tuple(rivals), tuple(steps), tied, can, instruments)
 
 

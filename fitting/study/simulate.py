@@ -13,31 +13,30 @@ import tomlkit
 from fitting import units
 from fitting.errors import InputError
 from fitting.problem.points import clock, from_behind, twice
+from fitting.recordings.experiment import kind_of
 from fitting.recordings.readings import CONTRACTIONS
 from fitting.recordings.records import FORCE_TESTS
 from fitting.recordings.runs import AT_REST
+from fitting.study.courses import (
+    Course,
+    isometric_courses,
+    isotonic_courses,
+    loop_courses,
+    release_courses,
+    static_courses,
+    step_courses,
+)
 from fitting.version import program_version
 from fitting.writing import write_text
 from mckibben_jax.model import Model
-from mckibben_jax.muscle import Muscle, quantities
+from mckibben_jax.muscle import quantities
 from mckibben_jax.state import State
 
-MOST_SAMPLES = 2_000_000
+STATIONS = (0.0, 0.05, 0.1, 0.15, 0.2, 0.25)  # contractions of a static map
 
 
 @dataclass(frozen=True)
-class Course:
-    """What the rig imposes in one run; SI. Either the contraction is imposed, or the load."""
-
-    time: np.ndarray
-    pressure: np.ndarray
-    contraction: np.ndarray | None = None
-    load: float | None = None
-    direction: np.ndarray | None = None  # of points without history: 1 contracting, -1 elongating
-
-
-@dataclass(frozen=True)
-class Told:
+class SimulatedData:
     """What was written: the file, how many samples it has, and what its reader should know."""
 
     file: Path
@@ -45,58 +44,41 @@ class Told:
     warnings: tuple[str, ...]
 
 
-def loop_courses(muscle: Muscle, pressures: Sequence[float], turns: Sequence[float], speed: float, rate: float):
-    """From turning point to turning point at one speed (m/s), at each pressure in turn."""
-    if len(turns) < 2:
-        raise InputError("a loop needs at least two turning points", value=turns, cure="for example --turns 0,0.2,0")
-    way = np.abs(np.diff(turns)) * float(muscle.length)
-    corners = np.concatenate([[0.0], np.cumsum(way / speed)])
-    time = _clock(corners[-1], rate)
-    contraction = np.interp(time, corners, turns)
-    return [Course(time, np.full_like(time, p), contraction) for p in pressures]
+def simulate(
+    model: Model,
+    folder: str | Path,
+    test: str = "loop",
+    *,
+    pressures: Sequence[float] = (3e5,),
+    turns: Sequence[float] = (0.0, 0.2, 0.0),
+    speed: float = 0.01,
+    contractions: Sequence[float] | None = None,
+    loads: Sequence[float] = (100.0,),
+    duration: float | None = None,
+    rate: float | None = None,
+    noise: float | None = None,
+    seed: int = 0,
+) -> SimulatedData:
+    """Write the data set that a rig would record if the muscle were as the model says: muscle.toml and one CSV.
 
-
-def isometric_courses(contractions: Sequence[float], pressures: Sequence[float], duration: float, rate: float):
-    """Pressure from value to value, each ramp in `duration` seconds, at each held contraction."""
-    if len(pressures) < 2:
-        raise InputError("an isometric test needs two pressures", cure="for example --pressure '0 bar,5 bar,0 bar'")
-    corners = duration * np.arange(len(pressures))
-    time = _clock(corners[-1], rate)
-    return [Course(time, np.interp(time, corners, pressures), np.full_like(time, c)) for c in contractions]
-
-
-def static_courses(contractions: Sequence[float], pressures: Sequence[float]):
-    """Every contraction at every pressure, reached contracting and reached elongating."""
-    grid = [(c, p, sign) for sign in (1, -1) for p in pressures for c in contractions]
-    contraction, pressure, direction = np.array(grid, float).T
-    return [Course(np.arange(float(len(grid))), pressure, contraction, direction=direction)]
-
-
-def release_courses(pressures: Sequence[float], loads: Sequence[float], duration: float, rate: float):
-    """One run for each load: let go at t = 0 under a constant pressure."""
-    time = _clock(duration, rate)
-    return [Course(time, np.full_like(time, p), None, load) for p in pressures for load in loads]
-
-
-def step_courses(pressures: Sequence[float], loads: Sequence[float], duration: float, rate: float):
-    """One run for each load: from the first pressure to the second at t = 0."""
-    if len(pressures) != 2:
-        raise InputError("a step needs two pressures", cure="for example --pressure '1 bar,4 bar'")
-    time = _clock(duration, rate) - 0.1 * duration
-    return [Course(time, np.where(time < 0, *pressures), None, load) for load in loads]
-
-
-def isotonic_courses(pressures: Sequence[float], loads: Sequence[float], duration: float, rate: float):
-    """Pressure from value to value, each ramp in `duration` seconds, under each load."""
-    ramps = isometric_courses([0.0], pressures, duration, rate)
-    return [Course(ramp.time, ramp.pressure, None, load) for load in loads for ramp in ramps]
-
-
-def _clock(duration: float, rate: float) -> np.ndarray:
-    count = int(np.floor(duration * rate + 1e-9)) + 1
-    if not 5 <= count <= MOST_SAMPLES:
-        raise InputError(f"a run would have {count} samples", cure="change --rate or --duration")
-    return np.arange(count) / rate
+    `test` is one of the six kinds. All in SI: `pressures` (each in turn; from value to value in isometric and isotonic
+    tests; before and after in a step), `turns` and `speed` of loops, held `contractions` (isometric, static), `loads`
+    (isotonic, release, step), `duration` of a ramp, release or step, `rate` of samples, `noise` of one reading (N, or m
+    where a load is imposed). InputError where a file is there already, or no rig can do it.
+    """
+    test = kind_of(test)
+    moving = test in ("quick release", "step")
+    rate, duration = rate or (500.0 if moving else 50.0), duration or (1.0 if moving else 5.0)
+    if test == "loop":
+        courses = loop_courses(model.muscle, pressures, turns, speed, rate)
+    elif test == "isometric":
+        courses = isometric_courses((0.0,) if contractions is None else contractions, pressures, duration, rate)
+    elif test == "static":
+        courses = static_courses(STATIONS if contractions is None else contractions, pressures)
+    else:
+        loaded = {"quick release": release_courses, "step": step_courses, "isotonic": isotonic_courses}
+        courses = loaded[test](pressures, loads, duration, rate)
+    return write_data_set(Path(folder), model, test, courses, noise, seed)
 
 
 def recorded(model: Model, course: Course, test: str) -> np.ndarray:
@@ -187,7 +169,7 @@ def _resting_pull(model: Model, contraction: jax.Array, pressure: jax.Array) -> 
 
 def write_data_set(
     folder: Path, model: Model, test: str, courses: Sequence[Course], noise: float | None, seed: int
-) -> Told:
+) -> SimulatedData:
     """Write muscle.toml and one CSV; files that are there already are left alone, with an error that says so."""
     file = folder / f"{test.replace(' ', '_')}.csv"
     for path in (folder / "muscle.toml", file):
@@ -212,7 +194,7 @@ def write_data_set(
     folder.mkdir(parents=True, exist_ok=True)
     write_text(file, "\n".join([_head(model, test, courses[0]), *parts]) + "\n")
     write_text(folder / "muscle.toml", _muscle_file(folder, model, test, file.name, noise))
-    return Told(file, len(parts), warnings)
+    return SimulatedData(file, len(parts), warnings)
 
 
 def _position(model: Model, course: Course, shown: np.ndarray) -> np.ndarray:

@@ -1,4 +1,4 @@
-"""From what was typed after `simulate` to courses of the rig."""
+"""From what was typed after `simulate` to its quantities in SI."""
 
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -8,55 +8,41 @@ from fitting import units
 from fitting.errors import InputError
 from fitting.recordings.experiment import kind_of
 from fitting.recordings.records import FORCE_TESTS
-from fitting.study.simulate import (
-    Course,
-    Told,
-    isometric_courses,
-    isotonic_courses,
-    loop_courses,
-    release_courses,
-    static_courses,
-    step_courses,
-    write_data_set,
-)
+from fitting.study.simulate import SimulatedData, simulate
 from fitting.study.stored_model import stored_model
-from mckibben_jax.model import Model
-
-STATIONS = "0,0.05,0.1,0.15,0.2,0.25"
 
 
-def simulated(folder: Path, given: dict[str, Any]) -> Told:
+def simulated(folder: Path, given: dict[str, Any]) -> SimulatedData:
     """Simulate what was asked for and write it."""
     test = kind_of(given["test"])
     whole, _ = stored_model(given)
-    courses = _courses(test, whole, given)
     noise = None
     if given["noise"]:
         noise = units.to_si(given["noise"], "N" if test in FORCE_TESTS else "m", "--noise")
         check("--noise", [noise], given["noise"], 0.0)
-    return write_data_set(folder, whole, test, courses, noise, given["seed"])
+    return simulate(whole, folder, test, **_quantities(test, given), noise=noise, seed=given["seed"])
 
 
-def _courses(test: str, whole: Model, given: dict[str, Any]) -> list[Course]:
+def _quantities(test: str, given: dict[str, Any]) -> dict[str, Any]:
+    """What this kind of test is made of, in SI; what was not typed is left to `simulate`."""
     pressures = _list(given["pressure"], "Pa", "--pressure")
     check("--pressure", pressures, given["pressure"], -units.ATMOSPHERE)
-    moving = test in ("quick release", "step")
-    rate = units.to_si(given["rate"] or ("500 Hz" if moving else "50 Hz"), "1/s", "--rate")
-    duration = units.to_si(given["duration"] or ("1 s" if moving else "5 s"), "s", "--duration")
-    check("--rate", [rate], given["rate"], 0.0, itself=False)
-    check("--duration", [duration], given["duration"], 0.0, itself=False)
+    chosen: dict[str, Any] = {"pressures": pressures}
+    chosen |= {key: _positive(given, key, unit) for key, unit in (("rate", "1/s"), ("duration", "s")) if given[key]}
     if test == "loop":
-        speed = units.to_si(given["speed"], "m/s", "--speed")
-        check("--speed", [speed], given["speed"], 0.0, itself=False)
-        return loop_courses(whole.muscle, pressures, _list(given["turns"], "1", "--turns"), speed, rate)
-    if test == "isometric":
-        return isometric_courses(_list(given["contraction"] or "0", "1", "--contraction"), pressures, duration, rate)
-    if test == "static":
-        return static_courses(_list(given["contraction"] or STATIONS, "1", "--contraction"), pressures)
+        return chosen | {"turns": _list(given["turns"], "1", "--turns"), "speed": _positive(given, "speed", "m/s")}
+    if test in ("isometric", "static"):
+        typed = given["contraction"]
+        return chosen | ({"contractions": _list(typed, "1", "--contraction")} if typed else {})
     loads = _list(given["load"], "N", "--load", units.load_to_si)
     check("--load", loads, given["load"], 0.0, itself=False)
-    loaded = {"quick release": release_courses, "step": step_courses, "isotonic": isotonic_courses}
-    return loaded[test](pressures, loads, duration, rate)
+    return chosen | {"loads": loads}
+
+
+def _positive(given: dict[str, Any], key: str, unit: str) -> float:
+    value = units.to_si(given[key], unit, f"--{key}")
+    check(f"--{key}", [value], given[key], 0.0, itself=False)
+    return value
 
 
 def check(what: str, values: Sequence[float], typed: Any, least: float, itself: bool = True) -> None:
