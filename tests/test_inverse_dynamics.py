@@ -24,7 +24,7 @@ from fitting.diagnosis.diagnose import diagnose, of_force
 from fitting.errors import InputError
 from fitting.recordings.experiment import read_experiment
 from fitting.recordings.inverse_dynamics import FEWEST, INERTIA, as_force
-from fitting.recordings.records import OF_MOTION
+from fitting.recordings.records import NoiseSource
 from mckibben_jax.effect import name_of
 from mckibben_jax.effects import LIBRARY, CoulombFriction, IdealCylinder
 
@@ -100,7 +100,7 @@ def test_noise_is_that_of_the_position_times_the_mass(tmp_path):
     quiet, loud = (as_force(released(tmp_path / str(sd), noise=sd)[0])[0] for sd in (2e-5, 2e-4))
     level = lambda data: np.median([r.noise for r in data.recordings for _ in r.runs])  # noqa: E731
     assert level(quiet) < level(loud)
-    assert {recording.noise_from for recording in quiet.recordings} == {OF_MOTION}  # nobody stated it
+    assert {recording.noise_source for recording in quiet.recordings} == {NoiseSource.MOTION}  # nobody stated it
 
 
 # ------------------------------------------------------------------------------------------------ what is set aside

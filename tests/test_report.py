@@ -11,7 +11,7 @@ from fitting.diagnosis.record import Leading
 from fitting.least_squares.fit import fit
 from fitting.planning.next_measurement import PairPower
 from fitting.recordings.experiment import read_experiment
-from fitting.recordings.records import OF_MOTION
+from fitting.recordings.records import NoiseSource
 from fitting.report.text.amounts import amount, with_error
 from fitting.report.text.comparison import comparison_report, judgement, kind_text, worst_text
 from fitting.report.text.diagnosis import (
@@ -187,7 +187,7 @@ def test_motions_read_as_force_are_not_called_described(study):
     """Their noise as force is coarse: how far they are missed is another question."""
     good = dataclasses.replace(study[1], rmse=study[1].noise, noise_floor=None)
     assert judgement(good).startswith("The model describes these data")
-    read = judgement(dataclasses.replace(good, noise_from=OF_MOTION))
+    read = judgement(dataclasses.replace(good, noise_sources=(NoiseSource.MOTION,)))
     assert read.startswith("Read as force")
     assert "mckibben compare" in read
 
@@ -206,7 +206,7 @@ def test_one_run_that_is_off_alone_is_named(study):
 
 
 def test_presumed_noise_judges_nothing(study):
-    within = dataclasses.replace(study[1], rmse=0.2, noise=0.3, noise_floor=None, noise_from="presumed")
+    within = dataclasses.replace(study[1], rmse=0.2, noise=0.3, noise_floor=None, noise_sources=(NoiseSource.ASSUMED,))
     assert "State the noise" in judgement(within)
 
 

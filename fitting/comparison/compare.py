@@ -13,8 +13,8 @@ from fitting.comparison.repeats import Pair, drift, noise_floor, repeated
 from fitting.least_squares.evaluate import rmse_at_pressures
 from fitting.least_squares.fit import Fit
 from fitting.problem.residuals import Samples
-from fitting.recordings.noise import PRESUMED, noise_of
-from fitting.recordings.records import MOVING_TESTS, Experiment, Recording
+from fitting.recordings.noise import noise_of, source_of_noise
+from fitting.recordings.records import MOVING_TESTS, Experiment, NoiseSource, Recording
 
 PRESSURE_LED = ("isometric", "isotonic", "step")  # tests in which the pressure moves
 NEGLIGIBLE = 0.005  # of full scale: an error so small is real, but nobody need mind
@@ -55,7 +55,7 @@ class Score:
     largest: float
     full_scale: float
     noise: float  # standard deviation of one reading
-    noise_from: str  # where that is known from
+    noise_source: NoiseSource
 
 
 @dataclass(frozen=True)
@@ -68,7 +68,7 @@ class Comparison:
     largest: float
     full_scale: float
     noise: float  # of one reading
-    noise_from: str
+    noise_sources: tuple[NoiseSource, ...]  # of the recordings, each once
     noise_floor: float | None  # from repeated loops; None where nothing was repeated
     by_recording: tuple[Score, ...]
     tables: tuple[Table, ...]
@@ -122,7 +122,7 @@ def compare(fit: Fit, experiments: Sequence[Experiment]) -> Comparison:
         largest=float(np.max(np.abs(residual))),
         full_scale=full_scale,
         noise=float(np.sqrt(np.average([s.noise**2 for s in chosen], weights=[s.count for s in chosen]))),
-        noise_from=" and ".join(dict.fromkeys(score.noise_from for score in chosen)),
+        noise_sources=tuple(dict.fromkeys(score.noise_source for score in chosen)),
         noise_floor=noise_floor(pairs),
         by_recording=scores,
         tables=_tables(samples, residual, tests, fit, recordings),
@@ -162,15 +162,8 @@ def _score(fit: Fit, number: int, experiment: Experiment, recording: Recording) 
         largest=float(np.max(np.abs(residual))),
         full_scale=max(float(np.max(np.abs(run.measured))) for run in recording.runs),
         noise=noise_of(recording),
-        noise_from=_noise_from(recording),
+        noise_source=source_of_noise(recording),
     )
-
-
-def _noise_from(recording: Recording) -> str:
-    """How `noise_of` knows."""
-    if recording.noise is not None:
-        return recording.noise_from or "as stated"
-    return PRESUMED if recording.test == "static" else "from neighbouring readings"
 
 
 def _rms(residual: np.ndarray) -> float:

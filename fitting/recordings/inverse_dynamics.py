@@ -16,7 +16,7 @@ from scipy.signal import savgol_coeffs, savgol_filter
 
 from fitting import units
 from fitting.recordings.noise import noise_of
-from fitting.recordings.records import FORCE_TESTS, MOVING_TESTS, OF_MOTION, Experiment, Recording, Run
+from fitting.recordings.records import FORCE_TESTS, MOVING_TESTS, Experiment, NoiseSource, Recording, Run
 
 ORDER = 4  # of the polynomials
 SHORTEST = 7  # samples in a window at least
@@ -242,7 +242,7 @@ def _recording(recording: Recording, motions: Sequence[Motion], length: float, f
     noise = float(np.sqrt(np.mean([motion.noise**2 for motion in motions])))
     runs = tuple(_run(motion, length) for motion in motions)
     notes = recording.notes if first else ()
-    return replace(recording, test="loop", runs=runs, noise=noise, notes=notes, noise_from=OF_MOTION)
+    return replace(recording, test="loop", runs=runs, noise=noise, notes=notes, noise_source=NoiseSource.MOTION)
 
 
 def _run(motion: Motion, length: float) -> Run:

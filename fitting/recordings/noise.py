@@ -5,10 +5,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from fitting.recordings.records import FORCE_TESTS, Recording, Run
+from fitting.recordings.records import FORCE_TESTS, NoiseSource, Recording, Run
 
 STATIC_SHARE = 0.005  # of full scale: what one point of a static map is taken to be good for, if nothing is stated
-PRESUMED = "presumed"  # where the noise is known from, if from nowhere
 THIRD = np.array([1.0, -3.0, 3.0, -1.0])
 
 
@@ -24,15 +23,22 @@ def noise_of(recording: Recording) -> float:
     return float(max(estimate, resolution(recording) / np.sqrt(12), 1e-4 * scale, 1e-12))
 
 
+def source_of_noise(recording: Recording) -> NoiseSource:
+    """How `noise_of` knows."""
+    if recording.noise is not None:
+        return recording.noise_source
+    return NoiseSource.ASSUMED if recording.test == "static" else NoiseSource.NEIGHBOURS
+
+
 def one_load_cell(recordings: Sequence[Recording]) -> tuple[Recording, ...]:
-    """The same recordings; what is presumed of a static map's points goes by the largest force of the whole data set.
+    """The same recordings; what is assumed of a static map's points goes by the largest force of the whole data set.
 
     A map at low pressure, read by the same load cell, is not better for it.
     """
     scale = max((full_scale(r) for r in recordings if r.test in FORCE_TESTS), default=0.0)
-    presumed = STATIC_SHARE * scale
+    assumed = STATIC_SHARE * scale
     return tuple(
-        replace(r, noise=presumed, noise_from=PRESUMED) if r.test == "static" and r.noise is None else r
+        replace(r, noise=assumed, noise_source=NoiseSource.ASSUMED) if r.test == "static" and r.noise is None else r
         for r in recordings
     )
 

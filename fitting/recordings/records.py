@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from enum import Enum
 from pathlib import Path
 
 import numpy as np
@@ -9,10 +10,18 @@ import numpy as np
 from mckibben_jax.muscle import Muscle
 
 FORCE_TESTS = ("loop", "isometric", "static")
-OF_MOTION = "that of a motion, read as force"  # noise that nobody stated
 MOVING_TESTS = ("quick release", "step")  # the mass counts, and an equation of motion is integrated
 POSITION_TESTS = ("isotonic", "quick release", "step")
 TESTS = FORCE_TESTS + POSITION_TESTS
+
+
+class NoiseSource(Enum):
+    """Where the noise of one reading is known from."""
+
+    STATED = "stated"  # by muscle.toml
+    NEIGHBOURS = "neighbours"  # from the scatter of neighbouring readings
+    MOTION = "motion"  # the noise of a position, carried on to the force that moves the mass
+    ASSUMED = "assumed"  # a share of full scale: nothing tells it
 
 
 @dataclass(frozen=True)
@@ -51,11 +60,11 @@ class Recording:
     file: str
     test: str
     runs: tuple[Run, ...]
-    noise: float | None  # standard deviation of one reading as stated, N or m; None if not stated
+    noise: float | None  # standard deviation of one reading, N or m; None: the readings themselves tell it
     notes: tuple[str, ...] = ()  # what was set aside and why, with counts
     position: str = "contraction"  # what the rig read: "contraction", "length" or "displacement"
     units: Mapping[str, str] = field(default_factory=dict)  # SI unit -> what the file gives it in ("Pa" -> "psi")
-    noise_from: str = ""  # where the noise is known from, if nobody stated it
+    noise_source: NoiseSource = NoiseSource.STATED  # where `noise` is known from, if it is given
 
     @property
     def unit(self) -> str:

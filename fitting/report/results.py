@@ -12,6 +12,7 @@ from fitting.comparison.fingerprint import Fingerprint
 from fitting.diagnosis.record import Diagnosis, Evidence, Explanation
 from fitting.least_squares.fit import Fit
 from fitting.model_files.model_file import state_of
+from fitting.report.text.noise import NOISE_TEXT
 from fitting.study.stages import Stage
 from fitting.study.task import Task
 from fitting.version import command_line, versions
@@ -55,7 +56,7 @@ def recordings_result(c: Comparison) -> list[dict[str, Any]]:
     """The error of each recording in its own unit."""
     return [
         {"dataset": s.dataset, "file": s.file, "test": s.test, "unit": s.unit, "count": s.count, "rmse": s.rmse,
-         "largest": s.largest, "full_scale": s.full_scale, "noise": s.noise, "noise_from": s.noise_from}
+         "largest": s.largest, "full_scale": s.full_scale, "noise": s.noise, "noise_from": NOISE_TEXT[s.noise_source]}
         for s in c.by_recording
     ]  # fmt: skip
 

@@ -9,9 +9,10 @@ from fitting import units
 from fitting.comparison.compare import Comparison, Row
 from fitting.comparison.compare import Table as ErrorTable
 from fitting.comparison.fingerprint import Fingerprint
-from fitting.recordings.records import OF_MOTION
+from fitting.recordings.records import NoiseSource
 from fitting.report.text.amounts import amount, percent, places
 from fitting.report.text.layout import columns, line, lines, spaced
+from fitting.report.text.noise import NOISE_TEXT
 from fitting.report.text.study import BAR
 from fitting.report.text.warnings import comparison_warnings
 
@@ -49,7 +50,8 @@ def error_text(c: Comparison) -> str:
 
 def floor_text(c: Comparison) -> str:
     """The noise, and where it is known from."""
-    reading = f"One reading is good to {amount(c.noise, c.unit)} ({c.noise_from})"
+    sources = " and ".join(NOISE_TEXT[source] for source in c.noise_sources)
+    reading = f"One reading is good to {amount(c.noise, c.unit)} ({sources})"
     if c.noise_floor is None:
         return f"{reading}; no loop was repeated to tell more."
     return f"{reading}; repeated loops agree to {amount(c.noise_floor, c.unit)}."
@@ -65,12 +67,12 @@ def judgement(c: Comparison) -> str:
     readings, numbers = sum(score.count for score in c.by_recording), len(c.fit.free)
     if readings <= numbers:
         return f"{readings} readings cannot judge a model with {numbers} fitted numbers: record more."
-    if not fails(c) and OF_MOTION in c.noise_from:
+    if not fails(c) and NoiseSource.MOTION in c.noise_sources:
         return (
             f"Read as force, the motions are described to their noise there, {amount(c.noise, c.unit)}. That is "
             "coarse: how far the motions themselves are missed is said by 'mckibben compare'."
         )
-    if not fails(c) and c.noise_floor is None and "presumed" in c.noise_from:
+    if not fails(c) and c.noise_floor is None and NoiseSource.ASSUMED in c.noise_sources:
         return (
             f"The model is within the noise that is presumed here, {amount(c.noise, c.unit)}: "
             f"{amount(c.rmse, c.unit)} of error left. State the noise in muscle.toml to have it judged."
@@ -79,7 +81,7 @@ def judgement(c: Comparison) -> str:
         return f"The model describes these data nearly to their noise: {amount(c.rmse, c.unit)} of error left."
     times = f"{c.rmse / c.floor:.0f} times" if c.rmse > 2.5 * c.floor else f"{c.rmse / c.floor:.1f} times"
     size = " That is small: below half a per cent of full scale." if c.negligible else ""
-    guessed = not c.noise_floor and "neighbouring" in c.noise_from and c.rmse < SLOW * c.floor
+    guessed = not c.noise_floor and NoiseSource.NEIGHBOURS in c.noise_sources and c.rmse < SLOW * c.floor
     doubt = " Slow noise does not show in neighbouring readings: if you know it, state noise in muscle.toml."
     return f"The model misses these data by {amount(c.rmse, c.unit)}, {times} their noise.{size}{doubt * guessed}"
 

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from rich.console import RenderableType
 from rich.text import Text
 
-from fitting.recordings.records import OF_MOTION, Experiment
+from fitting.recordings.records import Experiment, NoiseSource
 from fitting.report.text.amounts import amount
 from fitting.report.text.layout import columns, line, spaced
 from fitting.study.stages import Stage
@@ -19,7 +19,7 @@ def data_text(experiments: Sequence[Experiment]) -> str:
     runs = [run for e in experiments for recording in e.recordings for run in recording.runs]
     weighted = sum(int(run.weight.sum()) for run in runs)
     tests = dict.fromkeys(
-        "motions read as force" if recording.noise_from == OF_MOTION else recording.test
+        "motions read as force" if recording.noise_source is NoiseSource.MOTION else recording.test
         for e in experiments
         for recording in e.recordings
     )

@@ -1,0 +1,10 @@
+"""Where the noise of one reading is known from, as pages and JSON say it."""
+
+from fitting.recordings.records import NoiseSource
+
+NOISE_TEXT = {
+    NoiseSource.STATED: "as stated",
+    NoiseSource.NEIGHBOURS: "from neighbouring readings",
+    NoiseSource.MOTION: "that of a motion, read as force",
+    NoiseSource.ASSUMED: "presumed",
+}
