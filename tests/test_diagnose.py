@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 from small_muscle import loops, write
 
-from fitting.diagnosis.diagnose import _estimate, diagnose, of_force
-from fitting.diagnosis.discover import next_to_add, with_added
+from fitting.diagnosis.diagnose import diagnose, of_force
+from fitting.diagnosis.discover import proposals, with_added, worth_judging
+from fitting.diagnosis.estimates import estimate
 from fitting.diagnosis.universe import universe
 from fitting.errors import InputError
 from fitting.recordings.experiment import read_experiment
@@ -94,16 +95,16 @@ def test_estimates_hold_the_truth(diagnoses):
 
 def test_what_to_add_next(diagnoses):
     """The explanation where it is unique, nothing where nothing is missing."""
-    assert next_to_add(diagnoses["muscle_b"]) == ("textile_friction",)
-    assert next_to_add(diagnoses["muscle_d"]) == ()
+    assert worth_judging(diagnoses["muscle_b"])[0] == ("textile_friction",)
+    assert list(proposals(diagnoses["muscle_d"])) == []
 
 
 def test_what_changes_nothing_is_not_added(diagnoses):
     """Where nothing is unique, only what lowers the left-out error visibly."""
     found = replace(diagnoses["muscle_a"], verdict="not in the library", explanations=())
-    assert next_to_add(found) == ("bladder_neo_hookean",)
+    assert ("bladder_neo_hookean",) in worth_judging(found)
     idle = tuple(replace(e, held_out_rmse=found.held_out_rmse * (1 - 1e-6)) for e in found.tried)
-    assert next_to_add(replace(found, tried=idle)) == ()
+    assert worth_judging(replace(found, tried=idle)) == []
 
 
 def test_adding_a_rival_replaces_it():
@@ -155,7 +156,7 @@ def test_what_stands_at_the_end_of_its_range_has_no_error(tmp_path):
     world = universe([experiment], BASELINE, [LinearSpring()])
     fit = world.fit(world.with_added(["linear_spring"]), world.start, ["linear_spring"])
     (value, error), (same, none) = (
-        _estimate(world, replace(fit, at_bound=ends), "linear_spring")["K"] for ends in ((), ("linear_spring.K",))
+        estimate(world, replace(fit, at_bound=ends), "linear_spring")["K"] for ends in ((), ("linear_spring.K",))
     )
     assert value == same
     assert 0 < error < 0.1 * abs(value)

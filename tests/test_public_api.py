@@ -66,8 +66,10 @@ PYTHON = {
     "fitting.fit": "experiments, effects, *, fix=, free=, own=, start=, starts=, seed=",
     "fitting.evaluate": "experiments, effects, values, free, own=",
     "fitting.compare": "fit, experiments",
-    "fitting.diagnose": "experiments, effects, *, candidates=, fix=, free=, own=, seed=, progress=",
-    "fitting.discover": "experiments, effects, *, candidates=, fix=, free=, own=, seed=, progress=",
+    "fitting.diagnose": "experiments, effects, *, candidates=, fix=, free=, own=, seed=, start=, progress=",
+    "fitting.discover": (
+        "experiments, effects, *, candidates=, fix=, free=, own=, seed=, start=, rules=, on_step=, progress="
+    ),
     "mckibben_jax.with_effects": "present, added",
     "fitting.plan": "diagnosis, experiments, *, known=, fix=, free=, own=, seed=",
     "fitting.sample": (

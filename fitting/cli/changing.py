@@ -13,6 +13,11 @@ from fitting.report.text.study import steps_report
 from fitting.study.changing import change
 from fitting.study.task import Task
 
+NOT_TAKEN = (
+    "nothing: the larger model ended above the smaller one, which it contains; its search was caught on its way. "
+    "Begin elsewhere, with --set or more --starts"
+)
+
 
 def run(study: Study, names: Sequence[str], how: Callable[[Task, Sequence[str]], tuple[Task, str]]) -> None:
     """The whole command: change, print, save, write."""
@@ -23,7 +28,7 @@ def run(study: Study, names: Sequence[str], how: Callable[[Task, Sequence[str]],
     study.print([line("RESULT", change_text(found, unit), "bold"), *steps_report(found.stages, unit)])
     study.print(fit_report(found.after))
     after = after_change(study.task.experiments, study.asked.data_again, study.asked.save)
-    study.print(save(study, found.after, after))
+    study.print([line("SAVED", NOT_TAKEN, "yellow")] if found.worse else save(study, found.after, after))
     study.write(change_result(found))
     if study.asked.html:
         write_page(study.asked.html, changed, found.comparison, stages=found.stages)

@@ -12,17 +12,39 @@ import click
 
 from fitting.compiled.prepare import prepare
 from fitting.errors import InputError
-from fitting.progress import Progress
 from fitting.study.asked import Asked
 from fitting.units import own_units, spoken
 
 if TYPE_CHECKING:
     from rich.console import Console, RenderableType
+    from rich.progress import Progress as Bars
+    from rich.progress import TaskID
 
     from fitting.study.task import Task
 
 NOT_CONVERGED = 3
 NO_RESULT = (".csv", ".tsv", ".toml", ".py")  # what people write, and no command hands out where it likes
+
+
+@dataclass(frozen=True)
+class ProgressBar:
+    """A bar on the error output: called with words and the share that is done."""
+
+    bar: "Bars"
+    number: "TaskID"
+
+    def __call__(self, text: str, share: float) -> None:
+        self.bar.update(self.number, description=text, completed=share, total=1.0)
+
+    @contextmanager
+    def aside(self) -> Iterator[None]:
+        """The bar makes room while something is printed."""
+        if self.bar.disable:
+            yield
+            return
+        self.bar.stop()
+        yield
+        self.bar.start()
 
 
 @dataclass(frozen=True)
@@ -56,7 +78,7 @@ class Study:
             raise click.exceptions.Exit(NOT_CONVERGED)
 
     @contextmanager
-    def working(self, words: str) -> Iterator[Progress]:
+    def working(self, words: str) -> "Iterator[ProgressBar]":
         """A progress bar on the error output while something takes its time."""
         with progress_bar(words, self.asked.quiet) as told:
             yield told
@@ -111,7 +133,7 @@ def errors_for_machines(path: str | None) -> Iterator[None]:
 
 
 @contextmanager
-def progress_bar(words: str, quiet: bool) -> Iterator[Progress]:
+def progress_bar(words: str, quiet: bool) -> Iterator[ProgressBar]:
     """A bar that is gone when the work is done; nothing where nobody looks."""
     from rich.console import Console
     from rich.progress import BarColumn, SpinnerColumn, TextColumn, TimeElapsedColumn
@@ -120,5 +142,4 @@ def progress_bar(words: str, quiet: bool) -> Iterator[Progress]:
     shown = Console(stderr=True, quiet=quiet)
     columns = (SpinnerColumn(), TextColumn("{task.description}", markup=False), BarColumn(), TimeElapsedColumn())
     with Bars(*columns, console=shown, transient=True, disable=quiet or not shown.is_terminal) as bar:
-        number = bar.add_task(words, total=None)
-        yield lambda text, share: bar.update(number, description=text, completed=share, total=1.0)
+        yield ProgressBar(bar, bar.add_task(words, total=None))

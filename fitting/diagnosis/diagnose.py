@@ -4,23 +4,25 @@ The baseline is tested for anything missing. Every single effect, then pairs, th
 tested the same way; those that stand are a confidence set for the explanation. The verdict is that set in words.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from functools import partial
 
 import numpy as np
 from threadpoolctl import threadpool_limits
 
 from fitting.comparison.compare import NEGLIGIBLE
 from fitting.diagnosis.equivalent import best_predicting, leading_of, plausible, simplest, unrivalled
+from fitting.diagnosis.estimates import estimate, estimates
 from fitting.diagnosis.examine import Examiner
 from fitting.diagnosis.record import HELPS, Diagnosis, Evidence, Explanation
 from fitting.diagnosis.search import Progress, Search
 from fitting.diagnosis.substitutes import substitutes
 from fitting.diagnosis.universe import CandidateFit, Universe, universe
 from fitting.errors import InputError
+from fitting.least_squares.fit import Fit
 from fitting.least_squares.fit import fit as fit_model
 from fitting.least_squares.held_out import difference
-from fitting.least_squares.uncertainty import clusters, covariances
 from fitting.precision import require_x64
 from fitting.problem.residuals import thinned
 from fitting.recordings.inverse_dynamics import as_force
@@ -29,6 +31,7 @@ from mckibben_jax.effect import Effect
 from mckibben_jax.effects import LIBRARY
 
 ENOUGH_SAMPLES = 3500
+SAME_VALLEY = 1e-4  # of the sum of squares: two searches whose ends differ by less found the same
 SPARE = 5  # readings more than fitted numbers, or nothing is judged
 
 
@@ -41,14 +44,16 @@ def diagnose(
     free: Sequence[str] = (),
     own: Sequence[str] = (),
     seed: int = 0,
+    start: Mapping[str, float] | None = None,
     progress: Progress | None = None,
 ) -> Diagnosis:
     """Say which effect is missing from a model of `effects` on these data sets, or that the data cannot say.
 
     `candidates` are the effects that may be missing; all of the library (but printed rivals) unless given.
+    `start` gives values (SI, by full name) that were fitted before: the model's own fit ends no higher than there.
     `progress` is called with words and the share that is done.
     """
-    return concluded(searched(experiments, effects, candidates, fix, free, own, seed, progress))
+    return concluded(searched(experiments, effects, candidates, fix, free, own, seed, progress, start))
 
 
 def library_candidates() -> list[Effect]:
@@ -65,8 +70,27 @@ def searched(
     own: Sequence[str] = (),
     seed: int = 0,
     progress: Progress | None = None,
+    start: Mapping[str, float] | None = None,
 ) -> Search:
     """Everything that was fitted and tested on the way to a diagnosis; arguments as there."""
+    search = prepared(experiments, effects, candidates, fix, free, own, seed, progress, start)
+    with one_thread():
+        search.run()
+    return search
+
+
+def prepared(
+    experiments: Sequence[Experiment],
+    effects: Sequence[Effect],
+    candidates: Sequence[Effect] | None = None,
+    fix: Sequence[str] = (),
+    free: Sequence[str] = (),
+    own: Sequence[str] = (),
+    seed: int = 0,
+    progress: Progress | None = None,
+    start: Mapping[str, float] | None = None,
+) -> Search:
+    """The model itself fitted, and all laid out for the search of what is missing from it; arguments as there."""
     require_x64()
     progress = progress or (lambda *_: None)
     tested, set_aside = of_force(experiments)
@@ -74,19 +98,29 @@ def searched(
     known = library_candidates() if candidates is None else list(candidates)
     progress("baseline", 0.0)
     world = universe(light, effects, known, fix=fix, free=free, own=own)
-    with ThreadPoolExecutor(2) as workers:  # two programs to compile, which needs no interpreter
-        fitting = workers.submit(fit_model, light, effects, fix=fix, free=free, own=own, starts=6, seed=seed)
-        first = workers.submit(world.fit, frozenset(world.base), world.start)
-        baseline, base = fitting.result(), first.result()
-    start = world.start.copy()
-    start[world.layout.at(baseline.layout.names)] = baseline.vector
-    base = min(base, world.fit(frozenset(world.base), start), key=lambda fit: fit.cost)
+    refit = partial(fit_model, light, effects, fix=fix, free=free, own=own, starts=6, seed=seed)
+    baseline, base = _fitted_twice(world, refit, dict(start or {}))
     with one_thread():
         search = Search(world, base, Examiner(world, base, seed), baseline, progress)
-        search.moving_only = not force_was_measured(experiments)
-        search.notes = (*set_aside, *(note for e in light for r in e.recordings for note in r.notes))
-        search.run()
+    search.moving_only = not force_was_measured(experiments)
+    search.notes = (*set_aside, *(note for e in light for r in e.recordings for note in r.notes))
     return search
+
+
+def _fitted_twice(world: Universe, refit: Callable[..., Fit], known: dict[str, float]) -> tuple[Fit, CandidateFit]:
+    """The model alone from several starts, and among all candidates switched off: both in the lowest valley found."""
+    base = frozenset(world.base)
+    begin = np.array([known.get(name, value) for name, value in zip(world.layout.names, world.start, strict=True)])
+    with ThreadPoolExecutor(2) as workers:  # two programs to compile, which needs no interpreter
+        fitting, first = workers.submit(refit, start=known), workers.submit(world.fit, base, begin)
+        alone, base_fit = fitting.result(), first.result()
+    start = begin.copy()
+    start[world.layout.at(alone.layout.names)] = alone.vector
+    base_fit = min(base_fit, world.fit(base, start), key=lambda each: each.cost)
+    if base_fit.cost < alone.cost * (1 - SAME_VALLEY):
+        best = base_fit.vector[world.layout.at(alone.layout.names)]
+        alone = refit(start=dict(zip(alone.layout.names, map(float, best), strict=True)))
+    return alone, base_fit
 
 
 def concluded(search: Search) -> Diagnosis:
@@ -177,7 +211,7 @@ def _chosen(
     predicting = best_predicting(search.adequate, fits, examiner)
     adequacy = unrivalled(predicting, fits, examiner)
     kept, classes, wider = simplest(search.world, adequacy, fits, search.missing_effect_test.noise_rms)
-    passed = dict.fromkeys(search.adequate, "explains the data, but foretells runs left out worse than others")
+    passed = dict.fromkeys(search.adequate, "explains the data, but predicts runs left out worse than others")
     passed |= dict.fromkeys(predicting, "explains the data, but others are seen in what it leaves")
     for added, host in wider.items():
         passed[added] = f"explains the data, and so does its special case {' + '.join(sorted(host))}"
@@ -227,37 +261,10 @@ def _evidence(search: Search, name: str, passed: Mapping[frozenset[str], str]) -
         detection_limit=seen.limit,
         absorbed_share=seen.absorbed,
         similar=seen.similar,
-        estimate=_estimate(world, fit, name),
+        estimate=estimate(world, fit, name),
         adequate=added in search.adequate,
         reason=passed.get(added, adequacy.reason if adequacy else "" if seen.limit else "these data cannot see it"),
     )
-
-
-def _estimate(world: Universe, fit: CandidateFit, name: str) -> dict[str, tuple[float, float]]:
-    """An effect's parameters as fitted, SI, each with its robust standard error; NaN at an end of the range.
-
-    Without those along which nothing changes: they stand where the search began.
-    """
-    if not len(fit.free):
-        return {}
-    cluster = clusters(world.samples, np.vstack([fit.slopes, fit.prior_slopes]))
-    _, robust = covariances(fit.slopes, fit.rows, fit.prior_slopes, cluster)
-    names = [entry for entry in world.layout.of_effect(name) if entry in fit.free]
-    found = {}
-    for entry, i in zip(names, world.layout.at(names), strict=True):
-        value, k = float(fit.vector[i]), fit.free.index(entry)
-        error = np.nan if entry in fit.at_bound else np.sqrt(robust[k, k])  # what stands at its bound has none
-        if error != 0:
-            found[entry.split(".")[-1]] = value, float(error) * world.layout.entries[i].slope(value)
-    return found
-
-
-def _estimates(world: Universe, fit: CandidateFit, effects: Sequence[str]) -> dict[str, tuple[float, float, str]]:
-    """The parameters of several effects by full name, with their units."""
-    units = {entry.name: entry.unit for entry in world.layout.entries}
-    every = ((effect, *each) for effect in effects for each in _estimate(world, fit, effect).items())
-    named = ((f"{effect}.{name}", known) for effect, name, known in every)
-    return {full: (*known, units.get(full, "1")) for full, known in named}
 
 
 def _explanation(search: Search, added: frozenset[str], passed: Mapping[frozenset[str], str]) -> Explanation:
@@ -275,5 +282,5 @@ def _explanation(search: Search, added: frozenset[str], passed: Mapping[frozense
         added in search.adequate,
         passed.get(added, adequacy.reason if adequacy else "not tested: others leave far less"),
         plausible(world, added, fit),
-        _estimates(world, fit, sorted(added)) if added in search.adequate else {},
+        estimates(world, fit, sorted(added)) if added in search.adequate else {},
     )

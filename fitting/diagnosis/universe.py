@@ -10,6 +10,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from fitting.full_names import listed
+from fitting.least_squares.absent import as_good_as_absent
 from fitting.least_squares.held_out import REFIT_BELOW, left_out_rows
 from fitting.least_squares.search import Solved, solve
 from fitting.least_squares.subset import Subset
@@ -156,6 +157,18 @@ class Universe:
         again = solve(self.problem, rest, rest.place(rest.full)[None], STEPS, NO_LOOK)
         scatter = np.mean(np.asarray(found.rows)[: self._count][self.real] ** 2)
         return float(again.cost) > float(found.cost) + UNDECIDED * float(scatter)
+
+    def fit_from_smaller(self, effects: frozenset[str], smaller: CandidateFit) -> CandidateFit:
+        """Fit a set of effects from the optimum of a smaller one, with what is new as good as absent there."""
+        names = self.free(effects)
+        new = np.array([name not in smaller.free for name in names], bool)
+        if not new.any():
+            return self.fit(effects, smaller.vector)
+        at = self.layout.at(names)
+        subset = self._subset(effects, at, smaller.vector)
+        entries = [self.layout.entries[i] for i in at]
+        place = as_good_as_absent(self.problem, subset, entries, new, 1, STEPS)
+        return self.fit(effects, np.asarray(subset.vector(jnp.asarray(place)))[: len(smaller.vector)])
 
     def fit_all(self, sets: Sequence[tuple[frozenset[str], np.ndarray, Sequence[str]]]) -> list[CandidateFit]:
         """Fit many sets, two at a time."""

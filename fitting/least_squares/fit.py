@@ -9,6 +9,7 @@ import numpy as np
 from scipy.stats import qmc
 
 from fitting.full_names import listed
+from fitting.least_squares.absent import as_good_as_absent
 from fitting.least_squares.search import Ended, Solved, rows_and_slopes, solve
 from fitting.least_squares.subset import Subset, subset_of
 from fitting.least_squares.uncertainty import at_bound, clusters, covariances, ties
@@ -48,6 +49,12 @@ class Fit:
     def rmse(self) -> float:
         """Root mean square error of the samples that measure force, N (of positions, m, where there are only those)."""
         return float(np.sqrt(np.mean(self.residual[self.problem.of_force(self.samples)] ** 2)))
+
+    @property
+    def cost(self) -> float:
+        """What the fit has minimised: the sum of squares, in standard deviations, of measurements and priors."""
+        priors = np.asarray(self.problem.prior_rows(jnp.asarray(self.vector)))
+        return float(np.sum((self.residual / self.samples.sigma) ** 2) + np.sum(priors**2))
 
     @property
     def values(self) -> dict[str, float]:
@@ -117,7 +124,8 @@ def fit(
     """Fit a set of effects to data sets.
 
     `experiments` from `read_experiment`, `effects` as instances whose values are where the search starts. `fix` and
-    `free` name parameters; `own` those that each data set has for itself; `start` gives other starting values (SI).
+    `free` name parameters; `own` those that each data set has for itself; `start` gives other starting values (SI), as
+    those of a smaller model: the search also begins there with what is new as good as absent, and ends no higher.
     `shooting` cuts every recorded motion into so many stretches to find where the search had better begin.
     InputError where the model gives no finite number wherever the search begins.
     """
@@ -128,8 +136,8 @@ def fit(
     for name, value in (start or {}).items():
         if name in layout.names:
             vector[layout.names.index(name)] = value
-    names = free_names(layout, fix, free)
-    found = fit_problem(layout, given, samples, vector, names, starts=starts, seed=seed, shooting=shooting)
+    names, known = free_names(layout, fix, free), tuple(start or ())
+    found = fit_problem(layout, given, samples, vector, names, known, starts=starts, seed=seed, shooting=shooting)
     refuse_no_number(found.residual, samples, experiments)
     return found
 
@@ -140,12 +148,13 @@ def fit_problem(
     samples: Samples,
     vector: np.ndarray,
     names: Sequence[str],
+    known: Sequence[str] = (),
     *,
     starts: int = 8,
     seed: int = 0,
     shooting: int = 0,
 ) -> Fit:
-    """Fit the named unknowns of a problem that is laid out already."""
+    """Fit the named unknowns of a problem that is laid out; `known` are those whose values were fitted before."""
     asked = tuple(names)
     if not asked:
         return _evaluated(layout, given, samples, vector)
@@ -156,6 +165,8 @@ def fit_problem(
     subset = subset_of(layout, vector, names)
     begin, told = starting_places(layout, subset, names, starts, seed), ""
     search = given.coarser(COARSE)
+    begin = _from_known(search, layout, subset, names, known, begin)
+    first = begin[0]
     if shooting > 1:
         from fitting.least_squares.shooting import begun_by_shooting  # diffrax is only needed where something moves
 
@@ -170,6 +181,7 @@ def fit_problem(
         looked = np.arange(len(begin)) > 0
         found = jax.tree.map(np.asarray, solve(given, subset, again, look=looked))
         found = replace(found, ends=replace(found.ends, converged=found.ends.converged & ~looked))
+        found = _no_higher(given, subset, first, found) if known else found
     if not np.isfinite(found.cost):
         lost = _evaluated(layout, given, samples, np.asarray(subset.vector(jnp.asarray(begin[0]))))
         told, failures = told + _told(ends), _failures(given, subset, samples, ends, begin)
@@ -177,6 +189,27 @@ def fit_problem(
     fit = _conclude(layout, given, samples, subset, names, held, found)
     doubts = _doubts(fit, ends) if moves and not told else ()
     return replace(fit, starts=told + _told(ends), failures=(*_failures(given, subset, samples, ends, begin), *doubts))
+
+
+def _from_known(
+    search: Problem, layout: Unknowns, subset: Subset, names: tuple[str, ...], known: Sequence[str], begin: np.ndarray
+) -> np.ndarray:
+    """The places to begin from, the first of them at the values that are known, with what is new as good as absent."""
+    new = np.array([name not in known for name in names], bool)
+    if not new.any() or new.all():
+        return begin
+    entries = [layout.entries[i] for i in layout.at(names)]
+    place = as_good_as_absent(search, subset, entries, new, len(begin))
+    return np.concatenate([place[None], begin])[: len(begin)]
+
+
+def _no_higher(given: Problem, subset: Subset, first: np.ndarray, found: Solved) -> Solved:
+    """The end of a search that looked around with long steps or by shooting, or a lower one near where it began."""
+    again = jnp.asarray(np.broadcast_to(first, (len(found.ends.cost), len(first))))
+    there = solve(given, subset, again, look=np.ones(len(again), bool))
+    if not float(there.cost) < float(found.cost):
+        return found
+    return jax.tree.map(np.asarray, solve(given, subset, again, look=np.arange(len(again)) > 0))
 
 
 def _seen_somewhere(

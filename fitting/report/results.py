@@ -12,6 +12,7 @@ from fitting.comparison.fingerprint import Fingerprint
 from fitting.diagnosis.record import Diagnosis, Evidence, Explanation
 from fitting.least_squares.fit import Fit
 from fitting.model_files.model_file import state_of
+from fitting.report.text.attempts import attempts_result
 from fitting.report.text.noise import NOISE_TEXT
 from fitting.study.stages import Stage
 from fitting.study.task import Task
@@ -191,7 +192,10 @@ def _explanation(e: Explanation) -> dict[str, Any]:
 
 
 def steps_result(stages: Sequence[Stage]) -> dict[str, Any]:
-    """`discover`: one step per effect added; the first is the model that it began with."""
+    """`discover`: one step per effect added; the first is the model that it began with.
+
+    `not_kept` are the larger models that were tried after a step, in their order, each with the reasons against it.
+    """
     return {"steps": [_step(stage) for stage in stages]}
 
 
@@ -201,6 +205,7 @@ def _step(stage: Stage) -> dict[str, Any]:
         "rmse_N": stage.rmse,
         "held_out_rmse_N": stage.left_out,
         "verdict": stage.verdict,
+        "not_kept": attempts_result(stage.attempts),
     }
 
 

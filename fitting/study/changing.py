@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 from fitting import full_names
 from fitting.comparison.compare import Comparison, compare
+from fitting.diagnosis.step_rules import RULES
 from fitting.errors import InputError, unknown_name
 from fitting.least_squares.evaluate import left_out_rmse
 from fitting.least_squares.fit import Fit
@@ -24,6 +25,12 @@ class Change:
     after: Fit
     comparison: Comparison  # of the model after
     stages: tuple[Stage, ...]
+
+    @property
+    def worse(self) -> bool:
+        """Whether a model that contains the one before describes the data worse: its search was caught on its way."""
+        contains = set(self.before.layout.templates[0].names) < set(self.after.layout.templates[0].names)
+        return contains and self.after.cost > (1 + RULES.rounding) * self.before.cost
 
     @property
     def left_out(self) -> float:

@@ -55,7 +55,9 @@ def following(task: Task, found: Diagnosis, progress: Progress) -> NextMeasureme
 
 def diagnosed(task: Task, candidates: Sequence[Effect] | None, progress: Progress) -> tuple[Diagnosis, Comparison]:
     """Diagnose the task's model, and compare its fitted self with the data (motions as force, if none was measured)."""
-    found = diagnose(task.experiments, task.effects, candidates=candidates, progress=progress, **task.asked)
+    found = diagnose(
+        task.experiments, task.effects, candidates=candidates, start=task.known, progress=progress, **task.asked
+    )
     task = in_newtons(task)  # errors of a diagnosis are in N
     whole = evaluate(task.experiments, task.effects, found.baseline.values, task.varying(task.layout), task.own)
     return found, compare(whole, task.experiments)

@@ -1,6 +1,6 @@
 """A discovery: its steps, and the model that it ends with."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -29,18 +29,29 @@ class Discovery:
     diagnosis: Diagnosis
 
 
-def discovered(task: Task, candidates: Sequence[Effect], progress: Progress) -> Discovery:
-    """Diagnose and add until nothing more can be said."""
-    steps = discover(task.experiments, task.effects, candidates=candidates, progress=progress, **task.asked)
-    effects, stages = task.effects, []
-    for number, step in enumerate(steps):
-        if number:
-            effects = with_effects(effects, [kind() for kind in named(step.effect.split("+"), task.library)])
-        words = f"+ {step.effect}" if number else step.effect
-        residual = _residual(task.with_effects(effects), step)
-        stages.append(Stage(words, step.rmse, step.held_out_rmse, step.verdict, residual))
-    final = task.with_effects(effects)
-    return Discovery(tuple(stages), final, compare(fitted(final), final.experiments), steps[-1].diagnosis)
+def discovered(
+    task: Task, candidates: Sequence[Effect], progress: Progress, shown: Callable[[Stage], None] = lambda _: None
+) -> Discovery:
+    """Diagnose and add until nothing more can be said; each step is `shown` as soon as it is made."""
+    tasks, stages = [task], list[Stage]()
+
+    def made(step: Step) -> None:
+        if stages:
+            new = [kind() for kind in named(step.effect.split("+"), task.library)]
+            tasks.append(task.with_effects(with_effects(tasks[-1].effects, new)))
+        words = f"+ {step.effect}" if stages else step.effect
+        residual = _residual(tasks[-1], step)
+        stages.append(Stage(words, step.rmse, step.held_out_rmse, step.verdict, residual, step.attempts))
+        shown(stages[-1])
+
+    last = discover(
+        task.experiments, task.effects, candidates=candidates, start=task.known, on_step=made, progress=progress,
+        **task.asked,
+    )[-1]  # fmt: skip
+    # from the values of the last step alone: what was judged is what is saved
+    final = replace(tasks[-1], known=last.diagnosis.baseline.values, starts=1)
+    compared = compare(fitted(final), final.experiments)
+    return Discovery(tuple(stages), tasks[-1], compared, last.diagnosis)
 
 
 @dataclass(frozen=True)

@@ -4,12 +4,15 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from fitting.diagnosis.discover import Attempt
+
 
 @dataclass(frozen=True)
 class Stage:
     """One step of a study: what was added, the error then, the verdict there, and what the model missed where.
 
-    `residual` is model minus measurement of every sample that carries weight, where it is known.
+    `residual` is model minus measurement of every sample that carries weight, where it is known; `attempts` are the
+    larger models that a discovery tried after this one and did not keep.
     """
 
     added: str
@@ -17,3 +20,4 @@ class Stage:
     left_out: float | None
     verdict: str = ""
     residual: np.ndarray | None = field(default=None, compare=False, repr=False)
+    attempts: tuple[Attempt, ...] = ()

@@ -24,7 +24,12 @@ from fitting.cli.run import begin
 @save_options
 @output_options
 def command(**given: Any) -> None:
-    """Diagnose, add what is missing, and again, until nothing more can be said."""
+    """Diagnose, add one effect, and again, until nothing more can be said.
+
+    An effect that leads is added whatever the verdict. A step is kept if it lowers the error on runs left out by more
+    than its standard error and by a tenth, and raises no error; if no parameter ends at its bound, no stated size is
+    denied and no value is smaller than its error. What is tried and not kept is said.
+    """
     study = begin(given)
     from fitting.cli.saving import save
     from fitting.report.page.page import write_page
@@ -35,13 +40,19 @@ def command(**given: Any) -> None:
     from fitting.report.text.diagnosis import diagnosis_report
     from fitting.report.text.fit import fit_report
     from fitting.report.text.layout import line
-    from fitting.report.text.study import steps_report
+    from fitting.report.text.study import step_report, steps_report
     from fitting.study.diagnosing import all_candidates, candidates_of, in_newtons
     from fitting.study.discovering import discovered, on_motions
+    from fitting.study.stages import Stage
 
     candidates = candidates_of(study.task, given["candidates"], given["rivals"]) or all_candidates(study.task)
     with study.working("diagnosing") as progress:
-        found = discovered(in_newtons(study.task), candidates, progress)
+
+        def shown(stage: Stage) -> None:
+            with progress.aside():
+                study.print(step_report(stage))
+
+        found = discovered(in_newtons(study.task), candidates, progress, shown)
         motions = on_motions(study.task, found, progress)
     compared, stages = found.comparison, found.stages
     unit = compared.unit

@@ -7,7 +7,8 @@ from rich.text import Text
 
 from fitting.recordings.records import Experiment, NoiseSource
 from fitting.report.text.amounts import amount
-from fitting.report.text.layout import columns, line, spaced
+from fitting.report.text.attempts import attempts_text
+from fitting.report.text.layout import columns, line, lines, spaced
 from fitting.study.stages import Stage
 from fitting.study.task import Task
 
@@ -46,3 +47,10 @@ def steps_report(stages: Sequence[Stage], unit: str = "N") -> list[RenderableTyp
         verdict = [stage.verdict] if said else []
         table.add_row(stage.added, amount(stage.rmse, unit), amount(stage.left_out, unit), bar, *verdict)
     return [spaced(table)]
+
+
+def step_report(stage: Stage, unit: str = "N") -> list[RenderableType]:
+    """One step of a discovery, told as soon as it is made."""
+    left_out = f"on held-out runs {amount(stage.left_out, unit)}"
+    words = f"{stage.added}: {amount(stage.rmse, unit)}, {left_out}; {stage.verdict}"
+    return [line("STEP", words, "bold"), *lines("", attempts_text(stage.attempts, unit))]

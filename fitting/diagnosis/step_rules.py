@@ -1,0 +1,147 @@
+"""Whether a model may take the place of a smaller one: what a step of a discovery must do, and what it may not."""
+
+from dataclasses import dataclass
+from enum import StrEnum
+
+import numpy as np
+
+from fitting.diagnosis.estimates import estimate
+from fitting.diagnosis.universe import CandidateFit, Universe
+from fitting.full_names import owner_of
+from fitting.least_squares import held_out
+
+
+@dataclass(frozen=True)
+class StepRules:
+    """What a step must do to be kept."""
+
+    errors: float = 1.0  # standard errors by which the held-out mean square must fall: the one-standard-error rule
+    # (Hastie, Tibshirani & Friedman, The Elements of Statistical Learning, 7.10)
+    share: float = 0.1  # of the held-out error that a step must remove: less is not worth a parameter to a mechanician
+    denied: float = 3.0  # standard errors from a stated size: one honest measurement in 370 lies farther away
+    known: float = 1.0  # standard errors that a value must reach: a smaller one may as well be zero
+    spare: int = 5  # readings more than fitted numbers; as for any verdict
+    rounding: float = 1e-6  # relative, of an error in sample that counts as the same
+    steps: int = 6  # most of them; measured muscles ask for three or four
+    pairs: int = 8  # of effects that are tried together where none is kept alone
+
+
+RULES = StepRules()
+
+
+class Reason(StrEnum):
+    """Why a step is not kept."""
+
+    RISES = "raises the error in sample"
+    NO_GAIN = "does not lower the held-out error by more than its standard error"
+    SMALL_GAIN = "lowers the held-out error by less than a tenth"
+    BOUND = "ends at its bound"
+    DENIES = "denies what was measured"
+    UNKNOWN = "is smaller than its standard error"
+    FEW = "leaves too few readings for its numbers"
+
+
+@dataclass(frozen=True)
+class Objection:
+    """One reason against a step: which parameter it is about, if any, and by how much (standard errors, or a share)."""
+
+    reason: Reason
+    about: str = ""
+    size: float | None = None
+
+
+@dataclass(frozen=True)
+class Fitted:
+    """One fitted model among its candidates, with its rows on held-out runs (rows,) and their groups (rows,)."""
+
+    world: Universe
+    fit: CandidateFit
+    left_out: np.ndarray
+    groups: np.ndarray
+
+    @property
+    def rmse(self) -> float:
+        """Error in sample, N."""
+        return self.world.rmse(self.fit.rows)
+
+    @property
+    def held_out_rmse(self) -> float:
+        """Error on held-out runs, N."""
+        return self.world.rmse(self.left_out)
+
+
+def objections(
+    before: Fitted, after: Fitted, rules: StepRules = RULES, adequate: bool = False
+) -> tuple[Objection, ...]:
+    """Every reason against a step from one model to a larger one; none: the step is kept.
+
+    `adequate`: the larger model passes the test that anything is missing, and the smaller does not. Then the effect is
+    identified however little it removes: the tenth is not asked for, and one known parameter of an effect is enough.
+    """
+    poor = no_gain(before, after, rules, adequate)
+    unsound = (
+        *_rising(before, after, rules),
+        *_few(after, rules),
+        *_bounds(before, after),
+        *_denials(before, after, rules),
+        *_unknown(before, after, rules, adequate),
+    )
+    return (*unsound, Objection(poor)) if poor else unsound
+
+
+def no_gain(before: Fitted, after: Fitted, rules: StepRules, adequate: bool) -> Reason | None:
+    """Why a step does not pay on held-out runs; None where it does."""
+    fall, error = held_out.difference(before.left_out, after.left_out, before.groups)
+    if not fall > rules.errors * error:
+        return Reason.NO_GAIN
+    if not adequate and after.held_out_rmse > (1 - rules.share) * before.held_out_rmse:
+        return Reason.SMALL_GAIN
+    return None
+
+
+def _bounds(before: Fitted, after: Fitted) -> tuple[Objection, ...]:
+    """Parameters at the end of their range that were not there in the smaller model."""
+    return tuple(Objection(Reason.BOUND, n) for n in after.fit.at_bound if n not in before.fit.at_bound)
+
+
+def _denials(before: Fitted, after: Fitted, rules: StepRules) -> tuple[Objection, ...]:
+    """Stated sizes from which the larger model is too far, and farther than the smaller one."""
+    old = stated(before)
+    far = {n: z for n, z in stated(after).items() if abs(z) > max(rules.denied, abs(old.get(n, 0.0)))}
+    return tuple(Objection(Reason.DENIES, name, z) for name, z in far.items())
+
+
+def _unknown(before: Fitted, after: Fitted, rules: StepRules, adequate: bool) -> tuple[Objection, ...]:
+    """Values smaller than their errors that the smaller model has not, or knows; see `objections` on `adequate`."""
+    sizes, old = in_errors(after), in_errors(before)
+    vague_before = {name for name in before.fit.free if old.get(name, 0.0) < rules.known}  # or not seen at all
+    certain = {owner_of(name) for name, z in sizes.items() if z >= rules.known} if adequate else set()
+    vague = {n: z for n, z in sizes.items() if z < rules.known and n not in vague_before}
+    return tuple(Objection(Reason.UNKNOWN, n, z) for n, z in vague.items() if owner_of(n) not in certain)
+
+
+def stated(model: Fitted) -> dict[str, float]:
+    """How far each size of the muscle is from its stated value, in standard errors of the statement."""
+    names = [entry.name for entry in model.world.layout.entries if entry.prior is not None]
+    return dict(zip(names, map(float, model.fit.prior_rows), strict=True))
+
+
+def in_errors(model: Fitted) -> dict[str, float]:
+    """The size of every effect's parameters that the data see, in standard errors, by full name."""
+    found = {}
+    for effect in sorted(model.fit.effects):
+        for name, (value, error) in estimate(model.world, model.fit, effect).items():
+            if np.isfinite(error):  # what stands at its bound has none
+                found[f"{effect}.{name}"] = abs(value) / error
+    return found
+
+
+def _rising(before: Fitted, after: Fitted, rules: StepRules) -> tuple[Objection, ...]:
+    limit = 1 + rules.rounding
+    rises = after.rmse > limit * before.rmse or after.fit.cost > limit * before.fit.cost
+    return (Objection(Reason.RISES, size=after.rmse / before.rmse - 1),) if rises else ()
+
+
+def _few(after: Fitted, rules: StepRules) -> tuple[Objection, ...]:
+    spare = len(after.world.samples) - len(after.fit.free)
+    return (Objection(Reason.FEW, size=spare),) if spare < rules.spare else ()

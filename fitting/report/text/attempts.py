@@ -1,0 +1,47 @@
+"""Larger models that a discovery tried and did not keep, in sentences and for machines."""
+
+from collections.abc import Sequence
+from typing import Any
+
+from fitting.diagnosis.discover import Attempt
+from fitting.diagnosis.step_rules import Objection, Reason
+from fitting.report.text.amounts import amount
+
+SHOWN = 5  # a step: who wants all of them reads the JSON
+
+
+def attempts_text(attempts: Sequence[Attempt], unit: str) -> list[str]:
+    """One sentence for each of the first attempts, and how many more there are."""
+    words = [attempt_text(attempt, unit) for attempt in attempts[:SHOWN]]
+    more = len(attempts) - SHOWN
+    return [*words, f"{more} more were tried and not kept."] if more > 0 else words
+
+
+def attempt_text(attempt: Attempt, unit: str) -> str:
+    """What was tried, how far it would have brought the error, and why it was not kept."""
+    errors = f"{amount(attempt.rmse, unit)}, on held-out runs {amount(attempt.held_out_rmse, unit)}"
+    why = "; ".join(objection_text(each) for each in attempt.why)
+    return f"{' + '.join(attempt.effects)} was tried ({errors}) and is not kept: {why}."
+
+
+def objection_text(objection: Objection) -> str:
+    """One reason against a step."""
+    about, size = objection.about, objection.size
+    if objection.reason == Reason.DENIES and size is not None:
+        return f"{about} would lie {abs(size):.1f} standard errors from its stated value"
+    if about:
+        return f"{about} {objection.reason.value}"
+    return f"it {objection.reason.value}"
+
+
+def attempts_result(attempts: Sequence[Attempt]) -> list[dict[str, Any]]:
+    """The same for machines."""
+    return [
+        {
+            "effects": list(attempt.effects),
+            "rmse_N": attempt.rmse,
+            "held_out_rmse_N": attempt.held_out_rmse,
+            "why": [{"reason": w.reason.value, "parameter": w.about or None, "size": w.size} for w in attempt.why],
+        }
+        for attempt in attempts
+    ]

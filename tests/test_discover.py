@@ -1,0 +1,270 @@
+"""A discovery: what leads is added, one effect at a time, no step raises an error, and what is unsound is not kept."""
+
+import json
+from dataclasses import replace
+from itertools import pairwise
+from pathlib import Path
+from types import SimpleNamespace
+
+import jax
+import numpy as np
+import pytest
+from click.testing import CliRunner
+from small_muscle import loops, write
+from studied import spring_missing
+
+from fitting.cli.main import main
+from fitting.diagnosis import step_rules
+from fitting.diagnosis.discover import discover, proposals, worth_judging
+from fitting.diagnosis.record import Explanation, Leading
+from fitting.diagnosis.step_rules import RULES, Fitted, Reason, objections
+from fitting.diagnosis.universe import universe
+from fitting.least_squares.fit import fit
+from fitting.recordings.experiment import read_experiment
+from mckibben_jax.effect import Pulling
+from mckibben_jax.effects import (
+    BladderMooneyRivlin,
+    BladderNeoHookean,
+    ConicalEnds,
+    CoulombFriction,
+    EndStop,
+    IdealCylinder,
+    LinearSpring,
+    Tip,
+)
+from mckibben_jax.parameter import parameter
+
+DATA = Path(__file__).parents[1] / "data"
+BASE = (IdealCylinder(), CoulombFriction())
+
+
+# -------------------------------------------------------------------------------------------------------- measured data
+
+
+@pytest.fixture(scope="module")
+def measured():
+    """The steps on a published static map, and those steps as they were announced."""
+    announced = []
+    experiment = read_experiment(DATA / "martens2017_dmsp20")
+    candidates = [BladderNeoHookean(), BladderMooneyRivlin(), Tip(), EndStop(), LinearSpring()]
+    return discover([experiment], BASE, candidates=candidates, on_step=announced.append), announced
+
+
+def test_a_measured_muscle_gets_its_rubber(measured):
+    """Martens and Boblan explain these forces by a rubber wall; the ideal cylinder leaves many times their noise."""
+    steps, _ = measured
+    families = {kind.__name__: kind.family for kind in (BladderNeoHookean, BladderMooneyRivlin)}
+    assert set(families.values()) == {"bladder"}
+    assert steps[1].effect in ("bladder_neo_hookean", "bladder_mooney_rivlin")
+    assert steps[0].diagnosis.leading.effects[0] == steps[1].effect
+    assert steps[1].rmse < 0.25 * steps[0].rmse
+
+
+def test_no_step_raises_an_error_and_each_pays(measured):
+    steps, announced = measured
+    assert list(steps) == announced
+    for before, after in pairwise(steps):
+        assert after.rmse < before.rmse
+        assert after.held_out_rmse < 0.9 * before.held_out_rmse
+
+
+def test_what_is_kept_is_sound_and_what_is_not_says_why(measured):
+    steps, _ = measured
+    assert steps[-1].diagnosis.baseline.at_bound == ()
+    tried = {attempt.effects: attempt for step in steps for attempt in step.attempts}
+    denied = {w.about for w in tried["tip",].why if w.reason == Reason.DENIES}
+    assert denied == {"muscle.radius"}  # a radius of 7 mm where 10.9 +/- 0.5 mm was measured
+    bounds = {w.about for w in tried["bladder_mooney_rivlin",].why if w.reason == Reason.BOUND}
+    assert bounds == {"bladder_mooney_rivlin.C10"}
+
+
+# ------------------------------------------------------------------------ a larger model cannot do worse than one in it
+
+
+class Trap(Pulling):
+    """A force that vanishes at q = 0, and is least again near q = 3, where a search that begins there stays."""
+
+    source = "a test"
+    q: jax.Array = parameter(2.966, "1", "place", range=(0.0, 4.0))
+
+    def force(self, muscle, state):
+        """The pull, N."""
+        return 100.0 * self.q * ((self.q - 3.0) ** 2 + 0.2) * state.contraction
+
+
+@pytest.fixture(scope="module")
+def small(tmp_path_factory):
+    """Loops in which nothing is missing, and the fit of the model that made them."""
+    experiment = read_experiment(write(tmp_path_factory.mktemp("d") / "small", loops(points=20, repeats=2)))
+    return experiment, fit([experiment], BASE, starts=1)
+
+
+def test_from_its_own_start_the_search_is_caught(small):
+    experiment, smaller = small
+    assert fit([experiment], [*BASE, Trap()], starts=1).cost > 2 * smaller.cost
+
+
+@pytest.mark.parametrize("starts", [1, 2])
+def test_a_fit_from_a_smaller_model_ends_no_higher(small, starts):
+    experiment, smaller = small
+    larger = fit([experiment], [*BASE, Trap()], start=smaller.values, starts=starts)
+    assert larger.cost <= smaller.cost * (1 + 1e-9)
+    assert larger.values["trap.q"] == pytest.approx(0.0, abs=0.01)
+
+
+def test_add_begins_at_the_model_before(small, tmp_path):
+    """The command, with a user's own effect that traps the search."""
+    source = Path(__file__).read_text().split("class Trap")[1].split("@pytest")[0]
+    heads = "import jax\nfrom mckibben_jax.effect import Pulling\nfrom mckibben_jax.parameter import parameter\n\n\n"
+    own = tmp_path / "own.py"
+    own.write_text(f"{heads}class Trap{source}")
+    folder, out = write(tmp_path / "small", loops(points=20, repeats=2)), tmp_path / "r.json"
+    order = ["add", folder, "trap", "--effect-file", own, "--starts", 1, "--json", out]
+    done = CliRunner().invoke(main, [str(word) for word in order])
+    assert done.exit_code == 0, done.output
+    before, after = json.loads(out.read_text())["steps"]
+    assert after["rmse_N"] == pytest.approx(before["rmse_N"], rel=0.02)
+    assert (folder / "model.toml").exists()
+
+
+def test_among_all_candidates_too(small):
+    """Each of them is absent at some value of its parameters, which nobody has to name."""
+    experiment, _ = small
+    candidates = [Trap(), LinearSpring(), EndStop(), Tip(), ConicalEnds(), BladderMooneyRivlin()]
+    world = universe([experiment], BASE, candidates)
+    base = world.fit(frozenset(world.base), world.start)
+    assert world.fit(world.with_added(["trap"]), base.vector, ["trap"]).cost > 2 * base.cost
+    for name in world.candidates:
+        assert world.fit_from_smaller(world.with_added([name]), base).cost <= base.cost * (1 + 1e-6), name
+
+
+# -------------------------------------------------------------------------------------------------- when a step is kept
+
+
+def model(rmse=10.0, left_out=10.0, bound=(), denied=0.0, values=None, cost=None, readings=100, free=("a.K", "b.L")):
+    """A fitted model as the rules see it: errors in N, left-out rows of that size with some scatter."""
+    rows = left_out * np.tile([0.9, 1.1], readings // 2)
+    entries = [SimpleNamespace(name="muscle.radius", prior=(1.0, 0.1)), SimpleNamespace(name="a.K", prior=None)]
+    world = SimpleNamespace(
+        rmse=lambda rows: float(np.sqrt(np.mean(np.square(rows)))),
+        layout=SimpleNamespace(entries=entries), samples=range(readings), values=values or {"K": (5.0, 1.0)},
+    )  # fmt: skip
+    fit = SimpleNamespace(
+        rows=np.full(readings, rmse), cost=rmse**2 if cost is None else cost, free=free, at_bound=tuple(bound),
+        prior_rows=np.array([denied]), effects=frozenset(["a"]),
+    )  # fmt: skip
+    return Fitted(world, fit, rows, np.repeat(np.arange(10), readings // 10))
+
+
+@pytest.fixture(autouse=True)
+def stated_estimates(request, monkeypatch):
+    """The rules read the values that `model` states."""
+    if "rule" in request.node.name:
+        monkeypatch.setattr(step_rules, "estimate", lambda world, *_: world.values)
+
+
+GOOD = {"rmse": 5.0, "left_out": 5.0}
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "reasons"),
+    [
+        ({}, GOOD, []),
+        ({}, {"rmse": 10.1, "left_out": 5.0}, [Reason.RISES]),
+        ({}, GOOD | {"cost": 101.0}, [Reason.RISES]),
+        ({}, {"rmse": 5.0, "left_out": 9.1}, [Reason.SMALL_GAIN]),
+        ({}, {"rmse": 5.0, "left_out": 10.5}, [Reason.NO_GAIN]),
+        ({}, GOOD | {"bound": ["a.K"]}, [Reason.BOUND]),
+        ({"bound": ["a.K"]}, GOOD | {"bound": ["a.K"]}, []),  # it was there before
+        ({}, GOOD | {"denied": -3.1}, [Reason.DENIES]),
+        ({}, GOOD | {"denied": 2.9}, []),
+        ({"denied": 9.0}, GOOD | {"denied": -4.0}, []),  # the smaller model denied it more
+        ({"denied": 4.0}, GOOD | {"denied": 5.0}, [Reason.DENIES]),
+        ({}, GOOD | {"values": {"K": (5.0, 1.0), "c": (-0.9, 1.0)}}, [Reason.UNKNOWN]),
+        ({}, GOOD | {"values": {"K": (5.0, 1.0), "c": (-1.1, 1.0)}}, []),
+        ({"values": {"K": (0.5, 1.0)}}, GOOD | {"values": {"K": (0.5, 1.0)}}, []),  # nor was it known before
+        ({}, GOOD | {"values": {"K": (0.5, 1.0)}}, [Reason.UNKNOWN]),
+        ({"readings": 20}, GOOD | {"readings": 20, "free": ("a.K",) * 16}, [Reason.FEW]),
+    ],
+)
+def test_each_rule_of_a_step(before, after, reasons):
+    assert [why.reason for why in objections(model(**before), model(**after))] == reasons
+
+
+def test_the_rule_on_scatter_between_runs():
+    """A fall that one run alone makes is no gain: within its own standard error."""
+    before, after = model(), model(rmse=5.0)
+    rows = before.left_out.copy()
+    rows[before.groups == 0] = 0.0
+    rows[before.groups == 1] *= 1.3
+    assert [why.reason for why in objections(before, replace(after, left_out=rows))] == [Reason.NO_GAIN]
+
+
+def test_the_rule_of_a_tenth_is_not_asked_of_what_is_identified():
+    assert objections(model(), model(rmse=5.0, left_out=9.1), RULES, adequate=True) == ()
+
+
+def test_the_rule_on_values_asks_one_parameter_of_an_effect_that_is_identified():
+    half, none = ({"K": (k, 1.0), "c": (0.5, 1.0)} for k in (5.0, 0.5))
+    assert objections(model(free=()), model(**GOOD, values=half, free=()), RULES, adequate=True) == ()
+    vague = objections(model(free=()), model(**GOOD, values=none, free=()), RULES, adequate=True)
+    assert [why.about for why in vague] == ["a.K", "a.c"]
+
+
+# -------------------------------------------------------------------------------------------------------- what is tried
+
+
+@pytest.fixture
+def found(small):
+    """A diagnosis in which a leads, a + c explains, and c + d do so together though none of them does alone."""
+    c = SimpleNamespace(rmse=10.0, full_scale=100.0, fit=SimpleNamespace(residual=np.zeros(3)))
+    tried = tuple(
+        Explanation(names, rmse=left, held_out_rmse=left, fall=fall, p_value=0.5, adequate=False)
+        for names, left, fall in [(("c", "d"), 1.0, 5.0), (("a", "c"), 2.0, 5.0), (("b",), 4.0, 5.0),
+                                  (("a",), 6.0, 5.0), (("c",), 9.9, 5.0), (("d",), 8.0, 0.5)]
+    )  # fmt: skip
+    told = spring_missing(c)
+    return replace(told, tried=tried, held_out_rmse=10.0, explanations=(), leading=Leading(("a",), 0.6, 6.0, 9.0))
+
+
+def test_what_leads_is_tried_whatever_the_verdict(found):
+    assert list(proposals(replace(found, verdict="inconclusive"))) == [("a",)]
+    assert next(proposals(replace(found, verdict="not in the library"))) == ("a",)
+    assert list(proposals(replace(found, verdict="inconclusive", leading=None))) == []
+    assert list(proposals(replace(found, verdict="nothing detectable"))) == []
+
+
+def test_what_the_verdict_names_comes_first_and_its_members_before_it(found):
+    named = replace(found, verdict="missing", explanations=(("a", "c"),))
+    assert list(proposals(named))[:3] == [("a",), ("c",), ("a", "c")]
+    single = replace(found, verdict="one of", explanations=(("a", "c"), ("b",)))
+    assert next(proposals(single)) == ("b",)
+
+
+def test_two_at_once_come_after_all_that_stand_alone(found):
+    order = list(proposals(replace(found, verdict="not in the library", leading=None)))
+    assert order == [("b",), ("a",), ("c",), ("d",), ("c", "d"), ("a", "c")]
+
+
+def test_what_does_not_pay_is_not_judged(found):
+    """c removes 1 % and d less than its standard error."""
+    assert worth_judging(replace(found, verdict="not in the library")) == [("a",), ("b",), ("c", "d"), ("a", "c")]
+
+
+# ---------------------------------------------------------------------------------------------------------- the command
+
+
+def test_every_step_is_printed_when_it_is_made_and_stands_in_the_result(tmp_path):
+    folder = write(tmp_path / "spring", loops(lambda eps, *_: 400.0 * eps, repeats=2))
+    out = tmp_path / "r.json"
+    order = ["discover", folder, "--candidates", "linear_spring", "tip", "--json", out]
+    done = CliRunner().invoke(main, [str(word) for word in order])
+    assert done.exit_code == 0, done.output
+    assert done.stdout.index("STEP      baseline") < done.stdout.index("STEP      + linear_spring")
+    assert done.stdout.index("STEP      + linear_spring") < done.stdout.index("RESULT")
+    steps = json.loads(out.read_text())["steps"]
+    assert [step["effect"] for step in steps] == ["baseline", "linear_spring"]
+    assert steps[1]["rmse_N"] == pytest.approx(0.3, rel=0.1)  # the noise that was put in
+    for step in steps:
+        assert all(attempt["why"] for attempt in step["not_kept"])
+    assert "K" in (folder / "model.toml").read_text()
