@@ -44,6 +44,7 @@ if TYPE_CHECKING:
     from fitting.study.baseline import baseline as baseline
     from fitting.study.plan import plan as plan
     from fitting.study.simulate import simulate as simulate
+    from fitting.study.stages import Stage as Stage
 else:
     __getattr__, __dir__ = lazily(
         __name__,
@@ -54,6 +55,7 @@ else:
             "Fit": "least_squares.fit",
             "InputError": "errors",
             "Posterior": "posterior.record",
+            "Stage": "study.stages",
             "baseline": "study.baseline",
             "compare": "comparison.compare",
             "diagnose": "diagnosis.diagnose",

@@ -7,14 +7,9 @@ with app.setup(hide_code=True):
     import marimo as mo
     from drawing import errors, loops
 
-    from fitting.diagnosis.diagnose import diagnose
-    from fitting.report.pictures.figures import waterfall
-    from fitting.study.stages import Stage
-    from fitting.least_squares.fit import fit
-    from fitting.compiled.prepare import prepare
-    from fitting.recordings.experiment import read_experiment
-    from fitting.shipped import example_data
-    from mckibben_jax.effects import (
+    from fitting import Stage, diagnose, example_data, fit, read_experiment, use_64_bit
+    from fitting.report import waterfall
+    from mckibben_jax import (
         BladderNeoHookean,
         CoulombFriction,
         IdealCylinder,
@@ -25,7 +20,7 @@ with app.setup(hide_code=True):
         ViscousDamping,
     )
 
-    prepare()  # 64-bit numbers; compiled code is kept, so that the second run is quick
+    use_64_bit()  # 64-bit numbers; compiled code is kept, so that the second run is quick
 
 
 @app.cell(hide_code=True)

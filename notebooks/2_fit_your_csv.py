@@ -10,18 +10,11 @@ with app.setup(hide_code=True):
     import marimo as mo
     from drawing import loops
 
-    from fitting.comparison.compare import compare
-    from fitting.errors import InputError
-    from fitting.recordings.template import write_muscle_file
-    from fitting.least_squares.fit import fit
-    from fitting.compiled.prepare import prepare
-    from fitting.recordings.experiment import read_experiment
-    from fitting.report.text.amounts import with_error
-    from fitting.report.text.comparison import error_text, kind_text
-    from fitting.shipped import example_data
-    from mckibben_jax.effects import CoulombFriction, IdealCylinder
+    from fitting import InputError, compare, example_data, fit, read_experiment, use_64_bit, write_muscle_file
+    from fitting.report import error_text, kind_text, with_error
+    from mckibben_jax import CoulombFriction, IdealCylinder
 
-    prepare()
+    use_64_bit()
 
 
 @app.cell(hide_code=True)

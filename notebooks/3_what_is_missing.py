@@ -7,20 +7,11 @@ with app.setup(hide_code=True):
     import marimo as mo
     from drawing import errors, loops
 
-    from fitting.comparison.compare import compare
-    from fitting.diagnosis.diagnose import diagnose
-    from fitting.diagnosis.discover import with_added
-    from fitting.report.pictures.figures import effects_picture
-    from fitting.least_squares.fit import fit
-    from fitting.library.library import library, named
-    from fitting.compiled.prepare import prepare
-    from fitting.recordings.experiment import read_experiment
-    from fitting.report.text.comparison import kind_text
-    from fitting.report.text.diagnosis import leading_text, verdict_text
-    from fitting.shipped import example_data, sealed_truth
-    from mckibben_jax.effects import CoulombFriction, IdealCylinder
+    from fitting import compare, diagnose, effects_named, example_data, fit, read_experiment, sealed_truth, use_64_bit
+    from fitting.report import effects_picture, kind_text, leading_text, verdict_text
+    from mckibben_jax import CoulombFriction, IdealCylinder, with_effects
 
-    prepare()
+    use_64_bit()
 
     BASELINE = [IdealCylinder(), CoulombFriction()]
 
@@ -117,8 +108,8 @@ def _(found):
 
 @app.cell
 def _(before, found, suspect):
-    added = [kind() for kind in named(found.explanations[0], library())]
-    after = fit([suspect], with_added(BASELINE, added))
+    added = [kind() for kind in effects_named(found.explanations[0])]
+    after = fit([suspect], with_effects(BASELINE, added))
     errors(suspect, ("before", before), (f"with {', '.join(found.explanations[0])}", after))
     return (after,)
 

@@ -12,17 +12,10 @@ with app.setup(hide_code=True):
     import numpy as np
     from drawing import errors
 
-    from fitting.library.line import defined
-    from fitting.diagnosis.diagnose import diagnose
-    from fitting.least_squares.fit import fit
-    from fitting.compiled.prepare import prepare
-    from fitting.recordings.experiment import read_experiment
-    from fitting.shipped import example_data
-    from mckibben_jax.effect import Pulling
-    from mckibben_jax.effects import BladderNeoHookean, CoulombFriction, IdealCylinder, LinearSpring, Tip
-    from mckibben_jax.parameter import parameter
+    from fitting import diagnose, effect_from_line, example_data, fit, read_experiment, use_64_bit
+    from mckibben_jax import BladderNeoHookean, CoulombFriction, IdealCylinder, LinearSpring, Pulling, Tip, parameter
 
-    prepare()
+    use_64_bit()
 
     BASELINE = [IdealCylinder(), CoulombFriction()]
     AMPLITUDE, PITCH = 5.0, 0.012  # N, m: what we do to the data
@@ -135,7 +128,7 @@ def _():
 @app.cell
 def _(muscle):
     line = "ripple = A*sin(2*pi*x/p), A = 1 N (-20..20), p = 12 mm (11..13)"
-    same = fit([muscle], [*BASELINE, defined(line)()])
+    same = fit([muscle], [*BASELINE, effect_from_line(line)()])
     return (same,)
 
 

@@ -8,16 +8,11 @@ with app.setup(hide_code=True):
     import matplotlib.pyplot as plt
     import numpy as np
 
-    from fitting.report.pictures.figures import BLUE, GREEN, GREY, VERMILION
-    from fitting.report.pictures.hill import speed_over_load
-    from fitting.hill.hill import curves, releases
-    from fitting.least_squares.fit import fit
-    from fitting.compiled.prepare import prepare
-    from fitting.recordings.experiment import read_experiment
-    from fitting.shipped import example_data, sealed_truth
-    from mckibben_jax.effects import BladderNeoHookean, Hill, IdealCylinder, KineticFriction, TextileFriction
+    from fitting import example_data, fit, hill_curves, quick_releases, read_experiment, sealed_truth, use_64_bit
+    from fitting.report import BLUE, GREEN, GREY, VERMILION, speed_over_load
+    from mckibben_jax import BladderNeoHookean, Hill, IdealCylinder, KineticFriction, TextileFriction
 
-    prepare()
+    use_64_bit()
 
     STATICS = [IdealCylinder(), BladderNeoHookean(), TextileFriction()]
     COLOURS = (BLUE, VERMILION, GREEN)
@@ -42,8 +37,8 @@ def _():
 
 @app.cell
 def _():
-    muscle, = releases([read_experiment(example_data("rayon20"))])
-    read, = curves([muscle])
+    muscle, = quick_releases([read_experiment(example_data("rayon20"))])
+    read, = hill_curves([muscle])
     positions(muscle, read)
     return muscle, read
 

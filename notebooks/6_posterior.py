@@ -6,16 +6,11 @@ app = marimo.App(width="medium")
 with app.setup(hide_code=True):
     import marimo as mo
 
-    from fitting import units
-    from fitting.report.pictures.posterior import pairs
-    from fitting.least_squares.fit import fit
-    from fitting.posterior.sample import sample
-    from fitting.compiled.prepare import prepare
-    from fitting.recordings.experiment import read_experiment
-    from fitting.shipped import example_data, sealed_truth
-    from mckibben_jax.effects import CoulombFriction, IdealCylinder, TextileFriction
+    from fitting import example_data, fit, read_experiment, sample, sealed_truth, units, use_64_bit
+    from fitting.report import pairs
+    from mckibben_jax import CoulombFriction, IdealCylinder, TextileFriction
 
-    prepare()
+    use_64_bit()
 
     READINGS, SECONDS = 1000, 40  # thinned to so many readings, sampled for so long at most
 

@@ -10,15 +10,12 @@ with app.setup(hide_code=True):
     import matplotlib.pyplot as plt
     import numpy as np
 
-    from fitting.report.text.design import describe, prices
-    from fitting.report.pictures.figures import BLUE, GREY, VERMILION
-    from fitting.report.pictures.design import stroke_of, to_scale
-    from fitting.compiled.prepare import prepare
-    from mckibben_jax.design.best import DESIGN_BASELINE, Limit, Task, design
-    from mckibben_jax.design.merit import QUANTITIES, built
-    from mckibben_jax.muscle import Muscle
+    from fitting import use_64_bit
+    from fitting.report import BLUE, GREY, VERMILION, design_text, price_text, stroke_of, to_scale
+    from mckibben_jax import Muscle
+    from mckibben_jax.design import DESIGN_BASELINE, QUANTITIES, Limit, Task, built, design
 
-    prepare()
+    use_64_bit()
 
     PRESSURE = 5e5
     AT = {"contraction": 0.1, "pressure": PRESSURE}
@@ -83,7 +80,7 @@ def _():
 
 @app.cell(hide_code=True)
 def _(best):
-    mo.md(f"```\n{describe(best)}\n```")
+    mo.md(f"```\n{design_text(best)}\n```")
     return
 
 
@@ -117,7 +114,7 @@ def _(best, task):
 @app.cell(hide_code=True)
 def _(best, foretold, gained):
     mo.md(f"""
-    Foretold: {foretold:+.1f} N. Gained: {gained:+.1f} N. {"; ".join(prices(best))}.
+    Foretold: {foretold:+.1f} N. Gained: {gained:+.1f} N. {"; ".join(price_text(best))}.
     """)
     return
 
@@ -142,7 +139,7 @@ def _(task):
 
 @app.cell(hide_code=True)
 def _(impossible):
-    mo.md(f"> {describe(impossible).splitlines()[0]}")
+    mo.md(f"> {design_text(impossible).splitlines()[0]}")
     return
 
 

@@ -4,10 +4,8 @@ import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.figure import Figure
 
-from fitting.report.pictures.figures import BLUE, GREEN, GREY, ORANGE, SKY, VERMILION
-from fitting.least_squares.fit import Fit
-from fitting.report.pictures.panels import Panel, panels
-from fitting.recordings.records import Experiment
+from fitting import Experiment, Fit
+from fitting.report import BLUE, GREEN, GREY, ORANGE, SKY, VERMILION, Panel, panels
 
 COLOURS = (BLUE, SKY, GREEN, ORANGE, VERMILION)
 

@@ -11,14 +11,9 @@ with app.setup(hide_code=True):
     from scipy.constants import g
     from scipy.optimize import brentq, least_squares
 
-    from fitting.report.pictures.figures import BLUE, GREEN, GREY, ORANGE, VERMILION
-    from mckibben_jax.laws import biology
-    from mckibben_jax.laws import braid
-    from mckibben_jax.laws import textile
-    from mckibben_jax.effects import CoulombFriction, IdealCylinder
-    from mckibben_jax.model import model
-    from mckibben_jax.motion.motion import release
-    from mckibben_jax.muscle import Muscle
+    from fitting.report import BLUE, GREEN, GREY, ORANGE, VERMILION
+    from mckibben_jax import CoulombFriction, IdealCylinder, Muscle, model, release
+    from mckibben_jax.laws import biology, braid, textile
 
     jax.config.update("jax_enable_x64", True)
 

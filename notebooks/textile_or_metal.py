@@ -15,21 +15,24 @@ with app.setup(hide_code=True):
     from scipy.optimize import least_squares
     from scipy.stats import qmc
 
-    from fitting.report.pictures.figures import BLUE, GREEN, GREY, ORANGE, SKY, VERMILION
+    from fitting import use_64_bit
     from fitting.hill.hill import Reading, hill_curve
-    from fitting.compiled.prepare import prepare
-    from mckibben_jax.laws import biology
-    from mckibben_jax.laws import braid
-    from mckibben_jax.laws import reynolds
-    from mckibben_jax.laws import textile
-    from mckibben_jax.effects import CoulombFriction, IdealCylinder, KineticFriction, SupplyLag, ViscousDamping
-    from mckibben_jax.model import model
+    from fitting.report import BLUE, GREEN, GREY, ORANGE, SKY, VERMILION
+    from mckibben_jax import (
+        CoulombFriction,
+        IdealCylinder,
+        KineticFriction,
+        Muscle,
+        State,
+        SupplyLag,
+        ViscousDamping,
+        model,
+        parameters,
+    )
+    from mckibben_jax.laws import biology, braid, reynolds, textile
     from mckibben_jax.motion.motion import moved
-    from mckibben_jax.muscle import Muscle
-    from mckibben_jax.parameter import parameters
-    from mckibben_jax.state import State
 
-    prepare()
+    use_64_bit()
 
     LENGTH, RADIUS, ANGLE, PRESSURE = 0.3, 0.007, np.radians(20), 5e5
     STRONGEST = float(braid.ideal_force(0.0, PRESSURE, RADIUS, ANGLE))

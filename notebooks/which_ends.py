@@ -10,18 +10,10 @@ with app.setup(hide_code=True):
     import numpy as np
     from which_rubber import Judge, gain, table, verdict
 
-    from fitting.report.pictures.figures import BLUE, GREEN, GREY, ORANGE, SKY, VERMILION
-    from fitting.recordings.experiment import read_experiment
-    from fitting.shipped import example_data
+    from fitting import example_data, read_experiment
+    from fitting.report import BLUE, GREEN, GREY, ORANGE, SKY, VERMILION
+    from mckibben_jax import BladderMooneyRivlin, ConicalEnds, ConicalEndsPrinted, IdealCylinder, ReducedLength, Tip
     from mckibben_jax.laws import braid
-    from mckibben_jax.effects import (
-        BladderMooneyRivlin,
-        ConicalEnds,
-        ConicalEndsPrinted,
-        IdealCylinder,
-        ReducedLength,
-        Tip,
-    )
 
     jax.config.update("jax_enable_x64", True)
 

@@ -13,14 +13,12 @@ with app.setup(hide_code=True):
     import numpy as np
     from scipy import stats
 
-    from fitting.report.pictures.figures import BLUE, GREEN, GREY, ORANGE, VERMILION
-    from fitting.least_squares.fit import fit
-    from fitting.recordings.experiment import read_experiment
+    from fitting import example_data, fit, read_experiment
     from fitting.problem.residuals import thinned
-    from fitting.shipped import example_data, shipped_folder
-    from mckibben_jax.laws import braid
-    from mckibben_jax.laws import textile
-    from mckibben_jax.effects import BladderNeoHookean, IdealCylinder, KineticFriction, TextileFriction
+    from fitting.report import BLUE, GREEN, GREY, ORANGE, VERMILION
+    from fitting.shipped import shipped_folder
+    from mckibben_jax import BladderNeoHookean, IdealCylinder, KineticFriction, TextileFriction
+    from mckibben_jax.laws import braid, textile
 
     jax.config.update("jax_enable_x64", True)
 

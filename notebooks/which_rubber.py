@@ -14,16 +14,20 @@ with app.setup(hide_code=True):
     import numpy as np
     from scipy import stats
 
-    from fitting.report.pictures.figures import BLUE, GREEN, GREY, VERMILION
+    from fitting import Fit, example_data, read_experiment
+    from fitting.least_squares.fit import fit_problem
     from fitting.least_squares.held_out import difference
-    from fitting.least_squares.fit import Fit, fit_problem
-    from fitting.recordings.experiment import read_experiment
     from fitting.problem.residuals import problem
-    from fitting.shipped import example_data
     from fitting.problem.unknowns import unknowns
-    from mckibben_jax.effects import BladderAxialPrinted, BladderMooneyRivlin, BladderThinMooneyRivlin, IdealCylinder
-    from mckibben_jax.model import model
-    from mckibben_jax.state import State
+    from fitting.report import BLUE, GREEN, GREY, VERMILION
+    from mckibben_jax import (
+        BladderAxialPrinted,
+        BladderMooneyRivlin,
+        BladderThinMooneyRivlin,
+        IdealCylinder,
+        State,
+        model,
+    )
 
     jax.config.update("jax_enable_x64", True)
 

@@ -9,10 +9,8 @@ with app.setup(hide_code=True):
     import matplotlib.pyplot as plt
     import numpy as np
 
-    from fitting.report.pictures.figures import BLUE, GREEN, GREY, ORANGE, VERMILION
-    from mckibben_jax.laws import braid
-    from mckibben_jax.laws import rubber
-    from mckibben_jax.laws import working_pressure
+    from fitting.report import BLUE, GREEN, GREY, ORANGE, VERMILION
+    from mckibben_jax.laws import braid, rubber, working_pressure
 
     jax.config.update("jax_enable_x64", True)
 

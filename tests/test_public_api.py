@@ -17,6 +17,7 @@ import click
 import pytest
 
 import fitting
+import fitting.report
 import mckibben_jax
 from fitting.cli.main import COMMANDS, main
 from mckibben_jax import LIBRARY, SUPPLIES, Model, name_of, parameters
@@ -84,12 +85,12 @@ PYTHON = {
     "fitting.effects_named": "names, known=",
     "fitting.read_model": "path, known=",
     "fitting.write_model": "path, fit, experiments",
-    "fitting.report.pictures.figures.traces": "c, experiments",
-    "fitting.report.pictures.figures.waterfall": "stages, floor, unit=",
-    "fitting.report.pictures.figures.effects_picture": "d, floor, unit=",
-    "fitting.report.pictures.posterior.pairs": "posterior",
-    "fitting.report.pictures.hill.speed_over_load": "curves",
-    "fitting.report.pictures.design.to_scale": "muscle, contraction, pressure",
+    "fitting.report.traces": "c, experiments",
+    "fitting.report.waterfall": "stages, floor, unit=",
+    "fitting.report.effects_picture": "d, floor, unit=",
+    "fitting.report.pairs": "posterior",
+    "fitting.report.speed_over_load": "curves",
+    "fitting.report.to_scale": "muscle, contraction, pressure",
     "fitting.baseline": "",
     "fitting.simulate": (
         "model, folder, test=, *, pressures=, turns=, speed=, contractions=, loads=, duration=, rate=, noise=, seed="
@@ -259,7 +260,7 @@ def test_names_at_the_front_door_do_not_hang_on_the_order_of_imports():
     assert ran.stdout.split() == ["()", "parameter"]
 
 
-TYPES = {"Comparison", "Diagnosis", "Experiment", "Fit", "Posterior"}  # what functions of the front door return
+TYPES = {"Comparison", "Diagnosis", "Experiment", "Fit", "Posterior", "Stage"}  # what functions take and return
 
 
 def test_the_front_door_is_listed_here():
@@ -267,14 +268,15 @@ def test_the_front_door_is_listed_here():
     assert set(dir(fitting)) == promised | TYPES
 
 
-def test_the_front_door_says_the_same_to_people_and_to_type_checkers():
+@pytest.mark.parametrize("package", [fitting, fitting.report], ids=["fitting", "report"])
+def test_a_front_door_says_the_same_to_people_and_to_type_checkers(package):
     """What `if TYPE_CHECKING` imports is what is loaded when it is asked for."""
-    tree = ast.parse(Path(fitting.__file__).read_text(encoding="utf-8"))
+    tree = ast.parse(Path(package.__file__).read_text(encoding="utf-8"))
     block = next(node for node in tree.body if isinstance(node, ast.If))
     typed = {a.asname: (n.module, a.name) for n in block.body if isinstance(n, ast.ImportFrom) for a in n.names}
-    assert set(typed) == set(dir(fitting))
+    assert set(typed) == set(dir(package))
     for name, (module, original) in typed.items():
-        assert getattr(fitting, name) is getattr(importlib.import_module(str(module)), original), name
+        assert getattr(package, name) is getattr(importlib.import_module(str(module)), original), name
 
 
 def test_the_front_door_opens_at_once():

@@ -16,9 +16,7 @@ from fitting import units
 from fitting.cli.main import COMMANDS, main
 from fitting.report.text.catalogue import STAGES, first_sentence, meaning
 from fitting.report.text.equations import STATUS, called
-from mckibben_jax.effect import Effect, name_of
-from mckibben_jax.effects import LIBRARY, SUPPLIES
-from mckibben_jax.parameter import parameters
+from mckibben_jax import LIBRARY, SUPPLIES, Effect, name_of, parameters
 from mckibben_jax.laws.review import EQUATIONS
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -93,7 +91,7 @@ def effect_page(kind: type[Effect]) -> str:
     told += [f"**Tested:** {cell(kind.on_request)}"] if kind.on_request else []
     told += [f"**Constants in the law:** {', '.join(kind.fixed)}"] if kind.fixed else []
     told += [f"**Source:** {cell(kind.source)}"] if kind.source else []
-    told += [f"```sh\nmckibben effects {name_of(kind)}\n```", f"In Python: `{kind.__module__}.{kind.__name__}`"]
+    told += [f"```sh\nmckibben effects {name_of(kind)}\n```", f"In Python: `mckibben_jax.{kind.__name__}`"]
     return "\n\n".join(told) + "\n"
 
 
