@@ -158,7 +158,7 @@ def _(best, foretold, gained, impossible):
 
     {answer}
 
-    On the command line the same stands in a file of twenty lines: `mckibben design spec.toml` (README). With `[tolerance]`
+    On the command line the same stands in a file of twenty lines: `mckibben design spec.toml` (how-to, "Design a muscle"). With `[tolerance]`
     it designs for what is really made, with `[pareto]` it draws the trade-off, and `mckibben sweep` goes through designs
     by the million.
 

@@ -1,6 +1,12 @@
 """The functions of the front door in the order in which a study takes them, on a muscle that was simulated here."""
 
+import ast
 import importlib.util
+import re
+from collections.abc import Iterator
+from pathlib import Path
+from textwrap import dedent
+from typing import Any
 
 import numpy as np
 import pytest
@@ -82,3 +88,34 @@ def test_an_exported_file_that_is_there_is_left_alone(fitted, tmp_path):
 def test_a_kind_of_test_that_does_not_exist_is_refused(tmp_path):
     with pytest.raises(InputError, match="unknown test"):
         simulate(model(MUSCLE, *baseline()), tmp_path / "x", "loops and more")
+
+
+# ------------------------------------------------------------------------------ what a newcomer reads
+
+ROOT = Path(__file__).parents[1]
+DOORS = ("fitting", "fitting.report", "mckibben_jax", "mckibben_jax.laws", "mckibben_jax.design", "mckibben_jax.motion")
+PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *(ROOT / "notebooks/site/pages").glob("*.md")]
+NUMBERED = [ROOT / "notebooks/drawing.py", *sorted((ROOT / "notebooks").glob("[0-9]_*.py"))]
+
+
+def imports(source: str) -> list[tuple[str, str]]:
+    """Module and name of each import of the program's packages."""
+    nodes = [node for node in ast.walk(ast.parse(source)) if isinstance(node, ast.ImportFrom) and node.module]
+    ours = [node for node in nodes if str(node.module).split(".")[0] in ("fitting", "mckibben_jax")]
+    return [(str(node.module), alias.name) for node in ours for alias in node.names]
+
+
+def read_sources() -> Iterator[Any]:
+    """Every Python example of the pages, and every numbered notebook."""
+    for page in PAGES:
+        examples = re.findall(r"^ *```python\n(.*?)```", page.read_text(encoding="utf-8"), re.DOTALL | re.MULTILINE)
+        yield from (pytest.param(dedent(code), id=f"{page.name}{n}") for n, code in enumerate(examples))
+    yield from (pytest.param(path.read_text(encoding="utf-8"), id=path.name) for path in NUMBERED)
+
+
+@pytest.mark.parametrize("source", list(read_sources()))
+def test_what_a_newcomer_reads_imports_from_the_front_doors(source):
+    assert imports(source)
+    for module, name in imports(source):
+        assert module in DOORS
+        assert getattr(importlib.import_module(module), name, None) or importlib.import_module(f"{module}.{name}")
