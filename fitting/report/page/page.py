@@ -203,9 +203,8 @@ def _sentence(text: str) -> str:
 
 
 def _errors_by(table: ErrorTable, unit: str) -> Grid:
-    name, cells = error_cells(table.rows, unit)
-    heads = (table.title, "samples", f"rms [{name}]", f"mean [{name}]", f"largest [{name}]")
-    return Grid(heads, tuple(Line(words) for words in cells))
+    heads, cells = error_cells(table.rows, unit)
+    return Grid((table.title, *heads), tuple(Line(words) for words in cells))
 
 
 def _planned(planned: "NextMeasurement") -> Section:

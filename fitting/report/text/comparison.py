@@ -23,6 +23,7 @@ FEWEST_RUNS = 4  # of which one can be called odd
 ALONE = 3.0  # times the error of the next: one run alone is off
 FLAT = 0.15  # an exponent that is none
 MOST_RUNS = 12
+ERRORS = {"rms": "rmse", "mean": "bias", "largest": "largest"}  # columns of the error tables: the field of a `Row`
 
 
 def worst_text(c: Comparison) -> str:
@@ -151,13 +152,13 @@ def _errors_by(table: ErrorTable, unit: str) -> RenderableType:
         worst = sorted(rows, key=lambda row: -row.rmse)[:MOST_RUNS]
         rows = tuple(row for row in rows if row in worst)
     top = max(row.rmse for row in rows)
-    name, cells = error_cells(rows, unit)
-    shown = columns(f"by {table.title}", "samples", *(f"{head} [{name}]" for head in ("rms", "mean", "largest")))
+    heads, cells = error_cells(rows, unit)
+    shown = columns(f"by {table.title}", *heads)
     shown.add_column("", justify="left")
     for row, words in zip(rows, cells, strict=True):
         shown.add_row(*words, Text("█" * max(1, round(BAR * row.rmse / top)) if top > 0 else "", style="cyan"))
     if left_out:
-        shown.add_row(f"... and {left_out} with less error", "", "", "", "", "")
+        shown.add_row(f"... and {left_out} with less error", *("" for _ in heads))
     return spaced(shown)
 
 
@@ -171,9 +172,10 @@ def _recordings(c: Comparison) -> RenderableType:
     return spaced(table)
 
 
-def error_cells(rows: Sequence[Row], unit: str) -> tuple[str, list[tuple[str, ...]]]:
-    """The unit that errors are shown in, and of each row: group, samples, rms, mean, largest; all to the same digit."""
+def error_cells(rows: Sequence[Row], unit: str) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
+    """The heads behind that of the group, and of each row its group, samples and errors, all to the same digit."""
     name, size = units.shown_in(unit, max(row.rmse for row in rows))
     after = places(row.rmse / size for row in rows)
-    shown = lambda row: (f"{value / size:z.{after}f}" for value in (row.rmse, row.bias, row.largest))  # noqa: E731
-    return name, [(row.label, str(row.count), *shown(row)) for row in rows]
+    cells = lambda row: (f"{getattr(row, field) / size:z.{after}f}" for field in ERRORS.values())  # noqa: E731
+    heads = ("samples", *(f"{head} [{name}]" for head in ERRORS))
+    return heads, [(row.label, str(row.count), *cells(row)) for row in rows]
