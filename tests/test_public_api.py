@@ -1,7 +1,7 @@
 """The public interface does not change by accident: names, arguments, effects, commands and their options.
 
 Adding is free: an argument with a default, an effect, a parameter, a command, an option. What stands here may be
-renamed, reordered or removed only with an entry under "Changed" in CHANGELOG.md that says what to write instead.
+renamed, reordered or removed only with an entry under "Breaking" in CHANGELOG.md that says what to write instead.
 """
 
 import ast
