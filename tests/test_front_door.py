@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from test_layers import FLOORS
 
 from fitting import InputError, baseline, compare, diagnose, discover, export, fit, plan, read_experiment, simulate
 from mckibben_jax import CoulombFriction, IdealCylinder, LinearSpring, Muscle, TextileFriction, Tip, model
@@ -57,7 +58,7 @@ def test_a_discovery_looks_through_the_library_unless_candidates_are_named(recor
     from fitting.diagnosis import discover as module
 
     looked_at = []
-    monkeypatch.setattr(module, "diagnose", lambda *_, candidates, **__: looked_at.extend(candidates) or 1 / 0)
+    monkeypatch.setattr(module, "prepared", lambda *_, candidates, **__: looked_at.extend(candidates) or 1 / 0)
     with pytest.raises(ZeroDivisionError):
         discover([recorded], baseline())
     assert {type(effect) for effect in looked_at} >= {LinearSpring, TextileFriction, Tip}
@@ -119,3 +120,29 @@ def test_what_a_newcomer_reads_imports_from_the_front_doors(source):
     for module, name in imports(source):
         assert module in DOORS
         assert getattr(importlib.import_module(module), name, None) or importlib.import_module(f"{module}.{name}")
+
+
+FILES = re.compile(r"`((?:fitting|mckibben_jax|tests|notebooks|data)/[\w./]*)`")
+
+
+@pytest.mark.parametrize("page", ["README.md", "CONTRIBUTING.md"])
+def test_files_that_a_newcomer_is_sent_to_exist(page):
+    text = (ROOT / page).read_text(encoding="utf-8").replace("/NAME.py", "/")
+    assert [name for name in FILES.findall(text) if not (ROOT / name).exists()] == []
+
+
+def test_the_floors_that_a_newcomer_reads_are_those_that_are_tested():
+    text = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8").split("## Floors")[1].split("```")[1]
+    for package, after in (("mckibben_jax", "fitting:"), ("fitting", "\n\n")):
+        floors = text.split(f"{package}:")[1].split(after)[0].split("<")
+        told = [{name.strip() for name in floor.split(",")} - {"..."} for floor in floors]
+        tested = [set(floor) for floor in FLOORS[package]]
+        assert all(few <= rooms for few, rooms in zip(told, tested, strict=True))
+        assert told[1:] == tested[1:]
+
+
+def test_the_rooms_that_a_newcomer_reads_are_those_that_there_are():
+    tree = (ROOT / "README.md").read_text(encoding="utf-8").split("fitting/\n")[1].split("```")[0]
+    named = re.findall(r"(\w+)/", "".join(line[:22] for line in tree.splitlines()))
+    folders = [room for floor in FLOORS["fitting"] for room in floor if (ROOT / "fitting" / room).is_dir()]
+    assert named == folders
