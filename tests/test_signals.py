@@ -225,20 +225,22 @@ def test_pressure_rate_of_an_isometric_ramp():
     assert run.pressure_rate[run.weight > 0] == pytest.approx(5e4 * run.branch[run.weight > 0], rel=1e-6)
 
 
-def test_a_quiet_pressure_is_left_as_read_and_a_noisy_one_smoothed():
+@pytest.mark.parametrize("sigma", [100.0, 2000.0])
+def test_a_pressure_that_is_constant_within_its_error_is_constant(sigma):
     time, contraction = motion()
-    rng = np.random.default_rng(12)
-    quiet, noisy = (2e5 + sigma * rng.normal(size=len(time)) for sigma in (100.0, 2000.0))
-    assert (run_of(readings(time, contraction, quiet), "loop").pressure == quiet).all()
-    smoothed = run_of(readings(time, contraction, noisy), "loop").pressure
-    assert smoothed.std() == pytest.approx(2000 / np.sqrt(5), rel=0.15)
+    run = run_of(readings(time, contraction, 2e5 + sigma * np.random.default_rng(12).normal(size=len(time))), "loop")
+    assert np.ptp(run.pressure) == 0
+    assert run.pressure[0] == pytest.approx(2e5, abs=3 * sigma / np.sqrt(len(time)))
+    assert (run.pressure_rate == 0).all()
 
 
 def test_smoothing_leaves_the_jumps_of_a_noisy_pressure():
     time, pressure, _ = staircase(2000.0)
     run = run_of(readings(time, np.full(len(time), 0.1), pressure, pressure / 1e3), "isometric")
     assert (run.pressure != pressure).mean() > 0.5
-    assert np.abs(run.pressure - pressure).max() <= 4 * signals.noise_level(time, pressure)
+    # errors of 2 kPa beside jumps of 50 kPa, and valves that spring back by 18 kPa for one sample
+    assert np.abs(run.pressure - pressure).max() <= 5 * signals.noise_level(time, pressure)
+    assert np.std(run.pressure - staircase(0.0)[1]) < 2000 / 2
 
 
 def test_smoothing_keeps_a_straight_line():

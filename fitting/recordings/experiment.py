@@ -3,7 +3,8 @@
 import hashlib
 import shlex
 from collections import Counter
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -12,11 +13,12 @@ import numpy as np
 from fitting import units
 from fitting.errors import InputError, concerning, unknown_name
 from fitting.recordings.muscle_file import line_of, muscle_of, name_of, read_muscle, read_toml, source_of
+from fitting.recordings.negligible import negligible
 from fitting.recordings.noise import one_load_cell
 from fitting.recordings.plausible import check_plausible, without_copies
 from fitting.recordings.readings import FEWEST_SAMPLES, POSITIONS, read_runs
 from fitting.recordings.records import FORCE_TESTS, TESTS, Experiment, Recording, Run
-from fitting.recordings.runs import run_of
+from fitting.recordings.runs import Readings, run_of
 from fitting.recordings.tables import COLUMNS, Table, read_table
 from mckibben_jax.muscle import Muscle
 
@@ -154,7 +156,8 @@ def _checked_runs(
     counts: Counter[str] = Counter()
     parts = read_runs(table, test, muscle, options, counts)
     odd = check_plausible(parts, table, test, muscle, options.get("valid"))
-    runs = tuple(run_of(part, test) for part in parts)
+    felt = negligible(parts, test, muscle)
+    runs = tuple(run_of(replace(part, negligible=felt), test) for part in parts)
     for part in parts:
         counts.update(part.counts)
     if not any(run.weight.any() for run in runs):
@@ -162,7 +165,18 @@ def _checked_runs(
         raise InputError(
             f"no sample is left that carries weight: {why}", table.file, cure="widen `valid`, or record more"
         )
-    return runs, (*_notes(counts, table, test, runs), *odd, *_limits_of(runs, test))
+    return runs, (*_notes(counts, table, test, runs), *_smoothed(parts, runs, test), *odd, *_limits_of(runs, test))
+
+
+def _smoothed(parts: Sequence[Readings], runs: tuple[Run, ...], test: str) -> list[str]:
+    """Notes on channels whose readings err so much that the signal behind them was estimated."""
+    notes = []
+    for name, unit in (("pressure", "Pa"), ("contraction", "1")) if test == "loop" else (("pressure", "Pa"),):
+        off = np.concatenate([getattr(run, name) - getattr(part, name) for run, part in zip(runs, parts, strict=True)])
+        if np.count_nonzero(off) > len(off) / 2:  # a few readings change where jitter would turn a branch
+            size = units.show(float(np.sqrt(np.mean(off**2))), unit, digits=2)
+            notes.append(f"{name} estimated by a Kalman smoother: one reading errs by {size}")
+    return notes
 
 
 def _stated(table: Table) -> dict[str, str]:

@@ -28,10 +28,11 @@ class NoiseSource(Enum):
 class Run:
     """One experiment without interruption: arrays of one length, SI, in the order of measurement.
 
-    `contraction` is the reading as it enters the laws; `rate` and `pressure_rate` are derived and exactly 0 where
-    their sign cannot be told from noise. `branch` is +1 while contracting (in isometric tests: inflating), -1 while
-    elongating (deflating), 0 where it cannot be told. `loop` numbers closed loops from turning point to the next but
-    one, `half` the branches between turning points. `weight` is 0 for samples that count in no model, else 1.
+    `pressure` and `contraction` are estimates of what was there, as they enter the laws; `rate` and `pressure_rate`
+    are derived and exactly 0 where their sign cannot be told from noise. `branch` is +1 while contracting (in isometric
+    tests: inflating), -1 while elongating (deflating), 0 where it cannot be told. `loop` numbers closed loops from
+    turning point to the next but one, `half` the branches between turning points. `weight` is 0 for samples that count
+    in no model, else 1.
     """
 
     name: str
@@ -48,6 +49,8 @@ class Run:
     row: np.ndarray  # int, line of the file that a sample stands in
     load: np.ndarray | None = None  # N hung on the muscle (position tests)
     set_pressure: np.ndarray | None = None  # Pa, the valve's set-point (step tests)
+    pressure_variance: np.ndarray | None = None  # Pa^2, of the estimate `pressure`; None where it is known exactly
+    contraction_variance: np.ndarray | None = None  # 1, of the estimate `contraction`; None where it is no estimate
 
     def __len__(self) -> int:
         return len(self.time)

@@ -7,13 +7,14 @@ import numpy as np
 
 from fitting.recordings import motion_signals as signals
 from fitting.recordings import weightless
+from fitting.recordings.inputs import Negligible, estimated
 from fitting.recordings.records import Run
+from fitting.recordings.smoother import Estimate
 
 AT_REST = 1e-9  # 1/s: a static point approached infinitely slowly; only the sign counts
 AT_ZERO = 1e-5  # contraction: a few micrometres, nearer to the length at rest than anybody sets it
 SMALLEST_LOOP = 0.01  # share of the stroke that a minor loop must have to be one
 SMALLEST_CYCLE = 0.08  # the same of the pressure: a port's pressure springs back when its valve closes
-NOISY_PRESSURE = 0.002  # share of the largest pressure from which its noise is worth smoothing
 
 
 @dataclass
@@ -31,6 +32,7 @@ class Readings:
     load: np.ndarray | None = None
     set_pressure: np.ndarray | None = None
     counts: Counter[str] = field(default_factory=Counter)  # samples without weight, by reason
+    negligible: Negligible = field(default_factory=Negligible)  # errors of pressure and contraction that no law feels
 
     def leave_out(self, weight: np.ndarray, which: np.ndarray, reason: str) -> np.ndarray:
         """Weights with these samples at 0, the newly lost ones counted under `reason`."""
@@ -51,28 +53,23 @@ def _loop(r: Readings) -> Run:
     """Length is imposed: branches go by the length, and a sample whose direction is unknown carries no weight."""
     branches = _by_length(r, rests=True)
     speed = _speed(r, r.contraction, branches)
-    pressure, pressure_rate = _pressure(r, branches)
+    pressure, pressure_rate = _pressure(r, branches.edges)
+    place = estimated(r.time, r.contraction, branches.edges[1:-1], r.negligible.contraction)
     weight = _weight_away_from_edges(r, branches)
     late = weightless.late_jumps(r.measured, branches.edges, signals.noise_level(r.time, r.measured))
     weight = r.leave_out(weight, late, "where the reading jumps late after a turning point")
     weight = r.leave_out(weight, weightless.clipped(r.measured, r.contraction), "reading saturated or muscle slack")
     weight = r.leave_out(weight, speed == 0, "direction of motion unknown (speed below twice its error)")
-    return _run(
-        r,
-        branches,
-        pressure,
-        pressure_rate,
-        signals.monotone(r.contraction, branches),
-        speed,
-        weight,
-        np.where(speed != 0, branches.sign, 0),
-    )
+    contraction = signals.monotone(place.level, branches)
+    branch = np.where(speed != 0, branches.sign, 0)
+    run = _run(r, branches, pressure, pressure_rate, contraction, speed, weight, branch)
+    return replace(run, contraction_variance=place.variance)
 
 
 def _isometric(r: Readings) -> Run:
     """Length is held: branches go by the pressure, and the muscle does not move."""
     branches = _by_pressure(r)
-    pressure, pressure_rate = _pressure(r, branches)
+    pressure, pressure_rate = _pressure(r, branches.edges)
     weight = _weight_away_from_edges(r, branches)
     weight = r.leave_out(weight, weightless.clipped(r.measured, r.pressure), "reading saturated or muscle slack")
     held = np.full_like(r.contraction, _held(r.contraction[r.usable] if r.usable.any() else r.contraction))
@@ -95,7 +92,8 @@ def _static(r: Readings) -> Run:
     count = np.arange(len(r.time))
     sign = np.zeros(len(r.time), dtype=int) if r.direction is None else r.direction
     branches = signals.Branches(count, count, count, sign)
-    run = _run(r, branches, r.pressure, np.zeros(len(count)), r.contraction, AT_REST * sign, r.usable * 1.0, sign)
+    pressure = Estimate.as_read(r.pressure, 0.0)
+    run = _run(r, branches, pressure, np.zeros(len(count)), r.contraction, AT_REST * sign, r.usable * 1.0, sign)
     return replace(run, loop=count)
 
 
@@ -105,8 +103,8 @@ def _isotonic(r: Readings) -> Run:
     A jitter of the reading would work the muscle past its friction, which the true pressure does not.
     """
     branches = _by_pressure(r)
-    pressure, pressure_rate = _pressure(r, branches)
-    pressure = signals.monotone(pressure, branches)
+    pressure, pressure_rate = _pressure(r, branches.edges)
+    pressure = replace(pressure, level=signals.monotone(pressure.level, branches))
     speed = _speed(r, r.contraction, branches)
     weight = _weight_away_from_edges(r, branches)
     return _run(r, branches, pressure, pressure_rate, r.contraction, speed, weight, branches.sign)
@@ -124,9 +122,9 @@ def _transient(r: Readings) -> Run:
     start = int(np.searchsorted(r.time, 0.0))
     edges = np.unique(np.concatenate([branches.edges, [min(start, len(r.time) - 1)]]))
     speed, _ = signals.rate(r.time, r.contraction, edges, signals.noise_level(r.time, r.contraction))
-    pressure_rate, _ = signals.rate(r.time, r.pressure, edges, signals.noise_level(r.time, r.pressure))
+    pressure, pressure_rate = _pressure(r, edges)
     direction = np.sign(speed).astype(int)
-    return _run(r, branches, r.pressure, pressure_rate, r.contraction, speed, r.usable * 1.0, direction)
+    return _run(r, branches, pressure, pressure_rate, r.contraction, speed, r.usable * 1.0, direction)
 
 
 def _by_length(r: Readings, rests: bool = False) -> signals.Branches:
@@ -151,15 +149,18 @@ def _speed(r: Readings, signal: np.ndarray, branches: signals.Branches) -> np.nd
     return np.where(speed * branches.sign < 0, 0.0, speed)
 
 
-def _pressure(r: Readings, branches: signals.Branches) -> tuple[np.ndarray, np.ndarray]:
-    """Pressure and its rate. A noisy pressure is smoothed over five samples, but for its jumps."""
-    noise = signals.noise_level(r.time, r.pressure)
-    rate, _ = signals.rate(r.time, r.pressure, branches.edges, noise)
-    noisy = noise > NOISY_PRESSURE * float(np.abs(r.pressure).max()) and len(r.time) > 10
-    if not noisy:
-        return r.pressure, rate
-    smoothed = signals.smooth(r.pressure)
-    return np.where(np.abs(smoothed - r.pressure) > 4 * noise, r.pressure, smoothed), rate
+def _pressure(r: Readings, edges: np.ndarray) -> tuple[Estimate, np.ndarray]:
+    """Pressure and its rate, which is zero where the pressure is constant within its error.
+
+    A set-point that stands in for the pressure is no reading and has no error.
+    """
+    commanded = r.set_pressure is not None and np.array_equal(r.pressure, r.set_pressure)
+    turns = signals.turning_points(r.pressure, signals.turning_threshold(r.time, r.pressure, SMALLEST_CYCLE))
+    pressure = estimated(r.time, r.pressure, turns, np.inf if commanded else r.negligible.pressure)
+    if pressure.constant:
+        return pressure, np.zeros(len(r.time))
+    rate, _ = signals.rate(r.time, r.pressure, edges, signals.noise_level(r.time, r.pressure))
+    return pressure, rate
 
 
 def _weight_away_from_edges(r: Readings, branches: signals.Branches) -> np.ndarray:
@@ -170,7 +171,7 @@ def _weight_away_from_edges(r: Readings, branches: signals.Branches) -> np.ndarr
 def _run(
     r: Readings,
     branches: signals.Branches,
-    pressure: np.ndarray,
+    pressure: Estimate,
     pressure_rate: np.ndarray,
     contraction: np.ndarray,
     rate: np.ndarray,
@@ -180,7 +181,7 @@ def _run(
     return Run(
         r.name,
         r.time,
-        pressure,
+        pressure.level,
         contraction,
         rate,
         pressure_rate,
@@ -192,4 +193,5 @@ def _run(
         r.row,
         r.load,
         r.set_pressure,
+        pressure.variance,
     )

@@ -1,0 +1,66 @@
+"""Pressure and length as they enter the laws: estimated from their readings, where the readings' errors matter.
+
+An error of these readings stands in every force that a law predicts from them. It matters from a share of the error
+of the force reading on; a gauge or encoder better than that is taken as it reads.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from fitting.recordings import motion_signals as signals
+from fitting.recordings import weightless
+from fitting.recordings.smoother import Estimate, estimate
+
+
+@dataclass(frozen=True)
+class Settings:
+    """Constants of this file; all without unit."""
+
+    # Of a force reading's error. Where the pressure is held, the signature of a supply's lag is nothing but the gauge's
+    # error, which the residual shows too: in 10,000 rows this share of it makes a z of 1.
+    pressure: float = 0.01
+    length: float = 0.1  # of the same: it adds 1 % to the variance; a length moves, and its error is no signature
+    noise: float = 1e-4  # of full scale: no load cell is better
+    step: float = 1e-3  # contraction over which the slope of the ideal law is taken
+    dust: float = 1e-9  # of the largest reading: below is arithmetic
+
+
+SETTINGS = Settings()
+
+
+@dataclass(frozen=True)
+class Negligible:
+    """Standard deviations of a reading's error up to which it is taken as read."""
+
+    pressure: float = 0.0  # Pa
+    contraction: float = 0.0  # 1
+
+
+def estimated(time: np.ndarray, reading: np.ndarray, turns: np.ndarray, felt_from: float) -> Estimate:
+    """The signal behind a reading (n,) that may turn abruptly at the samples `turns`; itself if its error is not felt.
+
+    `felt_from` is the standard deviation, in the reading's unit, up to which its error is negligible.
+    """
+    error = signals.noise_level(time, reading)
+    least = max(felt_from, SETTINGS.dust * float(np.abs(reading).max()))
+    if error <= least:
+        return Estimate.as_read(reading, error)
+    edges = np.unique(np.concatenate([[0], turns, [len(reading) - 1]]))
+    near = weightless.near_edges(edges, len(reading)) & (len(turns) > 0)
+    found = estimate(time, reading, rounding(reading), near)
+    exact = not found.constant and found.error <= least  # steps and rests of a set-point look like rounding at first
+    return Estimate.as_read(reading, found.error) if exact else found
+
+
+def rounding(reading: np.ndarray) -> float:
+    """The step in which a channel is rounded, in its unit: the largest of which all differences are multiples (Euclid).
+
+    Of readings that are not rounded, arithmetic dust.
+    """
+    dust = SETTINGS.dust * float(np.abs(reading).max())
+    rest, step = np.diff(np.unique(reading)), dust
+    while (rest := rest[rest > dust]).size:
+        step = float(rest.min())
+        rest = np.abs(rest - step * np.round(rest / step))
+    return step

@@ -1,0 +1,231 @@
+"""Pressure and length as estimates: against closed forms and scipy's spline, and so that no lag is found in noise."""
+
+import time as clock
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hidden.simulator import COLOURED, Muscle, Noise, Truth, dataset, isometric, loops, with_baseline, write
+from scipy.interpolate import make_smoothing_spline
+from scipy.linalg import cho_solve
+
+from fitting.diagnosis.diagnose import diagnose
+from fitting.recordings.experiment import read_experiment
+from fitting.recordings.inputs import estimated, rounding
+from fitting.recordings.smoother import estimate
+from mckibben_jax.effect import name_of
+from mckibben_jax.effects import LIBRARY, CoulombFriction, IdealCylinder
+
+GAUGE = 150.0  # Pa, 0.03 % of 5 bar
+COUNT = 1000
+EVEN = np.arange(COUNT) * 0.05
+UNEVEN = np.sort(np.random.default_rng(99).uniform(0, 50, COUNT))
+BASELINE = (IdealCylinder(), CoulombFriction())
+TURNS = (0.0, 10.0, 20.0, 30.0, 40.0, 50.0)
+
+
+def noise(seed, count=COUNT, sd=GAUGE):
+    return sd * np.random.default_rng(seed).normal(size=count)
+
+
+def triangle(time):
+    return np.interp(time, TURNS, 2e5 * (np.arange(6) % 2))
+
+
+# ------------------------------------------------------------------------------------------------------- closed forms
+
+
+@pytest.mark.parametrize("time", [EVEN, UNEVEN], ids=["even", "uneven"])
+def test_a_constant_is_the_mean_of_its_readings(time):
+    readings = [2e5 + noise(seed) for seed in range(100)]
+    found = [estimate(time, y) for y in readings]
+    constant = [(f, y) for f, y in zip(found, readings, strict=True) if f.constant]
+    assert len(constant) >= 96  # a slope at 1 %, a curvature at 0.5 %
+    for f, y in constant:
+        assert f.level == pytest.approx(np.full(COUNT, y.mean()), rel=1e-12)
+        assert f.variance == pytest.approx(np.full(COUNT, f.error**2 / COUNT))
+    assert np.mean([f.error for f in found]) == pytest.approx(GAUGE, rel=0.01)
+    assert np.std([f.error for f in found]) < 1.3 * GAUGE / np.sqrt(2 * COUNT)
+
+
+def test_a_straight_line_is_that_of_least_squares():
+    y = 1e5 + 100 * UNEVEN + noise(1)
+    assert estimate(UNEVEN, y).level == pytest.approx(np.polyval(np.polyfit(UNEVEN, y, 1), UNEVEN), rel=1e-7)
+
+
+@pytest.mark.parametrize("time", [EVEN, UNEVEN], ids=["even", "uneven"])
+def test_a_smooth_signal_is_scipys_smoothing_spline_of_the_likeliest_bandwidth(time):
+    """Likelihood, estimate and variance against dense algebra: y = X b + integrated Wiener process + white error."""
+    at = (time[::5] - time[0]) / np.mean(np.diff(time[::5]))
+    y = 3e3 * np.sin(time[::5] / 3) + noise(2, len(at))
+    found = estimate(at, y)
+    small, large = np.minimum.outer(at, at), np.maximum.outer(at, at)
+    walk, line = small**2 * (3 * large - small) / 6, np.stack([np.ones_like(at), at], 1)
+
+    def dense(ratio):
+        factor = np.linalg.cholesky(np.eye(len(at)) + ratio * walk), True
+        inverse = cho_solve(factor, np.eye(len(at)))
+        normal = line.T @ inverse @ line
+        left = inverse - inverse @ line @ np.linalg.solve(normal, line.T @ inverse)
+        variance = y @ left @ y / (len(at) - 2)
+        sizes = 2 * np.log(np.diag(factor[0])).sum() + np.linalg.slogdet(normal)[1]
+        return sizes + (len(at) - 2) * np.log(variance), variance, left
+
+    ratios = 10.0 ** np.arange(-4, 0.01, 0.02)
+    best = ratios[np.argmin([dense(ratio)[0] for ratio in ratios])]
+    _, variance, left = dense(best)
+    assert found.error**2 == pytest.approx(variance, rel=0.01)
+    assert found.variance == pytest.approx(variance * (1 - np.diag(left)), rel=0.03)
+    spline = make_smoothing_spline(at, y, lam=1 / best)(at)
+    assert np.abs(found.level - spline).max() < 0.03 * np.sqrt(found.variance.mean())
+
+
+def test_the_stated_variance_is_that_of_the_error():
+    signal = 3e3 * np.sin(UNEVEN / 3)
+    found = [estimate(UNEVEN, signal + noise(seed)) for seed in range(20)]
+    scaled = [np.mean((f.level - signal) ** 2 / f.variance) for f in found]
+    assert np.mean(scaled) == pytest.approx(1, abs=0.25)
+
+
+# ------------------------------------------------------------------------------------------------- jumps and corners
+
+
+def test_a_jump_is_not_smeared():
+    signal = np.where(EVEN < 17.3, 1e5, 3e5)
+    found = estimate(EVEN, signal + noise(3))
+    assert np.abs(found.level - signal).max() < GAUGE / 2
+    assert found.error == pytest.approx(GAUGE, rel=0.06)
+
+
+@pytest.mark.parametrize("time", [EVEN, UNEVEN], ids=["even", "uneven"])
+def test_the_corners_of_a_triangle_are_kept(time):
+    corners = np.searchsorted(time, TURNS[1:-1])
+    found = estimated(time, triangle(time) + noise(4), corners, 0.0)
+    off = np.abs(found.level - triangle(time))
+    near = np.min(np.abs(np.arange(COUNT)[:, None] - corners), axis=1) <= 4
+    assert off[near].max() < 3.5 * GAUGE  # there the readings stand nearly as they are
+    assert np.sqrt(np.mean(off[~near] ** 2)) < 0.25 * GAUGE
+    assert off[~near].max() < GAUGE
+
+
+def test_a_pressure_that_fills_is_followed():
+    for tau in (0.05, 0.3, 1.0, 3.0):
+        signal = 1e5 + 4e5 * (1 - np.exp(-np.maximum(EVEN - 10.02, 0) / tau))
+        found = estimate(EVEN, signal + noise(5))
+        assert np.abs(found.level - signal).max() < 7 * GAUGE  # of 4 bar, within a sample of 20 kPa and more
+        assert np.sqrt(np.mean((found.level - signal)[10 + 5 * tau < EVEN] ** 2)) < GAUGE / 2
+
+
+# ---------------------------------------------------------------------------------------- exact and rounded channels
+
+
+@pytest.mark.parametrize("signal", [
+    triangle(EVEN), 3e3 * np.sin(EVEN / 3), 1e5 + 4e5 * (1 - np.exp(-EVEN)), np.where(EVEN < 17, 1e5, 3e5), 30 * EVEN,
+    np.full(COUNT, 2e5), np.interp(EVEN, (10, 11, 30, 31), (2e5, 5e5, 5e5, 3e5)),
+])  # fmt: skip
+def test_an_exact_signal_comes_back(signal):
+    found = estimated(EVEN, signal, np.array([], int), 0.0)
+    assert np.abs(found.level - signal).max() <= 1e-6 * np.ptp(signal)
+
+
+def test_readings_whose_error_is_not_felt_are_taken_as_read():
+    y = triangle(EVEN) + noise(6, sd=1.0)
+    assert estimated(EVEN, y, np.array([200, 400, 600, 800]), 1.5).level is y
+
+
+@pytest.mark.parametrize("sd", [0.0, 20.0, 60.0, 150.0])
+def test_twelve_bits_of_ten_bar_are_an_error_of_at_least_their_rounding(sd):
+    step = 10e5 / 4096
+    y = step * np.round((2e5 + 0.4 * step + noise(7, sd=sd)) / step)
+    assert rounding(y) == pytest.approx(step if np.ptp(y) else 0.0, abs=1e-3)
+    found = estimated(EVEN, y, np.array([], int), 1.5)
+    assert found.constant
+    assert found.error >= 0.99 * step / np.sqrt(12) or np.ptp(y) == 0
+    ramp = 1e5 + 4e3 * EVEN
+    rounded = step * np.round((ramp + noise(8, sd=sd)) / step)
+    assert np.sqrt(np.mean((estimate(EVEN, rounded, step).level - ramp) ** 2)) < step / 10
+
+
+@pytest.mark.parametrize("decimals", [1, 4])
+def test_the_step_of_rounding_is_found_in_any_unit(decimals):
+    values = np.round(np.random.default_rng(9).uniform(0, 80, 300), decimals)
+    assert rounding(values * 6894.757) == pytest.approx(10.0**-decimals * 6894.757)
+    assert rounding(np.cos(EVEN)) < 1e-6
+
+
+# ------------------------------------------------------------------------------------------------------------- units
+
+
+@pytest.mark.parametrize("signal", [triangle(UNEVEN), np.full(COUNT, 2e5), 3e3 * np.sin(UNEVEN)])
+def test_other_units_and_another_clock_change_nothing(signal):
+    y = signal + noise(10)
+    found = estimate(UNEVEN, y)
+    other = estimate(1e3 * UNEVEN + 7e5, y * 1.45e-4)
+    assert other.level == pytest.approx(found.level * 1.45e-4, rel=1e-6, abs=1e-6 * GAUGE * 1.45e-4)
+    assert other.error == pytest.approx(found.error * 1.45e-4, rel=1e-5)
+
+
+def test_ten_runs_take_well_below_a_second():
+    readings = [triangle(UNEVEN) + noise(seed) for seed in range(10)]
+    begin = clock.perf_counter()
+    for y in readings:
+        estimated(UNEVEN, y, np.searchsorted(UNEVEN, TURNS[1:-1]), 1.5)
+    assert clock.perf_counter() - begin < 1.0
+
+
+# ------------------------------------------------------------------------------------------------------ from end to end
+
+
+NAMES = {"supply_lag", "time_delay", "tip", "bladder_neo_hookean", "viscous_damping", "force_offset", "pressure_offset"}
+CANDIDATES = [effect() for effect in LIBRARY if name_of(effect) in NAMES]
+
+
+def rig(kind, errs, seed, hidden=None, **protocol):
+    """A recording of a muscle with Coulomb friction and what is hidden."""
+    return kind(Truth(Muscle(), with_baseline(**(hidden or {}))), noise=errs, seed=seed, **protocol)
+
+
+def read(folder, recording, errs):
+    return read_experiment(write(dataset(Truth(Muscle(), with_baseline()), [recording], noise=errs), folder))
+
+
+def test_a_run_keeps_how_well_its_pressure_and_length_are_known(tmp_path):
+    errs = replace(COLOURED, pressure=GAUGE, position=5e-5)
+    recording = read(tmp_path / "a", rig(loops, errs, 0), errs).recordings[0]
+    noisy = recording.runs
+    assert "pressure estimated by a Kalman smoother: one reading errs by 0.15 kPa" in recording.notes
+    assert np.sqrt([run.pressure_variance.mean() for run in noisy]) == pytest.approx(GAUGE / np.sqrt(1000), rel=0.2)
+    assert all(np.ptp(run.pressure) == 0 and not run.pressure_rate.any() for run in noisy)
+    off = [0.3 * (run.contraction - true.contraction)[run.weight > 0] for run, true in zip(
+        noisy, read(tmp_path / "b", rig(loops, COLOURED, 0), COLOURED).recordings[0].runs, strict=True)]  # fmt: skip
+    assert np.sqrt(np.mean(np.concatenate(off) ** 2)) < 5e-5 / 3
+
+
+def test_a_good_gauge_and_encoder_are_taken_as_read(tmp_path):
+    made = rig(loops, COLOURED, 0)
+    runs = read(tmp_path, made, COLOURED).recordings[0].runs
+    shown = np.round(1e3 * made.columns["displacement"], 4) / 300
+    assert all((run.pressure == np.round(run.pressure)).all() for run in runs)
+    assert np.concatenate([run.contraction for run in runs]) == pytest.approx(shown, rel=1e-12, abs=1e-12)
+
+
+@pytest.mark.parametrize(("hidden", "bits"), [
+    ({}, False), ({}, True), ({"tip": {"k": 1.15}}, False), ({"bladder_neo_hookean": {"G": 3e5}}, False),
+])  # fmt: skip
+def test_the_noise_of_a_gauge_is_no_lag_of_the_supply(tmp_path, hidden, bits):
+    """It stands both in the signature of the lag and in the residual: of pressure as read, supply_lag was named."""
+    errs = Noise(sd=0.3, pressure=GAUGE)
+    made = rig(loops, errs, 3, hidden)
+    if bits:
+        step = 10e5 / 4096
+        made.columns["pressure"] = step * np.round(made.columns["pressure"] / step)
+    found = diagnose([read(tmp_path, made, errs)], BASELINE, candidates=CANDIDATES)
+    assert found.explanations == ((tuple(hidden),) if hidden else ())
+    assert found.verdict == ("missing" if hidden else "nothing detectable")
+
+
+def test_a_lag_of_the_supply_is_found_where_the_pressure_moves(tmp_path):
+    errs = replace(COLOURED, pressure=GAUGE)
+    made = rig(isometric, errs, 3, {"supply_lag": {"tau": 0.1}}, contractions=(0.0, 0.05, 0.1), samples=600)
+    found = diagnose([read(tmp_path, made, errs)], BASELINE, candidates=CANDIDATES)
+    assert ("supply_lag",) in found.explanations
