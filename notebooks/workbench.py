@@ -25,8 +25,8 @@ with app.setup(hide_code=True):
     from fitting.workbench import text as words
     from fitting.errors import InputError
     from fitting.workbench.job import Job
-    from fitting.study.asked import Asked
-    from fitting.workbench.serving import asked, data_folder
+    from fitting.study.request import Request
+    from fitting.workbench.serving import data_folder, launch_options
     from fitting.shipped import example_names
 
     EXAMPLE = "screw = A*sin(2*pi*x/p), A = 1 N (-20..20), p = 12 mm (5..30)"
@@ -61,10 +61,10 @@ def _(place, set_dropped, set_session, set_told, set_work, work):
             set_work(None)
         set_session(to)
 
-    def open_folder(asked):
+    def open_folder(request):
         """Show the data at once; the first fit follows."""
         set_dropped(None)
-        start(Job("reading", lambda tell: bench.opened(asked)))
+        start(Job("reading", lambda tell: bench.open_session(request)))
 
     def attempt(action):
         """Do something that the user may have to mend."""
@@ -96,13 +96,13 @@ def _(attempt, open_folder, place, set_dropped):
         if kept is None:
             return
         if dropping.is_described(kept):
-            open_folder(Asked(data=(str(kept),)))
+            open_folder(Request(data=(str(kept),)))
         else:
-            set_dropped(attempt(lambda: dropping.guessed(kept)))
+            set_dropped(attempt(lambda: dropping.guess(kept)))
 
     def open_named(name):
         if name:
-            attempt(lambda: open_folder(Asked(data=(str(data_folder(name.strip())),))))
+            attempt(lambda: open_folder(Request(data=(str(data_folder(name.strip())),))))
 
     shipped = mo.ui.dropdown(example_names(), label="Data that come with the program", on_change=open_named)
     path = mo.ui.text(
@@ -116,7 +116,7 @@ def _(attempt, open_folder, place, set_dropped):
 
 @app.cell
 def _(open_named, session):
-    given = asked()["data"] if mo.running_in_notebook() else None
+    given = launch_options()["data"] if mo.running_in_notebook() else None
     if given and session() is None and not opened_once:
         opened_once.append(given)
         open_named(given)
@@ -177,7 +177,7 @@ def _(attempt, form, found, open_folder):
         muscle, tests = ({key: one.value for key, one in given.items()} for given in (form.muscle, form.tests))
         folder = attempt(lambda: dropping.describe(found, found.folder.name, muscle, tests, columns))
         if folder is not None:
-            open_folder(Asked(data=(str(folder),)))
+            open_folder(Request(data=(str(folder),)))
 
     described = mo.ui.button(label="Open these data", on_change=describe)
     return (described,)
@@ -219,7 +219,7 @@ def _(clock, off, place, set_told, set_work, start, work):
             if job.problem is None:
                 then(job.result)
                 if isinstance(job.result, bench.Session) and job.result.last.comparison is None:
-                    start(Job("fitting the model", lambda tell: bench.begun(job.result, tell)))
+                    start(Job("fitting the model", lambda tell: bench.fit_first(job.result, tell)))
     if clock is None or ended is not None:
         shown = None
     else:
@@ -243,14 +243,14 @@ def _(go, session, start):
     last = None if now is None else now.last
 
     def diagnose(_):
-        start(Job("the baseline", lambda tell: bench.examined(now, tell, candidates.value)))
+        start(Job("the baseline", lambda tell: bench.examine(now, tell, candidates.value)))
 
     known = [] if now is None else sorted(last.task.library)
     candidates = mo.ui.multiselect(
-        known, value=[c for c in asked()["candidates"] if c in known], label="Look only for", full_width=True
+        known, value=[c for c in launch_options()["candidates"] if c in known], label="Look only for", full_width=True
     )
     examine = mo.ui.button(label="Run the diagnosis: what is missing?", on_change=diagnose)
-    undo = mo.ui.button(label="Undo", on_change=lambda _: go(bench.undone(now)))
+    undo = mo.ui.button(label="Undo", on_change=lambda _: go(bench.undo(now)))
     return candidates, examine, last, now, undo
 
 
@@ -269,10 +269,10 @@ def _(last, now, start):
     def adder(name):
         return mo.ui.button(
             label=f"add {name}",
-            on_change=lambda _: start(Job(f"adding {name}", lambda tell: bench.added(now, name.split(" + "), tell))),
+            on_change=lambda _: start(Job(f"adding {name}", lambda tell: bench.add(now, name.split(" + "), tell))),
         )
 
-    offered = words.offered(last)
+    offered = words.offers(last)
     adds = {name: adder(name) for name in offered}
     return (adds,)
 
@@ -337,10 +337,10 @@ def _(attempt, now, set_session, start):
     def define(text):
         if not text or now is None:
             return
-        made = attempt(lambda: bench.defined(now, text))
+        made = attempt(lambda: bench.define(now, text))
         if made is not None:
             set_session(made[0])
-            start(Job(f"adding {made[1]}", lambda tell: bench.added(made[0], [made[1]], tell)))
+            start(Job(f"adding {made[1]}", lambda tell: bench.add(made[0], [made[1]], tell)))
 
     own = mo.ui.text(placeholder=EXAMPLE, label="An effect of your own, added to the pull", full_width=True).form(
         submit_button_label="Add it", on_change=define, bordered=False
@@ -370,11 +370,11 @@ def _(last, own):
 def _(now, start):
     plan = mo.ui.button(
         label="What to measure next",
-        on_change=lambda _: start(Job("planning", lambda tell: bench.planned(now, tell))),
+        on_change=lambda _: start(Job("planning", lambda tell: bench.plan(now, tell))),
     )
     sample = mo.ui.button(
         label="Sample what the data leave open (1 min)",
-        on_change=lambda _: start(Job("sampling", lambda tell: bench.sampled(now, tell))),
+        on_change=lambda _: start(Job("sampling", lambda tell: bench.sample_posterior(now, tell))),
     )
     return plan, sample
 
@@ -392,7 +392,7 @@ def _(last, plan, sample):
 def _(set_drawn, start):
     def design(text):
         if text:
-            start(Job("designing", lambda tell: bench.designed(text, tell)), set_drawn)
+            start(Job("designing", lambda tell: bench.find_design(text, tell)), set_drawn)
 
     spec = mo.ui.text_area(value=words.DESIGN, label="What is asked for", rows=20, full_width=True).form(
         submit_button_label="Design a muscle", on_change=design, bordered=False

@@ -4,7 +4,7 @@ from small_muscle import loops, write
 
 from fitting.comparison.compare import compare
 from fitting.diagnosis.record import Diagnosis, Evidence, Explanation, Leading
-from fitting.study.asked import Asked
+from fitting.study.request import Request
 from fitting.study.task import fitted, task_of
 
 EVIL = "<script>alert(1)</script> & $x_1 'it'"
@@ -13,7 +13,7 @@ EVIL = "<script>alert(1)</script> & $x_1 'it'"
 def compared(folder):
     """A data set with a nasty name, its task, its comparison."""
     folder = write(folder, loops(lambda eps, *_: 400 * eps, repeats=2), name=EVIL)
-    task = task_of(Asked(data=(str(folder),), starts=2))
+    task = task_of(Request(data=(str(folder),), starts=2))
     return task, compare(fitted(task), task.experiments)
 
 

@@ -12,6 +12,7 @@ from fitting.cli.commands.compare import command
 from fitting.cli.main import COMMANDS, main
 from fitting.diagnosis.record import Diagnosis, Evidence, Explanation
 from fitting.study import changing
+from fitting.study.request import DATA, MODEL, Request, names_of
 from fitting.study.task import fitted
 
 pytestmark = pytest.mark.usefixtures("own_cache")
@@ -86,6 +87,18 @@ def test_list_options_take_names_up_to_the_next_option_or_path(tmp_path):
     assert understood["fix"] == ("c.d", "e.f")
     understood = command.make_context("compare", [here, "x", "--seed", "3"]).params
     assert (understood["data"], understood["seed"]) == ((here, "x"), 3)
+
+
+def test_what_is_typed_to_ask_again_asks_for_the_same(tmp_path):
+    """Every option of a model and of its data, lists too: each ends where the next option begins."""
+    asked = Request(
+        data=(str(tmp_path),), model="m.toml", effects=("a", "b"), baseline=True, settings=("x=1", "y=2"),
+        fix=("c.d",), free=("e.f", "g.h"), own=("i.j",), define=("drag = -B*v",), effect_file="mine.py",
+        muscle="muscle.toml", test="loop",
+    )  # fmt: skip
+    names = names_of(MODEL, DATA)
+    assert all(getattr(asked, name) != getattr(Request(), name) for name in names)
+    assert Request.of(command.make_context("compare", list(asked.again)).params) == asked
 
 
 # ----------------------------------------------------------------------------------------------------------- compare

@@ -19,7 +19,7 @@ from fitting.library import expression as define_expression
 from fitting.library.library import library
 from fitting.library.line import EXAMPLE, VARIABLES, defined
 from fitting.model_files.model_file import read_model, write_model
-from fitting.study.asked import Asked
+from fitting.study.request import Request
 from fitting.study.task import fitted, task_of
 from mckibben_jax.effect import name_of
 from mckibben_jax.parameter import parameters
@@ -352,7 +352,7 @@ def study(tmp_path_factory) -> Path:
 
 def asked(folder, **more):
     names = ("ideal_cylinder", "coulomb_friction", "screw")
-    return Asked(data=(str(folder),), starts=4, define=(EXAMPLE,), effects=names, **more)
+    return Request(data=(str(folder),), starts=4, define=(EXAMPLE,), effects=names, **more)
 
 
 def test_a_defined_effect_is_fitted_saved_and_read_back_without_its_line(study):
@@ -361,7 +361,7 @@ def test_a_defined_effect_is_fitted_saved_and_read_back_without_its_line(study):
     np.testing.assert_allclose([-fit.values["screw.A"], fit.values["screw.p"]], [8, 0.012], rtol=0.02)
     assert write_model(study / "model.toml", fit, task.experiments) is None
     assert f'define = "{EXAMPLE}"' in (study / "model.toml").read_text()
-    again = task_of(Asked(data=(str(study),)))
+    again = task_of(Request(data=(str(study),)))
     assert type(again.effects[1]) is defined(EXAMPLE)
     assert again.library["screw"] is defined(EXAMPLE)
     assert again.known["screw.p"] == pytest.approx(fit.values["screw.p"])

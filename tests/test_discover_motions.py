@@ -13,8 +13,8 @@ from fitting.library.library import library
 from fitting.model_files.model_file import read_model
 from fitting.report.text.changes import on_motions_result, on_motions_text
 from fitting.study import discovering
-from fitting.study.asked import Asked
 from fitting.study.discovering import on_motions
+from fitting.study.request import Request
 from fitting.study.task import task_of
 from mckibben_jax.effects import ViscousDamping
 
@@ -51,7 +51,7 @@ def asked(monkeypatch, after):
 @pytest.mark.parametrize(("after", "confirmed"), [(5e-5, True), (3.99e-3, False), (5e-3, False)])
 def test_the_motions_themselves_have_the_last_word(tmp_path, asked, after, confirmed):
     released(tmp_path)
-    task = task_of(Asked(data=(str(tmp_path),)))
+    task = task_of(Request(data=(str(tmp_path),)))
     motions = on_motions(task, found_on(task), told)
     before, last = asked
     assert before.names == task.names
@@ -63,7 +63,7 @@ def test_the_motions_themselves_have_the_last_word(tmp_path, asked, after, confi
 
 
 def test_where_force_was_measured_it_was_in_the_fit_already(tmp_path, asked):
-    task = task_of(Asked(data=(str(write(tmp_path / "loops", loops(points=20, repeats=2))),)))
+    task = task_of(Request(data=(str(write(tmp_path / "loops", loops(points=20, repeats=2))),)))
     assert on_motions(task, found_on(task), told) is None
     assert asked == []
     assert on_motions_result(None) == {}

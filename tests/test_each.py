@@ -15,8 +15,8 @@ from fitting.cli.each.run import each, here, on
 from fitting.cli.each.work import Order
 from fitting.cli.main import main
 from fitting.errors import InputError
-from fitting.study.asked import Asked
 from fitting.study.data_sets import data_sets
+from fitting.study.request import Request
 
 MISSING = (0.0, 100.0, 200.0, 300.0)  # N per contraction of an elastic pull: one muscle differs from the next
 
@@ -157,7 +157,7 @@ ORDER = Order("fit")
 def all_of(line, place, work=None, names="m*", **more):
     """Fit the line's muscles."""
     with jax.enable_x64(True):
-        return each(data_sets([f"{line}/{names}"]).sets, Asked(starts=1, **more), ORDER, place, work)
+        return each(data_sets([f"{line}/{names}"]).sets, Request(starts=1, **more), ORDER, place, work)
 
 
 class Cut(Exception):

@@ -178,8 +178,8 @@ def test_the_motion_says_what_hills_numbers_are_worth(misses, b, ends, words):
 def test_the_motion_itself_gives_hills_numbers(tmp_path):
     """Releases of the program's own muscle with Hill's force, fitted without and with it."""
     from fitting.hill.motion import motions
-    from fitting.study.asked import Asked
     from fitting.study.courses import release_courses
+    from fitting.study.request import Request
     from fitting.study.simulate import write_data_set
     from fitting.study.task import task_of
     from mckibben_jax.effects import CoulombFriction, Hill, IdealCylinder
@@ -189,7 +189,7 @@ def test_the_motion_itself_gives_hills_numbers(tmp_path):
     truth = model(Muscle(0.3, 7e-3, np.radians(20)), IdealCylinder(), CoulombFriction(), Hill(0.25, 0.6))
     courses = release_courses([5e5], [150.0, 300.0, 450.0, 600.0], 0.4, 250.0)
     write_data_set(tmp_path / "hill", truth, "quick release", courses, 5e-5, 0)
-    task = task_of(Asked(data=(str(tmp_path / "hill"),), starts=2))
+    task = task_of(Request(data=(str(tmp_path / "hill"),), starts=2))
     found = motions(task, curves(task.experiments))
     (curvature, error), (b, b_error) = found.direct.values()
     assert abs(curvature - 0.25) < 4 * error + 0.01

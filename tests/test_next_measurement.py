@@ -30,8 +30,8 @@ from fitting.problem.residuals import thinned
 from fitting.recordings.experiment import read_experiment
 from fitting.report.text.layout import console
 from fitting.report.text.plan import plan_report, plan_result
-from fitting.study.asked import Asked
 from fitting.study.plan import Plan, plan_of
+from fitting.study.request import Request
 from mckibben_jax.effect import name_of
 from mckibben_jax.effects import LIBRARY, CoulombFriction, IdealCylinder
 
@@ -304,7 +304,7 @@ def shown_words(plan):
 def test_a_rehearsal_names_the_model_that_was_given(one_pressure, model, named):
     tied = left_tied(one_pressure[2], "viscous_damping", "linear_spring")
     task = SimpleNamespace(experiments=(one_pressure[2],), library=KNOWN, fix=(), free=(), own=(), seed=0)
-    result = plan_result(plan_of(task, tied), Asked(data=("folder",), model=model).model_file)
+    result = plan_result(plan_of(task, tied), Request(data=("folder",), model=model).model_file)
     rehearsed = [step["simulate"] for step in result["protocol"] if step["simulate"]]
     assert rehearsed
     assert all(f"mckibben simulate {named} " in command for command in rehearsed)

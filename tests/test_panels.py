@@ -17,7 +17,7 @@ from fitting.report.page.page import page
 from fitting.report.pictures import figures, maps
 from fitting.report.pictures.loops import frame
 from fitting.report.pictures.panels import Panel, panels
-from fitting.study.asked import Asked
+from fitting.study.request import Request
 from fitting.study.stages import Stage
 from fitting.study.task import fitted, task_of
 from mckibben_jax.effects import IdealCylinder
@@ -58,7 +58,7 @@ def test_runs_of_one_name_in_two_files_are_told_apart(tmp_path):
     rows = loops(repeats=1, seed=1)
     write(tmp_path / "other", rows)
     (tmp_path / "other" / "loops.csv").rename(folder / "tuesday.csv")
-    task = task_of(Asked(data=(str(folder),), starts=1))
+    task = task_of(Request(data=(str(folder),), starts=1))
     c = compare(fitted(task), task.experiments)
     labels = [panel.label for panel in panels(task.experiments, c.fit.samples, c.fit.residual)]
     assert labels[0] == "loops.csv, run 0, 100 kPa"
@@ -93,7 +93,7 @@ def panel_of(eps, force, half):
 @pytest.mark.slow
 def test_a_million_samples_make_a_page_below_ten_megabytes(tmp_path):
     folder = write(tmp_path, loops(points=10_000, pressures=tuple(np.linspace(1e5, 5e5, 10)), repeats=5))
-    task = task_of(Asked(data=(str(folder),), starts=1))
+    task = task_of(Request(data=(str(folder),), starts=1))
     text = page(task, compare(fitted(task), task.experiments))
     assert sum(len(run) for run in task.experiments[0].recordings[0].runs) > 990_000
     assert len(text.encode()) < 10e6
@@ -102,7 +102,7 @@ def test_a_million_samples_make_a_page_below_ten_megabytes(tmp_path):
 
 def test_a_long_recording_still_makes_a_small_page(tmp_path):
     folder = write(tmp_path, loops(points=1500, pressures=(1e5, 2e5, 3e5, 4e5)))
-    task = task_of(Asked(data=(str(folder),), starts=1))
+    task = task_of(Request(data=(str(folder),), starts=1))
     assert len(page(task, compare(fitted(task), task.experiments))) < 2e6
 
 

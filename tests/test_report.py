@@ -5,7 +5,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from fitting.cli.run import Study
+from fitting.cli.run import CommandRun
 from fitting.comparison.compare import Row, Table, compare
 from fitting.diagnosis.record import Leading
 from fitting.least_squares.fit import fit
@@ -165,7 +165,7 @@ def test_a_command_is_not_broken_however_narrow_the_terminal_is():
     narrow = console()
     narrow.width = 40
     with narrow.capture() as captured:
-        Study.print(SimpleNamespace(console=narrow), [paste_line("REHEARSE", command)])
+        CommandRun.print(SimpleNamespace(console=narrow), [paste_line("REHEARSE", command)])
     assert captured.get() == f"REHEARSE  {command}\n"
 
 

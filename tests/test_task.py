@@ -7,12 +7,12 @@ from fitting.cli.commands import simulate, sweep
 from fitting.designs.sweep_files import KINDS
 from fitting.errors import InputError
 from fitting.recordings.records import TESTS
-from fitting.study.asked import Asked
+from fitting.study.request import Request
 from fitting.study.task import task_of
 
 
 def of_file(folder, **more):
-    return task_of(Asked(data=(str(folder / "data.csv"),), **more)).experiments[0]
+    return task_of(Request(data=(str(folder / "data.csv"),), **more)).experiments[0]
 
 
 def test_a_single_file_is_read_as_its_folder_is(tmp_path):
@@ -20,7 +20,7 @@ def test_a_single_file_is_read_as_its_folder_is(tmp_path):
     run = table({"run": 1} | loop_columns())
     again = "\n".join(f"2{row[1:]}" for row in run.splitlines()[1:])
     folder = folder_of(tmp_path, f"{run}{again}\n")
-    (whole,) = task_of(Asked(data=(str(folder),))).experiments[0].recordings
+    (whole,) = task_of(Request(data=(str(folder),))).experiments[0].recordings
     (single,) = of_file(folder, test="loop").recordings
     assert single.notes == whole.notes
     assert any("run 2 of data.csv is a copy of run 1" in note for note in single.notes)

@@ -17,13 +17,13 @@ from small_muscle import LENGTH, loops, write
 from fitting.errors import InputError
 from fitting.library.library import library
 from fitting.model_files.model_file import read_model
-from fitting.study.asked import Asked
+from fitting.study.request import Request
 from fitting.workbench import data as dropping
 from fitting.workbench import home
 from fitting.workbench import session as bench
 from fitting.workbench.job import Job
 from fitting.workbench.serving import is_loopback, is_own, listening
-from fitting.workbench.text import DESIGN, error_now, evidence, fall, headline, offered
+from fitting.workbench.text import DESIGN, error_now, evidence, fall, headline, offers
 
 CANDIDATES = ("linear_spring", "viscous_damping")
 STIFFNESS = 1600.0  # N/m, what is hidden in the data of these tests
@@ -46,26 +46,26 @@ def folder(tmp_path_factory):
 @pytest.fixture(scope="module")
 def session(folder):
     """The data opened and fitted."""
-    return bench.begun(bench.opened(Asked(data=(str(folder),), starts=2)), told)
+    return bench.fit_first(bench.open_session(Request(data=(str(folder),), starts=2)), told)
 
 
 @pytest.fixture(scope="module")
 def found(session):
     """The session with its diagnosis."""
-    return bench.examined(session, told, CANDIDATES)
+    return bench.examine(session, told, CANDIDATES)
 
 
 @pytest.fixture(scope="module")
 def mended(found):
     """The session with the spring added."""
-    return bench.added(found, ["linear_spring"], told)
+    return bench.add(found, ["linear_spring"], told)
 
 
 # ------------------------------------------------------------------------------------------------------ the actions
 
 
 def test_there_is_a_picture_before_anything_is_fitted(folder):
-    step = bench.opened(Asked(data=(str(folder),))).last
+    step = bench.open_session(Request(data=(str(folder),))).last
     assert step.comparison is None
     picture, error = bench.loops_of(step, bench.frames_of(step), {})
     assert picture.count("<figure>") == 3
@@ -74,27 +74,27 @@ def test_there_is_a_picture_before_anything_is_fitted(folder):
 
 def test_the_error_falls_when_what_is_missing_is_added(found, mended):
     assert found.last.diagnosis.verdict == "missing"
-    assert offered(found.last)[0] == "linear_spring"
+    assert offers(found.last)[0] == "linear_spring"
     assert mended.last.comparison.rmse < 1.2 * 0.3 < 5 * 0.3 < found.last.comparison.rmse
     assert mended.last.fit.values["linear_spring.K"] == pytest.approx(STIFFNESS, rel=0.1)
     assert [stage.added for stage in mended.stages] == ["the model as it is", "+ linear_spring"]
 
 
 def test_undo_goes_back_and_changes_nothing_else(found, mended):
-    assert bench.undone(mended) == found
-    assert bench.undone(bench.undone(found)).steps == found.steps[:1]
+    assert bench.undo(mended) == found
+    assert bench.undo(bench.undo(found)).steps == found.steps[:1]
 
 
 def test_dropping_takes_an_effect_out_again(mended, session):
-    without = bench.dropped(mended, ["linear_spring"], told)
+    without = bench.drop(mended, ["linear_spring"], told)
     assert without.last.comparison.rmse == pytest.approx(session.last.comparison.rmse, rel=1e-3)
 
 
 def test_a_line_defines_an_effect_that_can_be_added(session):
     line = "bung = -K*x, K = 1 N/mm (0..20)"
-    defined, name = bench.defined(session, line)
+    defined, name = bench.define(session, line)
     assert name == "bung"
-    after = bench.added(defined, [name], told)
+    after = bench.add(defined, [name], told)
     assert after.last.fit.values["bung.K"] == pytest.approx(STIFFNESS, rel=0.1)
     assert line in home.script_text(after)
 
@@ -102,34 +102,34 @@ def test_a_line_defines_an_effect_that_can_be_added(session):
 @pytest.mark.parametrize("line", ["bung = __import__('os').system('x')", "bung = K*x, K = 1 N (0..20)", "nothing"])
 def test_a_line_that_is_no_force_is_refused(session, line):
     with pytest.raises(InputError):
-        bench.defined(session, line)
+        bench.define(session, line)
 
 
 def test_words_tell_verdict_and_evidence(found):
     assert "linear_spring is missing." in headline(found)
-    table = evidence(found.last, {name: f"<button>{name}</button>" for name in offered(found.last)})
+    table = evidence(found.last, {name: f"<button>{name}</button>" for name in offers(found.last)})
     assert "explains the data" in table
     assert "<button>linear_spring</button>" in table
 
 
 def test_a_design_file_in_the_box_is_answered_and_a_slip_is_named():
-    told_so = bench.designed(DESIGN, told)
+    told_so = bench.find_design(DESIGN, told)
     assert "braid_angle" in told_so
     assert "stroke" in told_so
     with pytest.raises(InputError, match="braid_angel"):
-        bench.designed(DESIGN.replace('braid_angle = ["12', 'braid_angel = ["12'), told)
+        bench.find_design(DESIGN.replace('braid_angle = ["12', 'braid_angel = ["12'), told)
 
 
 def test_what_to_measure_next_is_asked_after_a_diagnosis_only(session, found):
     with pytest.raises(InputError, match="no diagnosis"):
-        bench.planned(session, told)
-    planned = bench.planned(found, told)
+        bench.plan(session, told)
+    planned = bench.plan(found, told)
     assert "PLAN" in dict(planned.last.said)[bench.NEXT]
 
 
 @pytest.mark.slow
 def test_what_is_sampled_stands_in_the_report(mended):
-    sampled = bench.sampled(mended, told, seconds=5)
+    sampled = bench.sample_posterior(mended, told, seconds=5)
     assert "linear_spring.K" in dict(sampled.last.said)[bench.POSTERIOR]
     assert "Do the readings lie where they should?" in home.report_text(sampled)
 
@@ -144,8 +144,8 @@ def test_words_and_sliders_speak_in_the_units_of_the_data(folder, tmp_path):
     lines = [f"{r},{t},{float(p) / 6.894757:.5f},{x},{float(f) / 4.4482216:.6f}" for r, t, p, x, f in cells]
     head = head.replace("kPa", "psi").replace("[N]", "[lbf]")
     (copy / "loops.csv").write_text("\n".join([head, *lines]) + "\n")
-    ours = bench.begun(bench.opened(Asked(data=(str(copy),), starts=1)), told)
-    theirs = bench.begun(bench.opened(Asked(data=(str(folder),), starts=1)), told)
+    ours = bench.fit_first(bench.open_session(Request(data=(str(copy),), starts=1)), told)
+    theirs = bench.fit_first(bench.open_session(Request(data=(str(folder),), starts=1)), told)
     for session, unit, held in ((ours, "lbf", "14.5 psi"), (theirs, "N", "100 kPa")):
         step = session.last
         picture, error = bench.loops_of(step, bench.frames_of(step), {})
@@ -191,7 +191,7 @@ def test_every_slider_holds_its_fitted_value_and_stays_in_range(mended):
 
 def test_ten_thousand_samples_are_redrawn_at_once(tmp_path):
     folder = write(tmp_path, loops(points=420, repeats=4))
-    step = bench.opened(Asked(data=(str(folder),))).last
+    step = bench.open_session(Request(data=(str(folder),))).last
     assert len(step.laid_out.samples) > 9800
     frames, seconds = bench.frames_of(step), []
     value = step.laid_out.vector[step.laid_out.layout.names.index("muscle.radius")]
@@ -222,7 +222,7 @@ def test_the_report_shows_every_step(mended):
 
 def test_before_the_first_fit_there_is_nothing_to_take_home(folder):
     with pytest.raises(InputError, match="nothing was fitted"):
-        home.model_text(bench.opened(Asked(data=(str(folder),))))
+        home.model_text(bench.open_session(Request(data=(str(folder),))))
 
 
 def test_the_script_is_python_that_names_every_command(mended):
@@ -253,14 +253,14 @@ ODD = "t;druck;Load cell (N);pos\n" + "".join(
 def test_dropped_files_are_described_column_by_column(tmp_path):
     dropping.keep([("C:\\data\\odd.csv", ODD.encode())], tmp_path)
     assert not dropping.is_described(tmp_path)
-    found = dropping.guessed(tmp_path)
+    found = dropping.guess(tmp_path)
     assert [(c.head, c.meaning) for c in found.columns["odd.csv"]] == [
         ("t", "time"), ("druck", "pressure"), ("Load cell (N)", "force"), ("pos", "not used"),
     ]  # fmt: skip
     muscle = {"length": "300 mm", "radius": "7.0 +/- 0.1 mm", "braid_angle": "20 deg"}
     filled = {"odd.csv": [("time", "s"), ("pressure", "kPa"), ("force", "N"), ("displacement", "mm")]}
     dropping.describe(found, "Odd", muscle, {"odd.csv": "loop"}, filled)
-    run = bench.opened(Asked(data=(str(tmp_path),))).last.task.experiments[0].recordings[0].runs[0]
+    run = bench.open_session(Request(data=(str(tmp_path),))).last.task.experiments[0].recordings[0].runs[0]
     assert run.pressure[0] == pytest.approx(2e5)
     assert run.contraction.max() == pytest.approx(0.1)
 
@@ -268,7 +268,7 @@ def test_dropped_files_are_described_column_by_column(tmp_path):
 def test_what_is_not_filled_in_is_named(tmp_path):
     dropping.keep([("odd.csv", ODD.encode())], tmp_path)
     with pytest.raises(InputError, match="length is not filled in"):
-        dropping.describe(dropping.guessed(tmp_path), "", {}, {"odd.csv": "loop"}, {"odd.csv": []})
+        dropping.describe(dropping.guess(tmp_path), "", {}, {"odd.csv": "loop"}, {"odd.csv": []})
 
 
 @pytest.mark.parametrize(

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Sequence
 
-from fitting.cli.run import Study
+from fitting.cli.run import CommandRun
 from fitting.cli.saving import save
 from fitting.report.page.page import write_page
 from fitting.report.text.changes import change_result, change_text
@@ -19,17 +19,17 @@ NOT_TAKEN = (
 )
 
 
-def run(study: Study, names: Sequence[str], how: Callable[[Task, Sequence[str]], tuple[Task, str]]) -> None:
+def change_model(run: CommandRun, names: Sequence[str], how: Callable[[Task, Sequence[str]], tuple[Task, str]]) -> None:
     """The whole command: change, print, save, write."""
-    changed, words = how(study.task, names)
-    with study.working("fitting") as progress:
-        found = change(study.task, changed, words, progress)
+    changed, words = how(run.task, names)
+    with run.progress("fitting") as progress:
+        found = change(run.task, changed, words, progress)
     unit = found.comparison.unit
-    study.print([line("RESULT", change_text(found, unit), "bold"), *steps_report(found.stages, unit)])
-    study.print(fit_report(found.after))
-    after = after_change(study.task.experiments, study.asked.data_again, study.asked.save)
-    study.print([line("SAVED", NOT_TAKEN, "yellow")] if found.worse else save(study, found.after, after))
-    study.write(change_result(found))
-    if study.asked.html:
-        write_page(study.asked.html, changed, found.comparison, stages=found.stages)
-    study.end(found.before.converged and found.after.converged)
+    run.print([line("RESULT", change_text(found, unit), "bold"), *steps_report(found.stages, unit)])
+    run.print(fit_report(found.after))
+    after = after_change(run.task.experiments, run.request.data_again, run.request.save)
+    run.print([line("SAVED", NOT_TAKEN, "yellow")] if found.worse else save(run, found.after, after))
+    run.write(change_result(found))
+    if run.request.html:
+        write_page(run.request.html, changed, found.comparison, stages=found.stages)
+    run.end(found.before.converged and found.after.converged)

@@ -1,6 +1,6 @@
 """The story of the demo: compare, diagnose, add, and the error falls."""
 
-from fitting.cli.run import Study
+from fitting.cli.run import CommandRun
 from fitting.comparison.compare import compare
 from fitting.report.page.page import write_page
 from fitting.report.results import comparison_result, diagnosis_result, fit_result, steps_result
@@ -15,31 +15,31 @@ from fitting.study.stages import Stage
 from fitting.study.task import fitted
 
 
-def demonstrate(study: Study) -> None:
+def demonstrate(run: CommandRun) -> None:
     """Tell the story, and write it as a page into the current folder."""
-    task = study.task
-    with study.working("1 of 3: fitting the baseline and comparing"):
+    task = run.task
+    with run.progress("1 of 3: fitting the baseline and comparing"):
         first = compare(fitted(task), task.experiments)
-    study.print([line("COMPARE", judgement(first), "bold"), line("", f"Worst at {first.worst}.")])
-    study.print([line("", kind_text(first))])
-    with study.working("2 of 3: diagnosing") as progress:
+    run.print([line("COMPARE", judgement(first), "bold"), line("", f"Worst at {first.worst}.")])
+    run.print([line("", kind_text(first))])
+    with run.progress("2 of 3: diagnosing") as progress:
         found, compared = diagnosed(task, None, progress)
-    study.print(diagnosis_report(found, compared.unit))
+    run.print(diagnosis_report(found, compared.unit))
     added = found.explanations[0] if found.explanations else found.leading.effects[:1] if found.leading else ()
     begun = Stage("baseline", first.rmse, found.held_out_rmse, found.verdict, first.fit.residual)
     stages, last, final = [begun], first, task
     if added:
         final, words = with_added(task, added)
-        with study.working("3 of 3: adding it and fitting again") as progress:
+        with run.progress("3 of 3: adding it and fitting again") as progress:
             done = change(task, final, words, progress)
         stages.append(done.stages[-1])
         last = done.comparison
-        study.print([line("ADD", change_text(done, last.unit), "bold"), *steps_report(stages, last.unit)])
-    write_page(str(study.asked.html), final, last, found, stages)
-    study.print([line("WRITTEN", f"{study.asked.html}: {verdict_text(found)}")])
-    study.print([line("NEXT", f"mckibben demo {task.experiments[0].folder.name} --reveal")])
-    study.write(
+        run.print([line("ADD", change_text(done, last.unit), "bold"), *steps_report(stages, last.unit)])
+    write_page(str(run.request.html), final, last, found, stages)
+    run.print([line("WRITTEN", f"{run.request.html}: {verdict_text(found)}")])
+    run.print([line("NEXT", f"mckibben demo {task.experiments[0].folder.name} --reveal")])
+    run.write(
         {**comparison_result(last), **diagnosis_result(found, compared), **steps_result(stages)}
         | {"fit": fit_result(last.fit)}
     )
-    study.end(last.fit.converged)
+    run.end(last.fit.converged)

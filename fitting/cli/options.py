@@ -1,32 +1,41 @@
-"""What every command understands: which data, which model, where the result goes. Loads nothing heavy."""
+"""The options of commands, made from the fields of `Request`, and lists of names. Loads nothing heavy."""
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Collection
+from dataclasses import Field, fields
 from pathlib import Path
+from typing import Any
 
 import click
 
+from fitting.study.request import CANDIDATES, DATA, MODEL, OUTPUT, SAVE, SEARCH, SHOOTING, Request, names_of, option_of
+
 CHAINS = "posterior.chains"  # beside the data: what `posterior` keeps, and `report` shows
-SEVERAL = ("--effects", "--fix", "--free", "--own", "--candidates")  # options that take all the names that follow them
+Decorator = Callable[[Callable], Callable]
+
+
+class NamesOption(click.Option):
+    """An option that takes every name that follows it: `--effects ideal_cylinder tip`."""
 
 
 class Command(click.Command):
-    """A command whose list options take every name that follows: `--effects ideal_cylinder tip`.
+    """A command whose list options take every name that follows.
 
     The list ends at the next option, and at the first name that is a file or folder: that is data.
     """
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
         """Repeat the option before each of its names, as click wants it."""
-        return super().parse_args(ctx, _spread(args))
+        lists = {flag for option in self.params if isinstance(option, NamesOption) for flag in option.opts}
+        return super().parse_args(ctx, _spread(args, lists))
 
 
-def _spread(args: list[str]) -> list[str]:
+def _spread(args: list[str], lists: Collection[str]) -> list[str]:
     spread: list[str] = []
     current, given = None, 0
     for arg in args:
         if arg.startswith("-"):
-            current, given = (arg, 0) if arg in SEVERAL else (None, 0)
+            current, given = (arg, 0) if arg in lists else (None, 0)
             spread.append(arg)
         elif current is not None and given and not _is_path(arg):
             spread += [current, arg]
@@ -42,9 +51,6 @@ def _is_path(text: str) -> bool:
     return os.sep in text or Path(text).exists()
 
 
-Decorator = Callable[[Callable], Callable]
-
-
 def bundle(*options: Callable) -> Decorator:
     """Several options as one decorator, in their order."""
 
@@ -56,57 +62,28 @@ def bundle(*options: Callable) -> Decorator:
     return decorate
 
 
+def request_options(*names: str) -> Decorator:
+    """The options of these fields of a request as one decorator."""
+    return bundle(*(_click_option(each) for each in fields(Request) if each.name in names))
+
+
+def _click_option(each: Field) -> Decorator:
+    option, default = option_of(each), each.default
+    more: dict[str, Any] = {"help": option.help, "metavar": option.metavar}
+    if option.metavar is None:
+        more["is_flag"] = True
+    elif isinstance(default, int):
+        more |= {"type": click.IntRange(option.least, option.most), "default": default, "show_default": True}
+    elif isinstance(default, tuple):
+        more |= {"multiple": True, "cls": NamesOption if option.is_list else None}
+    return click.option(option.flag, each.name, **more)
+
+
 data_argument = click.argument("data", nargs=-1, required=True, metavar="DATASET...")
-
-data_options = bundle(
-    click.option("--muscle", metavar="FILE", help="muscle.toml that belongs to a single CSV file."),
-    click.option("--test", metavar="KIND", help="Kind of test of a single CSV: loop, isometric, static, ..."),
-)
-
-model_options = bundle(
-    click.option("--model", metavar="FILE", help="Model file; without it the model.toml beside the data, if any."),
-    click.option("--effects", multiple=True, metavar="NAME...", help="The model's effects, all of them."),
-    click.option("--baseline", is_flag=True, help="Begin with the baseline, whatever model.toml says."),
-    click.option("--set", "settings", multiple=True, metavar="NAME=VALUE", help="Hold a parameter at this value."),
-    click.option("--fix", multiple=True, metavar="NAME...", help="Parameters that do not vary."),
-    click.option("--free", multiple=True, metavar="NAME...", help="Parameters that vary though taken as exact."),
-    click.option("--own", multiple=True, metavar="NAME...", help="Parameters that each data set has for itself."),
-    click.option("--effect-file", metavar="FILE", help="Python file with effects of your own."),
-    click.option("--define", multiple=True, metavar="LINE", help="An effect: 'drag = -B*v, B = 5 N s/m (0..99)'."),
-)
-
-candidate_options = bundle(
-    click.option("--candidates", multiple=True, metavar="NAME...", help="What may be missing; default: all effects."),
-    click.option("--rivals", is_flag=True, help="Look at the printed rivals too."),
-)
-
-fit_options = bundle(
-    click.option(
-        "--starts",
-        type=click.IntRange(1),
-        default=8,
-        show_default=True,
-        metavar="N",
-        help="Places that the search begins from.",
-    ),
-)
-
-shooting_option = click.option(
-    "--shooting", type=click.IntRange(0, 100), default=0, metavar="N",
-    help="Cut recorded motions into N stretches to find where the search begins; try 8 where a fit ends far off.",
-)  # fmt: skip
-
-save_options = bundle(
-    click.option("--save", metavar="FILE", help="Where the fitted model goes; default: model.toml beside the data."),
-    click.option("--no-save", is_flag=True, help="Leave every model file as it is."),
-)
-
-output_options = bundle(
-    click.option("--json", metavar="FILE", help="Write the result for machines, in SI units."),
-    click.option("--html", metavar="FILE", help="Write the result as a page that needs no network."),
-    click.option("--seed", type=click.IntRange(0), default=0, show_default=True, metavar="N",
-                 help="Seed of everything random."),
-    click.option("--quiet", is_flag=True, help="Print nothing but errors."),
-)  # fmt: skip
-
-study_options = bundle(data_options, model_options)
+study_options = request_options(*names_of(MODEL, DATA))
+candidate_options = request_options(*names_of(CANDIDATES))
+fit_options = request_options(*names_of(SEARCH))
+shooting_option = request_options(*names_of(SHOOTING))
+save_options = request_options(*names_of(SAVE))
+output_options = request_options(*names_of(OUTPUT))
+effect_file_option = request_options("effect_file")

@@ -12,7 +12,7 @@ import click
 
 from fitting.compiled.prepare import prepare
 from fitting.errors import InputError
-from fitting.study.asked import Asked
+from fitting.study.request import Request
 from fitting.units import own_units, spoken
 
 if TYPE_CHECKING:
@@ -48,10 +48,10 @@ class ProgressBar:
 
 
 @dataclass(frozen=True)
-class Study:
-    """One command on data: what was asked, what is to be done, and where the words go."""
+class CommandRun:
+    """One command on data: what was asked, what is to be done, and where the output goes."""
 
-    asked: Asked
+    request: Request
     task: "Task"
     console: "Console"
     begun: float
@@ -67,9 +67,9 @@ class Study:
         """Write `--json`, with what it takes to get the same again."""
         from fitting.report.results import provenance, write_json
 
-        if self.asked.json:
+        if self.request.json:
             seconds = round(time.monotonic() - self.begun, 2)
-            write_json(self.asked.json, result | {"provenance": provenance(self.task) | {"seconds": seconds}})
+            write_json(self.request.json, result | {"provenance": provenance(self.task) | {"seconds": seconds}})
 
     def end(self, converged: bool) -> None:
         """End the command; a search that did not converge has its own status."""
@@ -78,28 +78,28 @@ class Study:
             raise click.exceptions.Exit(NOT_CONVERGED)
 
     @contextmanager
-    def working(self, words: str) -> "Iterator[ProgressBar]":
+    def progress(self, text: str) -> "Iterator[ProgressBar]":
         """A progress bar on the error output while something takes its time."""
-        with progress_bar(words, self.asked.quiet) as told:
+        with progress_bar(text, self.request.quiet) as told:
             yield told
 
 
-def begin(given: dict[str, Any]) -> Study:
+def start(options: dict[str, Any]) -> CommandRun:
     """Read what was typed; a message for machines too if that fails."""
-    asked, begun = Asked.of(given), time.monotonic()
+    request, begun = Request.of(options), time.monotonic()
     prepare()
     from fitting.report.text.layout import console
     from fitting.report.text.study import opening
     from fitting.study.task import task_of
 
-    check_places(asked.json, asked.html)
-    check_place(asked.save)
-    with errors_for_machines(asked.json):
-        task = task_of(asked)
+    check_places(request.json, request.html)
+    check_place(request.save)
+    with errors_for_machines(request.json):
+        task = task_of(request)
     click.get_current_context().with_resource(spoken(own_units(u for e in task.experiments for u in e.units)))
-    study = Study(asked, task, console(asked.quiet), begun)
-    study.print(opening(task))
-    return study
+    run = CommandRun(request, task, console(request.quiet), begun)
+    run.print(opening(task))
+    return run
 
 
 def check_places(*paths: str | None) -> None:
@@ -133,7 +133,7 @@ def errors_for_machines(path: str | None) -> Iterator[None]:
 
 
 @contextmanager
-def progress_bar(words: str, quiet: bool) -> Iterator[ProgressBar]:
+def progress_bar(text: str, quiet: bool) -> Iterator[ProgressBar]:
     """A bar that is gone when the work is done; nothing where nobody looks."""
     from rich.console import Console
     from rich.progress import BarColumn, SpinnerColumn, TextColumn, TimeElapsedColumn
@@ -142,4 +142,4 @@ def progress_bar(words: str, quiet: bool) -> Iterator[ProgressBar]:
     shown = Console(stderr=True, quiet=quiet)
     columns = (SpinnerColumn(), TextColumn("{task.description}", markup=False), BarColumn(), TimeElapsedColumn())
     with Bars(*columns, console=shown, transient=True, disable=quiet or not shown.is_terminal) as bar:
-        yield ProgressBar(bar, bar.add_task(words, total=None))
+        yield ProgressBar(bar, bar.add_task(text, total=None))

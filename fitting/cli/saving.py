@@ -4,25 +4,25 @@ from pathlib import Path
 
 from rich.console import RenderableType
 
-from fitting.cli.run import Study
+from fitting.cli.run import CommandRun
 from fitting.errors import InputError
 from fitting.least_squares.fit import Fit
 from fitting.model_files.model_file import is_edited, write_model
 from fitting.report.text.layout import line, paste_line
-from fitting.study.asked import MODEL_FILE
+from fitting.study.request import MODEL_FILE
 
 
-def save(study: Study, fit: Fit, after: str | None = None) -> list[RenderableType]:
+def save(run: CommandRun, fit: Fit, after: str | None = None) -> list[RenderableType]:
     """Write the fitted model, and say where it went (and what comes `after` that) or why it did not."""
-    if study.asked.no_save:
+    if run.request.no_save:
         return []
     if not fit.converged:
         return [line("SAVED", "nothing: the search did not converge")]
-    path = Path(study.asked.save) if study.asked.save else study.task.experiments[0].folder / MODEL_FILE
-    why = write_model(path, fit, study.task.experiments)
+    path = Path(run.request.save) if run.request.save else run.task.experiments[0].folder / MODEL_FILE
+    why = write_model(path, fit, run.task.experiments)
     if why is None:
-        how = f"--model {path} takes it up" if study.asked.save else "the next command on these data begins from it"
+        how = f"--model {path} takes it up" if run.request.save else "the next command on these data begins from it"
         return [line("SAVED", f"{path}; {how}"), *([paste_line("NEXT", after)] if after else [])]
-    if study.asked.save and not (path.exists() and is_edited(path)):  # what comes next will look for it there
+    if run.request.save and not (path.exists() and is_edited(path)):  # what comes next will look for it there
         raise InputError(f"the model is not saved: {why}", cure="make room, or name another file with --save")
     return [line("SAVED", f"nothing: {why}. Name another file with --save FILE", "yellow")]

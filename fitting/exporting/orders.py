@@ -19,7 +19,7 @@ def exported(given: dict[str, Any]) -> tuple[Path, dict[str, Any], str]:
     """Write what was asked for: the file, the result for machines, and what is in the file in words."""
     form, file = given["form"], Path(given["out"] or DEFAULT[given["form"]])
     check_place(file, form)
-    whole, source = stored_model(given)
+    whole, source = stored_model(given["model"], given["muscle"], given["effect_file"])
     whole = without(whole, given["without"])
     result = {"file": str(file), "form": form, "effects": list(whole.names)}
     if form == "python":

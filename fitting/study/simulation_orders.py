@@ -1,4 +1,4 @@
-"""From what was typed after `simulate` to its quantities in SI."""
+"""The options of `simulate` as quantities in SI."""
 
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -12,40 +12,43 @@ from fitting.study.simulate import SimulatedData, simulate
 from fitting.study.stored_model import stored_model
 
 
-def simulated(folder: Path, given: dict[str, Any]) -> SimulatedData:
-    """Simulate what was asked for and write it."""
-    test = kind_of(given["test"])
-    whole, _ = stored_model(given)
+def simulate_request(folder: Path, options: dict[str, Any]) -> SimulatedData:
+    """Simulate the recordings that the options describe, and write them."""
+    test = kind_of(options["test"])
+    whole, _ = stored_model(options["model"], options["muscle"], options["effect_file"])
     noise = None
-    if given["noise"]:
-        noise = units.to_si(given["noise"], "N" if test in FORCE_TESTS else "m", "--noise")
-        check("--noise", [noise], given["noise"], 0.0)
-    return simulate(whole, folder, test, **_quantities(test, given), noise=noise, seed=given["seed"])
+    if options["noise"]:
+        noise = units.to_si(options["noise"], "N" if test in FORCE_TESTS else "m", "--noise")
+        check_least("--noise", [noise], options["noise"], 0.0)
+    return simulate(whole, folder, test, **_quantities(test, options), noise=noise, seed=options["seed"])
 
 
-def _quantities(test: str, given: dict[str, Any]) -> dict[str, Any]:
+def _quantities(test: str, options: dict[str, Any]) -> dict[str, Any]:
     """What this kind of test is made of, in SI; what was not typed is left to `simulate`."""
-    pressures = _list(given["pressure"], "Pa", "--pressure")
-    check("--pressure", pressures, given["pressure"], -units.ATMOSPHERE)
+    pressures = _values(options["pressure"], "Pa", "--pressure")
+    check_least("--pressure", pressures, options["pressure"], -units.ATMOSPHERE)
     chosen: dict[str, Any] = {"pressures": pressures}
-    chosen |= {key: _positive(given, key, unit) for key, unit in (("rate", "1/s"), ("duration", "s")) if given[key]}
+    chosen |= {key: _positive(options, key, unit) for key, unit in (("rate", "1/s"), ("duration", "s")) if options[key]}
     if test == "loop":
-        return chosen | {"turns": _list(given["turns"], "1", "--turns"), "speed": _positive(given, "speed", "m/s")}
+        return chosen | {
+            "turns": _values(options["turns"], "1", "--turns"),
+            "speed": _positive(options, "speed", "m/s"),
+        }
     if test in ("isometric", "static"):
-        typed = given["contraction"]
-        return chosen | ({"contractions": _list(typed, "1", "--contraction")} if typed else {})
-    loads = _list(given["load"], "N", "--load", units.load_to_si)
-    check("--load", loads, given["load"], 0.0, itself=False)
+        typed = options["contraction"]
+        return chosen | ({"contractions": _values(typed, "1", "--contraction")} if typed else {})
+    loads = _values(options["load"], "N", "--load", units.load_to_si)
+    check_least("--load", loads, options["load"], 0.0, itself=False)
     return chosen | {"loads": loads}
 
 
-def _positive(given: dict[str, Any], key: str, unit: str) -> float:
-    value = units.to_si(given[key], unit, f"--{key}")
-    check(f"--{key}", [value], given[key], 0.0, itself=False)
+def _positive(options: dict[str, Any], key: str, unit: str) -> float:
+    value = units.to_si(options[key], unit, f"--{key}")
+    check_least(f"--{key}", [value], options[key], 0.0, itself=False)
     return value
 
 
-def check(what: str, values: Sequence[float], typed: Any, least: float, itself: bool = True) -> None:
+def check_least(what: str, values: Sequence[float], typed: Any, least: float, itself: bool = True) -> None:
     """Refuse what no rig can do: values (SI) below the least, or at it unless the least `itself` may be."""
     if min(values) < least or (min(values) == least and not itself):
         bound = "a vacuum" if least else "0"
@@ -53,7 +56,7 @@ def check(what: str, values: Sequence[float], typed: Any, least: float, itself: 
         raise InputError(problem, value=typed, cure="give what a rig can do")
 
 
-def _list(text: str, unit: str, what: str, read: Callable[..., float] = units.to_si) -> list[float]:
+def _values(text: str, unit: str, what: str, read: Callable[..., float] = units.to_si) -> list[float]:
     """Values separated by commas; a unit at the end stands for all that have none."""
     parts = [part.strip() for part in text.split(",") if part.strip()]
     if not parts:

@@ -1,7 +1,6 @@
 """The model that a command takes from a model file."""
 
 from pathlib import Path
-from typing import Any
 
 from fitting.errors import InputError
 from fitting.library.library import library
@@ -10,10 +9,10 @@ from fitting.recordings.muscle_file import read_muscle
 from mckibben_jax.model import Model, model
 
 
-def stored_model(given: dict[str, Any]) -> tuple[Model, Path]:
-    """The model of a model file with its own muscle or that of `--muscle`, and where the file lies."""
-    stored = read_model(given["model"], library(given["effect_file"]))
-    muscle = read_muscle(given["muscle"])[0] if given["muscle"] else stored.muscle
+def stored_model(file: str, muscle_file: str | None, effect_file: str | None) -> tuple[Model, Path]:
+    """The model of a model file with its own muscle or that of a `muscle_file`, and where the file lies."""
+    stored = read_model(file, library(effect_file))
+    muscle = read_muscle(muscle_file)[0] if muscle_file else stored.muscle
     if muscle is None:
         raise InputError("the model file has no [muscle]", stored.path, cure="add --muscle muscle.toml")
     return model(muscle, *stored.effects), stored.path

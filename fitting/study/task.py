@@ -18,8 +18,8 @@ from fitting.problem.priors import Prior
 from fitting.problem.unknowns import Unknowns, unknowns
 from fitting.recordings.experiment import read_experiment, read_single
 from fitting.recordings.records import TESTS, Experiment
-from fitting.study.asked import MODEL_FILE, Asked
 from fitting.study.baseline import BASELINE
+from fitting.study.request import MODEL_FILE, Request
 from mckibben_jax.effect import Effect, name_of
 from mckibben_jax.model import model, with_effects
 from mckibben_jax.muscle import quantities
@@ -66,40 +66,40 @@ class Task:
         return dataclasses.replace(self, effects=tuple(effects))
 
 
-def task_of(asked: Asked) -> Task:
+def task_of(request: Request) -> Task:
     """Read the data and the model, and check every name before anything is computed."""
-    known = library(asked.effect_file, asked.define)
-    experiments = _distinct(read_data(asked))
-    stored, effects, origin = _model(asked, experiments, known)
+    known = library(request.effect_file, request.define)
+    experiments = _distinct(read_data(request))
+    stored, effects, origin = _model(request, experiments, known)
     task = Task(
         experiments=experiments,
         effects=effects,
         known=_known(stored, experiments),
-        fix=(*asked.fix, *_fixed(stored, asked)),
-        free=asked.free,
-        own=asked.own,
+        fix=(*request.fix, *_fixed(stored, request)),
+        free=request.free,
+        own=request.own,
         origin=origin,
         library={**known, **{name_of(effect): type(effect) for effect in effects}},
-        starts=max(asked.starts, 1),
-        seed=asked.seed,
-        shooting=asked.shooting,
+        starts=max(request.starts, 1),
+        seed=request.seed,
+        shooting=request.shooting,
         priors=stored.priors if stored else {},
     )
-    task = _with_settings(task, asked.settings)
-    _check(task, asked)
+    task = _with_settings(task, request.settings)
+    _check(task, request)
     return task
 
 
-def cited_task(asked: Asked) -> Task:
+def cited_task(request: Request) -> Task:
     """A task that may do without data: then the model file that is named, or the effects, or the baseline."""
-    if asked.data:
-        return task_of(asked)
-    known = library(asked.effect_file, asked.define)
-    if asked.model:
-        effects = read_model(asked.model, known).effects
+    if request.data:
+        return task_of(request)
+    known = library(request.effect_file, request.define)
+    if request.model:
+        effects = read_model(request.model, known).effects
     else:
-        effects = tuple(kind() for kind in (named(asked.effects, known) or BASELINE))
-    return Task((), effects, {}, (), (), (), "as asked", known, 1, asked.seed)
+        effects = tuple(kind() for kind in (named(request.effects, known) or BASELINE))
+    return Task((), effects, {}, (), (), (), "as asked", known, 1, request.seed)
 
 
 def fitted(task: Task) -> Fit:
@@ -129,23 +129,23 @@ def as_known(task: Task) -> tuple[Fit, tuple[str, ...]]:
 # --------------------------------------------------------------------------------------------------------------- data
 
 
-def read_data(asked: Asked) -> tuple[Experiment, ...]:
+def read_data(request: Request) -> tuple[Experiment, ...]:
     """The data sets: folders, or a single CSV with its muscle and kind of test."""
-    return tuple(_read(Path(path), asked) for path in asked.data)
+    return tuple(_read(Path(path), request) for path in request.data)
 
 
-def _read(path: Path, asked: Asked) -> Experiment:
+def _read(path: Path, request: Request) -> Experiment:
     if path.is_dir() or path.name == "muscle.toml":
         return read_experiment(path)
     if not path.exists():
         raise InputError("no such file or folder", path, cure="name a folder with muscle.toml, or a CSV file")
-    muscle_file = Path(asked.muscle) if asked.muscle else path.parent / "muscle.toml"
+    muscle_file = Path(request.muscle) if request.muscle else path.parent / "muscle.toml"
     if not muscle_file.exists():
         raise InputError("a single file needs its muscle", path, cure=f"add --muscle muscle.toml ({muscle_file})")
-    if not asked.test:
+    if not request.test:
         cure = f"add --test with one of {', '.join(TESTS)}"
         raise InputError("a single file needs its kind of test", path, cure=cure)
-    return read_single(path, muscle_file, asked.test)
+    return read_single(path, muscle_file, request.test)
 
 
 def _distinct(experiments: tuple[Experiment, ...]) -> tuple[Experiment, ...]:
@@ -162,20 +162,20 @@ def _distinct(experiments: tuple[Experiment, ...]) -> tuple[Experiment, ...]:
 
 
 def _model(
-    asked: Asked, experiments: Sequence[Experiment], known: dict[str, type[Effect]]
+    request: Request, experiments: Sequence[Experiment], known: dict[str, type[Effect]]
 ) -> tuple[ModelFile | None, tuple[Effect, ...], str]:
     """The model file if one counts, the effects, and where they come from in words."""
-    if asked.model and (asked.effects or asked.baseline):
+    if request.model and (request.effects or request.baseline):
         raise InputError("--model beside --effects or --baseline", cure="name the model in one way only")
-    chosen = [kind() for kind in named(asked.effects, known)]
-    if asked.baseline:
+    chosen = [kind() for kind in named(request.effects, known)]
+    if request.baseline:
         return None, with_effects([kind() for kind in BASELINE], chosen), "the baseline, as asked"
     if chosen:
         return None, tuple(chosen), "as asked"
     beside = experiments[0].folder / MODEL_FILE
-    if asked.model or beside.is_file():
-        stored = read_model(asked.model or beside, known)
-        unused = [e.name for e in experiments[1:] if not asked.model and (e.folder / MODEL_FILE).is_file()]
+    if request.model or beside.is_file():
+        stored = read_model(request.model or beside, known)
+        unused = [e.name for e in experiments[1:] if not request.model and (e.folder / MODEL_FILE).is_file()]
         beside_it = f"; the model files of {', '.join(unused)} are not used" if unused else ""
         return stored, stored.effects, f"from {stored.path}{beside_it}"
     return None, tuple(kind() for kind in BASELINE), "the baseline: there is no model.toml beside the data"
@@ -193,12 +193,12 @@ def _known(stored: ModelFile | None, experiments: Sequence[Experiment]) -> dict[
     return values
 
 
-def _fixed(stored: ModelFile | None, asked: Asked) -> tuple[str, ...]:
+def _fixed(stored: ModelFile | None, request: Request) -> tuple[str, ...]:
     """What the model file holds fixed, the geometry apart: that is a matter of muscle.toml."""
     if stored is None:
         return ()
     fixed = (name for name, state in stored.states.items() if state == "fixed" and not name.startswith("muscle."))
-    return tuple(name for name in fixed if name not in asked.free)
+    return tuple(name for name in fixed if name not in request.free)
 
 
 # ------------------------------------------------------------------------------------------------- settings and names
@@ -250,13 +250,13 @@ def _plain(names: Iterable[str]) -> list[str]:
     return sorted({full_names.common(name) for name in names} | {f"muscle.{name}" for name in quantities()})
 
 
-def _check(task: Task, asked: Asked) -> None:
+def _check(task: Task, request: Request) -> None:
     names = {name for full in task.layout.names for name in (full, full_names.common(full))}
-    for option, given in (("--fix", asked.fix), ("--free", asked.free), ("--own", asked.own)):
+    for option, given in (("--fix", request.fix), ("--free", request.free), ("--own", request.own)):
         for name in given:
             if name not in names:
                 raise unknown_name(f"parameter in {option}:", name, sorted(names))
-    both = set(asked.fix) & set(asked.free)
+    both = set(request.fix) & set(request.free)
     if both:
         raise InputError(f"{min(both)} is both in --fix and --free", cure="name it in one of them")
     if not any(effect.stage == "stored" for effect in task.effects):

@@ -36,7 +36,7 @@ class Column:
 
 @dataclass(frozen=True)
 class Dropped:
-    """A folder of CSV files that lacks a muscle.toml, with guesses for what is asked."""
+    """A folder of CSV files that lacks a muscle.toml, with guesses for what is request."""
 
     folder: Path
     tests: dict[str, str]  # file -> most likely kind of test
@@ -77,7 +77,7 @@ def is_described(folder: Path) -> bool:
     return (folder / "muscle.toml").is_file()
 
 
-def guessed(folder: Path) -> Dropped:
+def guess(folder: Path) -> Dropped:
     """What the files most likely are, as `mckibben init` guesses it."""
     entries = {entry["file"]: entry for entry in tomllib.loads(muscle_file(folder)).get("recording", [])}
     files = sorted(path for path in folder.iterdir() if path.suffix.lower() == ".csv")

@@ -6,7 +6,7 @@ from fitting.errors import InputError
 from fitting.model_files import model_file
 from fitting.report.page.page import page
 from fitting.report.page.posterior import posterior_sections
-from fitting.study.asked import Asked
+from fitting.study.request import Request
 from fitting.workbench.data import is_dropped
 from fitting.workbench.session import Session, fit_of, in_own_units
 
@@ -67,15 +67,15 @@ for name, *arguments in COMMANDS:
 
 def script_text(session: Session) -> str:
     """The session as a Python script that gives the same commands."""
-    asked, commands, written = session.asked, [], []
-    model = _model_words(asked)
+    request, commands, written = session.request, [], []
+    model = _model_words(request)
     for number, step in enumerate(session.steps):
         if step.comparison is None:
             continue
         saved = f"session_model_{number}.toml"
         commands.append([*step.typed, *model, "--save", saved])
         written.append(saved)
-        model = ["--model", saved, *_data_words(asked)]
+        model = ["--model", saved, *_data_words(request)]
         if step.diagnosis is not None:
             sought = ["--candidates", *step.sought] if step.sought else []
             commands.append(["diagnose", *model, *sought])
@@ -85,18 +85,14 @@ def script_text(session: Session) -> str:
     return SCRIPT.format(
         usage="DATASET" if dropped else "[DATASET]",
         written=", ".join([*written, "session_report.html"]),
-        default="" if dropped else f" or {list(asked.data)!r}",
+        default="" if dropped else f" or {list(request.data)!r}",
         commands=f"[\n{lines},\n]",
     )
 
 
-def _data_words(asked: Asked) -> list[str]:
-    words = [word for name in ("muscle", "test", "effect_file") if getattr(asked, name)
-             for word in (f"--{name.replace('_', '-')}", getattr(asked, name))]  # fmt: skip
-    defined_ones = [word for line in asked.define for word in ("--define", line)]
-    return [*words, *defined_ones, "--seed", str(asked.seed)]
+def _data_words(request: Request) -> list[str]:
+    return [*request.words("muscle", "test", "effect_file", "define"), "--seed", str(request.seed)]
 
 
-def _model_words(asked: Asked) -> list[str]:
-    chosen = ["--baseline"] if asked.baseline else ["--model", asked.model] if asked.model else []
-    return [*chosen, *_data_words(asked)]
+def _model_words(request: Request) -> list[str]:
+    return [*request.words("model", "baseline"), *_data_words(request)]

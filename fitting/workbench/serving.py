@@ -45,7 +45,7 @@ def data_folder(dataset: str) -> Path:
     raise InputError("no such file or folder", dataset, cure=cure)
 
 
-def asked() -> dict[str, Any]:
+def launch_options() -> dict[str, Any]:
     """What the command line asked for: `data`, a folder or nothing, and `candidates`."""
     return {"data": None, "candidates": []} | json.loads(os.environ.get(ASKED, "{}"))
 

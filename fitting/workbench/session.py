@@ -24,12 +24,12 @@ from fitting.report.pictures.loops import Frame, frame, key, loops_html, thinnin
 from fitting.report.pictures.panels import panels
 from fitting.report.text.comparison import judgement
 from fitting.report.text.diagnosis import verdict_text
-from fitting.study.asked import Asked
 from fitting.study.changing import with_added, with_dropped
 from fitting.study.diagnosing import candidates_of, diagnosed
+from fitting.study.request import Request
 from fitting.study.stages import Stage
 from fitting.study.task import Task, as_known, fitted, task_of
-from fitting.workbench.sliders import LaidOut, laid_out
+from fitting.workbench.sliders import LaidOut, lay_out
 
 if TYPE_CHECKING:
     from fitting.posterior.sample import Posterior
@@ -88,14 +88,14 @@ class Step:
     def laid_out(self) -> LaidOut:
         """The step's model as one compiled function."""
         with units.spoken(self.units):
-            return laid_out(self.task, self.fit)
+            return lay_out(self.task, self.fit)
 
 
 @dataclass(frozen=True)
 class Session:
     """What one user has done so far; immutable, so that two browser tabs cannot mix and undoing is to go back."""
 
-    asked: Asked
+    request: Request
     steps: tuple[Step, ...]
 
     @property
@@ -114,14 +114,14 @@ class Session:
         return self.last.units
 
 
-def opened(asked: Asked) -> Session:
+def open_session(request: Request) -> Session:
     """Read the data and lay out the model; nothing is fitted yet, so that there is something to see at once."""
-    task = task_of(asked)
-    return Session(asked, (Step("the model as it is", ("fit",), task),))
+    task = task_of(request)
+    return Session(request, (Step("the model as it is", ("fit",), task),))
 
 
 @in_own_units
-def begun(session: Session, progress: Progress) -> Session:
+def fit_first(session: Session, progress: Progress) -> Session:
     """The first step fitted, where its values are not known from a model file."""
     progress("fitting the model", 0.1)
     step = session.last
@@ -130,36 +130,36 @@ def begun(session: Session, progress: Progress) -> Session:
 
 
 @in_own_units
-def added(session: Session, names: Sequence[str], progress: Progress) -> Session:
+def add(session: Session, names: Sequence[str], progress: Progress) -> Session:
     """Effects added, each in place of its rival, and everything fitted again."""
     changed, words = with_added(session.last.task, names)
     return _refitted(session, changed, words, ("add", *names), progress)
 
 
 @in_own_units
-def dropped(session: Session, names: Sequence[str], progress: Progress) -> Session:
+def drop(session: Session, names: Sequence[str], progress: Progress) -> Session:
     """Effects taken out, and everything fitted again."""
     changed, words = with_dropped(session.last.task, names)
     return _refitted(session, changed, words, ("drop", *names), progress)
 
 
-def defined(session: Session, line: str) -> tuple[Session, str]:
+def define(session: Session, line: str) -> tuple[Session, str]:
     """The session in which one line defines an effect, and that effect's name. The line is parsed, never run."""
     step = session.last
     known = with_line(step.task.library, line.strip(), "the line")
     name = defined_name(line)
-    asked = dataclasses.replace(session.asked, define=(*session.asked.define, line.strip()))
-    session = dataclasses.replace(session, asked=asked)
+    request = dataclasses.replace(session.request, define=(*session.request.define, line.strip()))
+    session = dataclasses.replace(session, request=request)
     return _with_last(session, dataclasses.replace(step, task=dataclasses.replace(step.task, library=known))), name
 
 
-def undone(session: Session) -> Session:
+def undo(session: Session) -> Session:
     """One step back; the first stays."""
     return dataclasses.replace(session, steps=session.steps[:-1] or session.steps)
 
 
 @in_own_units
-def examined(session: Session, progress: Progress, candidates: Sequence[str] = ()) -> Session:
+def examine(session: Session, progress: Progress, candidates: Sequence[str] = ()) -> Session:
     """The last step with its diagnosis."""
     task = session.last.task
     found, compared = diagnosed(task, candidates_of(task, candidates), progress)
@@ -174,7 +174,7 @@ def examined(session: Session, progress: Progress, candidates: Sequence[str] = (
 
 
 @in_own_units
-def planned(session: Session, progress: Progress) -> Session:
+def plan(session: Session, progress: Progress) -> Session:
     """Which recording would tell apart what the diagnosis leaves tied."""
     from fitting.report.text.plan import plan_report
     from fitting.study.plan import plan_of
@@ -184,11 +184,11 @@ def planned(session: Session, progress: Progress) -> Session:
         raise InputError("there is no diagnosis yet", cure="run it first: the plan separates what it leaves tied")
     progress("planning", 0.1)
     plan = plan_of(step.task, step.diagnosis)
-    return _saying(session, NEXT, as_text(plan_report(plan, session.asked.model_file)))
+    return _saying(session, NEXT, as_text(plan_report(plan, session.request.model_file)))
 
 
 @in_own_units
-def sampled(session: Session, progress: Progress, seconds: float = 60.0) -> Session:
+def sample_posterior(session: Session, progress: Progress, seconds: float = 60.0) -> Session:
     """What the data leave open of the parameters, sampled for at most so long."""
     from fitting.posterior.record import describe
     from fitting.posterior.sample import sample
@@ -205,7 +205,7 @@ def sampled(session: Session, progress: Progress, seconds: float = 60.0) -> Sess
     return _with_last(told_so, dataclasses.replace(told_so.last, posterior=found))
 
 
-def designed(spec: str, progress: Progress) -> str:
+def find_design(spec: str, progress: Progress) -> str:
     """The muscle that does best what a design file asks for, in words."""
     from fitting.designs.file import read_design
     from fitting.report.text.design import describe

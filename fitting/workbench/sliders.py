@@ -61,7 +61,7 @@ class LaidOut:
         return {s.name: shown[s.name] * s.size for s in self.sliders if shown.get(s.name, s.start) != s.start}
 
 
-def laid_out(task: Task, fit: Fit | None) -> LaidOut:
+def lay_out(task: Task, fit: Fit | None) -> LaidOut:
     """The task's model at its fitted values, or at those where a search would start."""
     if fit is None:
         layout = task.layout

@@ -93,7 +93,7 @@ def fall(session: Session) -> str:
     return "" if compared is None else fall_html(session.stages, compared.floor, compared.unit)
 
 
-def offered(step: Step | None) -> list[str]:
+def offers(step: Step | None) -> list[str]:
     """What can be added with a click, the most promising first: explanations of several effects, then single ones."""
     if step is None or step.diagnosis is None:
         return []
@@ -152,12 +152,12 @@ def as_script(dataset: str | None) -> str:
     """What the notebook prints when it is run as a script: the comparison of one data set, or how to open one."""
     if dataset is None:
         return "mckibben workbench [DATASET] serves this notebook; python workbench.py DATASET compares."
-    from fitting.study.asked import Asked
+    from fitting.study.request import Request
     from fitting.workbench.serving import data_folder
-    from fitting.workbench.session import begun, opened
+    from fitting.workbench.session import fit_first, open_session
 
     try:
-        session = begun(opened(Asked(data=(str(data_folder(dataset)),))), lambda *_: None)
+        session = fit_first(open_session(Request(data=(str(data_folder(dataset)),))), lambda *_: None)
     except InputError as error:
         return str(error)
     return where_we_are(session)

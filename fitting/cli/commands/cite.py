@@ -12,19 +12,19 @@ from fitting.cli.run import errors_for_machines
 @click.argument("data", nargs=-1, metavar="[DATASET]...")
 @study_options
 @output_options
-def command(**given: Any) -> None:
+def command(**options: Any) -> None:
     """Say what to cite: the review, the model's effects, the data, the methods."""
-    from fitting.cli.output import hand_out
+    from fitting.cli.output import output
     from fitting.compiled.prepare import prepare
     from fitting.report.text.citations import citations
     from fitting.report.text.layout import line, lines
-    from fitting.study.asked import Asked
+    from fitting.study.request import Request
     from fitting.study.task import cited_task
 
     prepare()
-    asked = Asked.of(given)
-    with errors_for_machines(asked.json):
-        task = cited_task(asked)
+    request = Request.of(options)
+    with errors_for_machines(request.json):
+        task = cited_task(request)
     found = citations(task.effects, task.experiments)
     shown = [part for label, texts in found.items() for part in lines(label.upper()[:9], texts)]
-    hand_out(given, "What to cite", shown or [line("", "nothing to cite")], found)
+    output(options, "What to cite", shown or [line("", "nothing to cite")], found)

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from fitting.cli.options import Command, data_argument, fit_options, output_options, study_options
-from fitting.cli.run import Study, begin
+from fitting.cli.run import CommandRun, start
 
 if TYPE_CHECKING:
     from fitting.diagnosis.similarity import Knowable
@@ -18,12 +18,12 @@ if TYPE_CHECKING:
 @fit_options
 @click.option("--alike", is_flag=True, help="Also which missing effects would look alike here, and what would tell.")
 @output_options
-def command(alike: bool, **given: Any) -> None:
+def command(alike: bool, **options: Any) -> None:
     """Compare the model with the data: how large the error is, where it is worst, and what kind it is.
 
     Values that a model file gives are kept; what has no fitted value yet is fitted first.
     """
-    study = begin(given)
+    run = start(options)
     from fitting.comparison.compare import compare
     from fitting.report.results import comparison_result, fit_result
     from fitting.report.text.alike import alike_report, alike_result, known_report, known_result
@@ -33,30 +33,30 @@ def command(alike: bool, **given: Any) -> None:
     from fitting.report.text.next_step import after_comparison
     from fitting.study.task import as_known
 
-    with study.working("fitting and comparing"):
-        fit, fitted_here = as_known(study.task)
-        found = compare(fit, study.task.experiments)
-    can_be_known = _knowable(study, fit) if alike else None
+    with run.progress("fitting and comparing"):
+        fit, fitted_here = as_known(run.task)
+        found = compare(fit, run.task.experiments)
+    can_be_known = _knowable(run, fit) if alike else None
     more = {} if can_be_known is None else {"alike": alike_result(can_be_known)}
     if fitted_here:
-        study.print([line("FITTED", ", ".join(name for name in fitted_here if name in fit.free) or "nothing")])
-    study.print(lines("WARNING", fit_warnings(fit), "yellow") if fitted_here else [])
-    study.print(comparison_report(found))
-    study.print(known_report(fit))
-    study.print([] if can_be_known is None else alike_report(can_be_known))
-    after = after_comparison(found, study.task.experiments, study.asked.again)
-    study.print([line("", ""), paste_line("NEXT", after)] if after else [])
-    study.write(comparison_result(found) | {"fit": fit_result(fit), "known": known_result(fit)} | more)
-    if study.asked.html:
+        run.print([line("FITTED", ", ".join(name for name in fitted_here if name in fit.free) or "nothing")])
+    run.print(lines("WARNING", fit_warnings(fit), "yellow") if fitted_here else [])
+    run.print(comparison_report(found))
+    run.print(known_report(fit))
+    run.print([] if can_be_known is None else alike_report(can_be_known))
+    after = after_comparison(found, run.task.experiments, run.request.again)
+    run.print([line("", ""), paste_line("NEXT", after)] if after else [])
+    run.write(comparison_result(found) | {"fit": fit_result(fit), "known": known_result(fit)} | more)
+    if run.request.html:
         from fitting.report.page.page import write_page
 
-        write_page(study.asked.html, study.task, found)
-    study.end(fit.converged)
+        write_page(run.request.html, run.task, found)
+    run.end(fit.converged)
 
 
-def _knowable(study: Study, fit: "Fit") -> "Knowable":
+def _knowable(run: CommandRun, fit: "Fit") -> "Knowable":
     from fitting.diagnosis.similarity import knowable
 
-    with study.working("looking at every effect"):
-        kinds = [kind for kind in study.task.library.values() if not kind.rival]
-        return knowable(fit, study.task.experiments, kinds)
+    with run.progress("looking at every effect"):
+        kinds = [kind for kind in run.task.library.values() if not kind.rival]
+        return knowable(fit, run.task.experiments, kinds)

@@ -6,33 +6,33 @@ from typing import Any
 
 import click
 
-from fitting.cli.options import Command, output_options
+from fitting.cli.options import Command, effect_file_option, output_options
 from fitting.cli.run import NOT_CONVERGED, check_place, check_places, errors_for_machines, progress_bar
 from fitting.compiled.prepare import prepare
 
 
 @click.command("design", cls=Command)
 @click.argument("spec", metavar="SPEC.toml")
-@click.option("--effect-file", metavar="FILE", help="Python file with effects of your own.")
+@effect_file_option
 @click.option("--posterior", metavar="FILE", help="Draws of `posterior --netcdf`: design on all of them.")
 @click.option("--picture", metavar="FILE", help="The muscle to scale (or the trade-off): .svg, .pdf or .png.")
 @click.option("--save", metavar="FILE", help="The design as a model file; of a trade-off a folder of them.")
 @output_options
 def command(
     spec: str, effect_file: str | None, posterior: str | None, picture: str | None, save: str | None,
-    **given: Any,
+    **options: Any,
 ) -> None:  # fmt: skip
     """Find the muscle that does best what SPEC.toml asks for, within what rubber and braid can bear."""
     prepare()
-    check_places(given["json"], given["html"], picture)
-    from fitting.cli.output import print_out, write_out
+    check_places(options["json"], options["html"], picture)
+    from fitting.cli.output import print_report, write_files
     from fitting.designs.answer import answer
     from fitting.designs.order import read_draws, read_order
     from fitting.library.library import library
     from fitting.report.pictures.design import check_kind, draw
     from fitting.report.text.design import answer_result, answer_text
 
-    with errors_for_machines(given["json"]):
+    with errors_for_machines(options["json"]):
         order = read_order(spec, library(effect_file))
         draws = read_draws(posterior, order.task) if posterior else {}
         if save and not (order.second and Path(save).is_dir()):  # a trade-off is saved into a folder
@@ -40,14 +40,14 @@ def command(
             _left_alone(Path(save))
         if picture:
             check_kind(picture)
-        with progress_bar("designing", given["quiet"]):
-            found = answer(order, draws, given["seed"])
-        print_out(given, [answer_text(found)])
+        with progress_bar("designing", options["quiet"]):
+            found = answer(order, draws, options["seed"])
+        print_report(options, [answer_text(found)])
         if picture:
             draw(found, picture)
         if save:
             found.save(Path(save))
-    write_out(given, "Design", [answer_text(found)], answer_result(found))
+    write_files(options, "Design", [answer_text(found)], answer_result(found))
     sys.exit(0 if found.converged else NOT_CONVERGED)
 
 

@@ -4,9 +4,9 @@ from typing import Any
 
 import click
 
-from fitting.cli.each.options import asked_for_each, do_each, each_options
+from fitting.cli.each.options import each_options, run_each, wants_each
 from fitting.cli.options import Command, candidate_options, data_argument, output_options, study_options
-from fitting.cli.run import begin
+from fitting.cli.run import start
 
 
 @click.command("diagnose", cls=Command)
@@ -16,14 +16,14 @@ from fitting.cli.run import begin
 @click.option("--propose", is_flag=True, help="Propose a form for what no effect of the library explains.")
 @each_options
 @output_options
-def command(propose: bool, **given: Any) -> None:
+def command(propose: bool, **options: Any) -> None:
     """Say which effect is missing from the model, or that these data cannot say.
 
     Several data sets are diagnosed together: they share the effects. With --each, every one is diagnosed on its own.
     """
-    if asked_for_each(given):
-        return do_each(given | {"propose": propose}, "diagnose")
-    study = begin(given)
+    if wants_each(options):
+        return run_each(options | {"propose": propose}, "diagnose")
+    run = start(options)
     from fitting.diagnosis.diagnose import of_force
     from fitting.diagnosis.proposal import proposed, require_sparse_regression
     from fitting.report.results import diagnosis_result
@@ -35,28 +35,28 @@ def command(propose: bool, **given: Any) -> None:
     from fitting.report.text.warnings import comparison_warnings
     from fitting.study.diagnosing import candidates_of, diagnosed, following, in_newtons
 
-    candidates = candidates_of(study.task, given["candidates"], given["rivals"])
+    candidates = candidates_of(run.task, run.request.candidates, run.request.rivals)
     if propose:
         require_sparse_regression()
-    with study.working("diagnosing") as progress:
-        found, compared = diagnosed(study.task, candidates, progress)
-        planned = following(study.task, found, progress)
+    with run.progress("diagnosing") as progress:
+        found, compared = diagnosed(run.task, candidates, progress)
+        planned = following(run.task, found, progress)
         form = proposed(found, progress) if propose else None
-    study.print(lines("WARNING", comparison_warnings(compared), "yellow"))
-    study.print(diagnosis_report(found, compared.unit))
-    notes = [*of_force(study.task.experiments)[1], *motion_notes(found, study.task.experiments)]
-    study.print(lines("NOTE", notes))
-    study.print([line("ERROR", error_text(compared))])
-    study.print([line("MEASURE", " ".join(measurement_text(planned)))] if planned else [])
-    after = after_diagnosis(found, study.asked.again, propose)
-    study.print([paste_line("NEXT", after)] if after else [])
+    run.print(lines("WARNING", comparison_warnings(compared), "yellow"))
+    run.print(diagnosis_report(found, compared.unit))
+    notes = [*of_force(run.task.experiments)[1], *motion_notes(found, run.task.experiments)]
+    run.print(lines("NOTE", notes))
+    run.print([line("ERROR", error_text(compared))])
+    run.print([line("MEASURE", " ".join(measurement_text(planned)))] if planned else [])
+    after = after_diagnosis(found, run.request.again, propose)
+    run.print([paste_line("NEXT", after)] if after else [])
     if form:
-        study.print([line("PROPOSAL", proposal_text(form))])
-        study.console.print(form.command(study.asked.again), soft_wrap=True)  # to be pasted: in one line
-    study.write(diagnosis_result(found, compared, planned) | ({"proposal": proposal_result(form)} if form else {}))
-    if study.asked.html:
+        run.print([line("PROPOSAL", proposal_text(form))])
+        run.console.print(form.command(run.request.again), soft_wrap=True)  # to be pasted: in one line
+    run.write(diagnosis_result(found, compared, planned) | ({"proposal": proposal_result(form)} if form else {}))
+    if run.request.html:
         from fitting.report.page.page import write_page
 
-        write_page(study.asked.html, in_newtons(study.task), compared, found, planned=planned)
-        study.print([line("PAGE", study.asked.html)])
-    study.end(found.baseline.converged)
+        write_page(run.request.html, in_newtons(run.task), compared, found, planned=planned)
+        run.print([line("PAGE", run.request.html)])
+    run.end(found.baseline.converged)

@@ -13,7 +13,7 @@ from fitting.cli.options import (
     save_options,
     study_options,
 )
-from fitting.cli.run import begin
+from fitting.cli.run import start
 
 
 @click.command("discover", cls=Command)
@@ -23,14 +23,14 @@ from fitting.cli.run import begin
 @fit_options
 @save_options
 @output_options
-def command(**given: Any) -> None:
+def command(**options: Any) -> None:
     """Diagnose, add one effect, and again, until nothing more can be said.
 
     An effect that leads is added whatever the verdict. A step is kept if it lowers the error on runs left out by more
     than its standard error and by a tenth, and raises no error; if no parameter ends at its bound, no stated size is
     denied and no value is smaller than its error. What is tried and not kept is said.
     """
-    study = begin(given)
+    run = start(options)
     from fitting.cli.saving import save
     from fitting.report.page.page import write_page
     from fitting.report.results import diagnosis_result, fit_result, steps_result
@@ -45,28 +45,28 @@ def command(**given: Any) -> None:
     from fitting.study.discovering import discovered, on_motions
     from fitting.study.stages import Stage
 
-    candidates = candidates_of(study.task, given["candidates"], given["rivals"]) or all_candidates(study.task)
-    with study.working("diagnosing") as progress:
+    candidates = candidates_of(run.task, run.request.candidates, run.request.rivals) or all_candidates(run.task)
+    with run.progress("diagnosing") as progress:
 
         def shown(stage: Stage) -> None:
             with progress.aside():
-                study.print(step_report(stage))
+                run.print(step_report(stage))
 
-        found = discovered(in_newtons(study.task), candidates, progress, shown)
-        motions = on_motions(study.task, found, progress)
+        found = discovered(in_newtons(run.task), candidates, progress, shown)
+        motions = on_motions(run.task, found, progress)
     compared, stages = found.comparison, found.stages
     unit = compared.unit
     words = f"Error {amount(stages[0].rmse, unit)} -> {amount(compared.rmse, unit)}. {judgement(compared)}"
-    study.print([line("RESULT", words, "bold"), line("MODEL NOW", " + ".join(found.task.names))])
-    study.print([*steps_report(stages, unit), line("", "")])
-    study.print([*diagnosis_report(found.diagnosis, unit), *fit_report(compared.fit)])
+    run.print([line("RESULT", words, "bold"), line("MODEL NOW", " + ".join(found.task.names))])
+    run.print([*steps_report(stages, unit), line("", "")])
+    run.print([*diagnosis_report(found.diagnosis, unit), *fit_report(compared.fit)])
     final = compared.fit if motions is None else motions.after
     if motions is not None:
-        study.print([line("MOTION", on_motions_text(motions), "bold"), *fit_report(final)])
+        run.print([line("MOTION", on_motions_text(motions), "bold"), *fit_report(final)])
     unsure = motions is not None and not motions.confirmed
-    study.print([line("SAVED", "nothing: the motions do not confirm it")] if unsure else save(study, final))
+    run.print([line("SAVED", "nothing: the motions do not confirm it")] if unsure else save(run, final))
     result = {**diagnosis_result(found.diagnosis, compared), **fit_result(compared.fit), **steps_result(stages)}
-    study.write(result | on_motions_result(motions))
-    if study.asked.html:
-        write_page(study.asked.html, found.task, compared, found.diagnosis, stages)
-    study.end(final.converged)
+    run.write(result | on_motions_result(motions))
+    if run.request.html:
+        write_page(run.request.html, found.task, compared, found.diagnosis, stages)
+    run.end(final.converged)

@@ -12,7 +12,7 @@ from fitting.cli.options import (
     shooting_option,
     study_options,
 )
-from fitting.cli.run import begin
+from fitting.cli.run import start
 
 
 @click.command("drop", cls=Command)
@@ -22,7 +22,7 @@ from fitting.cli.run import begin
 @shooting_option
 @save_options
 @output_options
-def command(arguments: tuple[str, ...], **given: Any) -> None:
+def command(arguments: tuple[str, ...], **options: Any) -> None:
     """Drop effects from the model, fit the rest, and say how far the error rises.
 
     An argument that is an existing path is data, the others are effects.
@@ -30,8 +30,8 @@ def command(arguments: tuple[str, ...], **given: Any) -> None:
     from fitting.cli.arguments import split
 
     data, names = split(arguments)
-    study = begin({**given, "data": data})
-    from fitting.cli.changing import run
+    run = start({**options, "data": data})
+    from fitting.cli.changing import change_model
     from fitting.study.changing import with_dropped
 
-    run(study, names, with_dropped)
+    change_model(run, names, with_dropped)

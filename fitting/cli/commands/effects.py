@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from fitting.cli.options import Command, output_options
+from fitting.cli.options import Command, effect_file_option, output_options
 from fitting.cli.run import errors_for_machines
 from fitting.compiled.prepare import prepare
 
@@ -17,26 +17,26 @@ if TYPE_CHECKING:
 
 @click.command("effects", cls=Command)
 @click.argument("names", nargs=-1, metavar="[NAME]...")
-@click.option("--effect-file", metavar="FILE", help="Python file with effects of your own.")
+@effect_file_option
 @output_options
-def command(names: tuple[str, ...], effect_file: str | None, **given: Any) -> None:
+def command(names: tuple[str, ...], effect_file: str | None, **options: Any) -> None:
     """List the effects that a model may have, or explain some of them."""
     prepare()
-    from fitting.cli.output import hand_out
+    from fitting.cli.output import output
     from fitting.library.library import library, named
     from fitting.report.text.catalogue import effect_report, effects_report, effects_result
 
-    with errors_for_machines(given["json"]):
+    with errors_for_machines(options["json"]):
         known = library(effect_file)
         chosen = named(names, known) if names else tuple(known.values())
     if not names:
-        hand_out(given, "Effects", effects_report(chosen), effects_result(chosen))
+        output(options, "Effects", effects_report(chosen), effects_result(chosen))
         return
     from fitting.report.pictures.effect import in_characters
 
     shown = [part for kind in chosen for part in (*effect_report(kind), *in_characters(kind), "")]
     page = [part for kind in chosen for part in effect_report(kind)]
-    hand_out(given, "Effects", shown, effects_result(chosen), page=page, pictures=_pictures(chosen, given["html"]))
+    output(options, "Effects", shown, effects_result(chosen), page=page, pictures=_pictures(chosen, options["html"]))
 
 
 def _pictures(kinds: "Sequence[type[Effect]]", page: str | None) -> "list[Section]":

@@ -4,7 +4,7 @@ from typing import Any
 
 import click
 
-from fitting.cli.options import Command, output_options
+from fitting.cli.options import Command, effect_file_option, output_options
 from fitting.cli.run import errors_for_machines
 
 
@@ -23,21 +23,21 @@ from fitting.cli.run import errors_for_machines
 @click.option("--points", default="51,11", show_default=True, metavar="N,N", help="Table: contractions, pressures.")
 @click.option("--without", multiple=True, metavar="NAME", help="Leave this effect out, for example the load cell's.")
 @click.option("--muscle", metavar="FILE", help="muscle.toml, where it is not the model file's muscle.")
-@click.option("--effect-file", metavar="FILE", help="Python file with effects of your own.")
+@effect_file_option
 @output_options
-def command(**given: Any) -> None:
+def command(**options: Any) -> None:
     """Write MODEL (a model.toml) for a program that does not know this one: plain numpy, or a table.
 
     The module has step(state, pressure, displacement, dt), force, stiffness, linearise and pressure_for.
     """
-    from fitting.cli.output import hand_out
+    from fitting.cli.output import output
     from fitting.compiled.prepare import prepare
     from fitting.report.text.layout import line
 
     prepare()
-    with errors_for_machines(given["json"]):
+    with errors_for_machines(options["json"]):
         from fitting.exporting.orders import exported
 
-        file, result, words = exported(given)
+        file, result, words = exported(options)
     shown = [line("WRITTEN", f"{file}: {words}"), line("USE", result["use"])]
-    hand_out(given, "mckibben export", shown, result)
+    output(options, "mckibben export", shown, result)

@@ -4,7 +4,7 @@ from typing import Any
 
 import click
 
-from fitting.cli.each.options import asked_for_each, do_each, each_options
+from fitting.cli.each.options import each_options, run_each, wants_each
 from fitting.cli.options import (
     Command,
     data_argument,
@@ -14,7 +14,7 @@ from fitting.cli.options import (
     shooting_option,
     study_options,
 )
-from fitting.cli.run import begin
+from fitting.cli.run import start
 
 
 @click.command("fit", cls=Command)
@@ -25,14 +25,14 @@ from fitting.cli.run import begin
 @save_options
 @each_options
 @output_options
-def command(**given: Any) -> None:
+def command(**options: Any) -> None:
     """Fit the model to the data: values with robust errors, bounds, and what can make up for what.
 
     Several data sets are fitted together: they share the effects. With --each, every one is fitted on its own.
     """
-    if asked_for_each(given):
-        return do_each(given, "fit")
-    study = begin(given)
+    if wants_each(options):
+        return run_each(options, "fit")
+    run = start(options)
     from fitting.cli.saving import save
     from fitting.comparison.compare import compare
     from fitting.report.results import comparison_result, fit_result
@@ -42,15 +42,15 @@ def command(**given: Any) -> None:
     from fitting.report.text.warnings import comparison_warnings
     from fitting.study.task import fitted
 
-    with study.working("fitting"):
-        fit = fitted(study.task)
-        found = compare(fit, study.task.experiments)
-    study.print([line("RESULT", judgement(found), "bold"), line("ERROR", error_text(found))])
-    study.print([*lines("WARNING", comparison_warnings(found), "yellow"), *fit_report(fit)])
-    study.print(save(study, fit))
-    study.write(fit_result(fit) | {"comparison": comparison_result(found)})
-    if study.asked.html:
+    with run.progress("fitting"):
+        fit = fitted(run.task)
+        found = compare(fit, run.task.experiments)
+    run.print([line("RESULT", judgement(found), "bold"), line("ERROR", error_text(found))])
+    run.print([*lines("WARNING", comparison_warnings(found), "yellow"), *fit_report(fit)])
+    run.print(save(run, fit))
+    run.write(fit_result(fit) | {"comparison": comparison_result(found)})
+    if run.request.html:
         from fitting.report.page.page import write_page
 
-        write_page(study.asked.html, study.task, found)
-    study.end(fit.converged)
+        write_page(run.request.html, run.task, found)
+    run.end(fit.converged)

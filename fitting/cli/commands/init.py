@@ -11,10 +11,10 @@ from fitting.cli.run import errors_for_machines
 @click.command("init", cls=Command)
 @click.argument("folder")
 @output_options
-def command(folder: str, **given: Any) -> None:
+def command(folder: str, **options: Any) -> None:
     """Look at the CSV files of a folder and write a muscle.toml to fill in."""
-    with errors_for_machines(given["json"]):
-        from fitting.cli.output import hand_out
+    with errors_for_machines(options["json"]):
+        from fitting.cli.output import output
         from fitting.recordings.template import write_muscle_file
         from fitting.report.text.layout import line
         from fitting.report.text.next_step import typed
@@ -25,4 +25,4 @@ def command(folder: str, **given: Any) -> None:
         line("NOW", "write a value for every '?' in it, and check what is called a guess or not used"),
         line("NEXT", f"mckibben compare {typed([folder])}"),
     ]
-    hand_out(given, "mckibben init", shown, {"written": str(path)})
+    output(options, "mckibben init", shown, {"written": str(path)})

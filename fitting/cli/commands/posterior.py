@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from fitting.cli.options import CHAINS, Command, data_argument, fit_options, output_options, study_options
-from fitting.cli.run import Study, begin, check_place, check_places
+from fitting.cli.run import CommandRun, check_place, check_places, start
 
 if TYPE_CHECKING:
     from fitting.least_squares.fit import Fit
@@ -29,43 +29,43 @@ SAMPLERS = ("emcee", "nuts")
 @click.option("--again", is_flag=True, help="Begin anew, whatever the file of chains holds.")
 @click.option("--netcdf", metavar="FILE", help="Write the draws as netCDF, for arviz and xarray.")
 @output_options
-def command(**given: Any) -> None:
+def command(**options: Any) -> None:
     """Sample the parameters around the fit (emcee), and say whether the result can be trusted.
 
     Stopped or killed, the same command goes on where it was. Priors are those of muscle.toml (+/-) and of model.toml.
     """
-    check_places(given["netcdf"])
-    study = begin(given)
+    check_places(options["netcdf"])
+    run = start(options)
     from fitting.posterior.record import describe, save, to_json
     from fitting.study.task import fitted
     from fitting.writing import write_whole
 
-    with study.working("fitting") as progress:
-        fit = fitted(study.task)
-        found = _sampled(study, fit, given, progress)
-    study.print([describe(found)])
-    study.write(to_json(found))
-    if study.asked.html:
+    with run.progress("fitting") as progress:
+        fit = fitted(run.task)
+        found = _sampled(run, fit, options, progress)
+    run.print([describe(found)])
+    run.write(to_json(found))
+    if run.request.html:
         from fitting.report.page.posterior import write_posterior
 
-        write_posterior(study.asked.html, study.task, found)
-    if given["netcdf"]:
-        write_whole(given["netcdf"], lambda new: save(found, new))
-    study.end(fit.converged and found.settled)
+        write_posterior(run.request.html, run.task, found)
+    if options["netcdf"]:
+        write_whole(options["netcdf"], lambda new: save(found, new))
+    run.end(fit.converged and found.settled)
 
 
-def _sampled(study: Study, fit: "Fit", given: dict[str, Any], progress: "Progress") -> "Posterior":
+def _sampled(run: CommandRun, fit: "Fit", options: dict[str, Any], progress: "Progress") -> "Posterior":
     """The posterior by the sampler that was asked for."""
     from fitting.units import to_si
 
-    task, seconds = study.task, to_si(given["limit"], "s", "--limit")
+    task, seconds = run.task, to_si(options["limit"], "s", "--limit")
     common: dict[str, Any] = {"seed": task.seed, "priors": task.priors}
-    if given["quick"]:
+    if options["quick"]:
         from fitting.posterior.quick import quick_look
 
         progress("quick look", 0.5)
         return quick_look(fit, task.experiments, **common)
-    if given["sampler"] == "nuts":
+    if options["sampler"] == "nuts":
         from fitting.posterior.nuts import sample_nuts
 
         return sample_nuts(fit, task.experiments, limit_s=seconds, progress=progress, **common)
@@ -75,23 +75,23 @@ def _sampled(study: Study, fit: "Fit", given: dict[str, Any], progress: "Progres
         fit,
         task.experiments,
         **common,
-        max_steps=given["steps"],
+        max_steps=options["steps"],
         limit_s=seconds,
-        chains=_place_of_chains(study, given),
-        again=given["again"],
-        progress=lambda done, worth: progress(f"{done} steps, {worth:.0f} effective samples", done / given["steps"]),
+        chains=_place_of_chains(run, options),
+        again=options["again"],
+        progress=lambda done, worth: progress(f"{done} steps, {worth:.0f} effective samples", done / options["steps"]),
     )
 
 
-def _place_of_chains(study: Study, given: dict[str, Any]) -> str | None:
+def _place_of_chains(run: CommandRun, options: dict[str, Any]) -> str | None:
     """The file of chains; none beside data that may not be written to, which is said."""
-    if given["no_chains"]:
+    if options["no_chains"]:
         return None
-    if given["chains"]:
-        check_place(given["chains"])
-        return given["chains"]
-    folder = study.task.experiments[0].folder
+    if options["chains"]:
+        check_place(options["chains"])
+        return options["chains"]
+    folder = run.task.experiments[0].folder
     if os.access(folder, os.W_OK):
         return str(folder / CHAINS)
-    study.print([f"The chains are not kept: {folder} may not be written to (--chains FILE names another place)."])
+    run.print([f"The chains are not kept: {folder} may not be written to (--chains FILE names another place)."])
     return None

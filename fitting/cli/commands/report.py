@@ -16,7 +16,7 @@ from fitting.cli.options import (
     output_options,
     study_options,
 )
-from fitting.cli.run import Study, begin
+from fitting.cli.run import CommandRun, start
 from fitting.errors import InputError
 
 if TYPE_CHECKING:
@@ -34,12 +34,12 @@ FEWEST_STEPS = 100  # of chains: fewer were not begun with this model, or hardly
 @fit_options
 @click.option("--no-diagnosis", is_flag=True, help="Compare only; takes seconds.")
 @output_options
-def command(no_diagnosis: bool, **given: Any) -> None:
+def command(no_diagnosis: bool, **options: Any) -> None:
     """Compare, diagnose, and write one HTML page (mckibben_report.html, or what --html names).
 
     A posterior that `mckibben posterior` sampled of the same model stands on it too.
     """
-    study = begin({**given, "html": given["html"] or PAGE})
+    run = start({**options, "html": options["html"] or PAGE})
     from fitting.comparison.compare import compare
     from fitting.report.page.page import write_page
     from fitting.report.results import comparison_result, diagnosis_result
@@ -48,30 +48,30 @@ def command(no_diagnosis: bool, **given: Any) -> None:
     from fitting.report.text.layout import line
     from fitting.study.task import as_known
 
-    with study.working("comparing") as progress:
-        task = study.task
+    with run.progress("comparing") as progress:
+        task = run.task
         if no_diagnosis:
             diagnosis, planned = None, None
-            compared = compare(as_known(study.task)[0], study.task.experiments)
+            compared = compare(as_known(run.task)[0], run.task.experiments)
         else:
             from fitting.study.diagnosing import candidates_of, diagnosed, following, in_newtons
 
-            candidates = candidates_of(study.task, given["candidates"], given["rivals"])
-            diagnosis, compared = diagnosed(study.task, candidates, progress)
-            planned = following(study.task, diagnosis, progress)
-            task = in_newtons(study.task)
-    study.print([line("VERDICT", verdict_text(diagnosis), "bold")] if diagnosis else [])
-    study.print([line("RESULT", judgement(compared))])
-    sampled = _posterior(study, compared.fit)
-    write_page(str(study.asked.html), task, compared, diagnosis, planned=planned, posterior=sampled)
-    study.print([line("WRITTEN", str(study.asked.html))])
-    study.write(diagnosis_result(diagnosis, compared, planned) if diagnosis else comparison_result(compared))
-    study.end(compared.fit.converged)
+            candidates = candidates_of(run.task, run.request.candidates, run.request.rivals)
+            diagnosis, compared = diagnosed(run.task, candidates, progress)
+            planned = following(run.task, diagnosis, progress)
+            task = in_newtons(run.task)
+    run.print([line("VERDICT", verdict_text(diagnosis), "bold")] if diagnosis else [])
+    run.print([line("RESULT", judgement(compared))])
+    sampled = _posterior(run, compared.fit)
+    write_page(str(run.request.html), task, compared, diagnosis, planned=planned, posterior=sampled)
+    run.print([line("WRITTEN", str(run.request.html))])
+    run.write(diagnosis_result(diagnosis, compared, planned) if diagnosis else comparison_result(compared))
+    run.end(compared.fit.converged)
 
 
-def _posterior(study: Study, fit: "Fit") -> "list[Section]":
+def _posterior(run: CommandRun, fit: "Fit") -> "list[Section]":
     """What was sampled of this model, if chains of it lie beside the data; they are read from a copy."""
-    task, kept = study.task, study.task.experiments[0].folder / CHAINS
+    task, kept = run.task, run.task.experiments[0].folder / CHAINS
     if not kept.is_file():
         return []
     from fitting.posterior.sample import sample
@@ -81,14 +81,14 @@ def _posterior(study: Study, fit: "Fit") -> "list[Section]":
 
     steps = [0]
     try:
-        with tempfile.TemporaryDirectory() as folder, study.working("reading the posterior"):
+        with tempfile.TemporaryDirectory() as folder, run.progress("reading the posterior"):
             copy = copied(kept, Path(folder))
             found = sample(fit, task.experiments, seed=task.seed, priors=task.priors, limit_s=0.0, chains=str(copy),
                            progress=lambda done, _: steps.append(done))  # fmt: skip
     except (InputError, OSError, sqlite3.Error) as error:  # the page is there without it
-        study.print([line("NOTE", f"{kept} cannot be read, and no posterior stands on the page: {error}")])
+        run.print([line("NOTE", f"{kept} cannot be read, and no posterior stands on the page: {error}")])
         return []
     if steps[-1] < FEWEST_STEPS:
-        study.print([line("NOTE", f"{kept} holds no posterior of this model and these data: left out")])
+        run.print([line("NOTE", f"{kept} holds no posterior of this model and these data: left out")])
         return []
     return posterior_sections(found)

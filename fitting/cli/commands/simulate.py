@@ -5,7 +5,7 @@ from typing import Any
 
 import click
 
-from fitting.cli.options import Command, output_options
+from fitting.cli.options import Command, effect_file_option, output_options
 from fitting.cli.run import check_places, errors_for_machines
 
 # as fitting.recordings.records has them, which would load jax for `--help`
@@ -31,26 +31,26 @@ KINDS = ("loop", "isometric", "static", "isotonic", "quick release", "step")
 @click.option("--rate", metavar="VALUE", help="Samples per second; 50 Hz, releases and steps 500 Hz.")
 @click.option("--noise", metavar="VALUE", help="Standard deviation of one reading; none unless given.")
 @click.option("--muscle", metavar="FILE", help="muscle.toml, where it is not the model file's muscle.")
-@click.option("--effect-file", metavar="FILE", help="Python file with effects of your own.")
+@effect_file_option
 @click.option("--out", required=True, metavar="FOLDER", help="Where the data set goes.")
 @output_options
-def command(**given: Any) -> None:
+def command(**options: Any) -> None:
     """Write the data set that a rig would record if the muscle were as MODEL (a model.toml) says."""
-    from fitting.cli.output import hand_out
+    from fitting.cli.output import output
     from fitting.compiled.prepare import prepare
     from fitting.report.text.layout import line, lines
     from fitting.report.text.next_step import typed
 
     prepare()
-    check_places(given["json"], given["html"])
-    with errors_for_machines(given["json"]):
-        from fitting.study.simulation_orders import simulated
+    check_places(options["json"], options["html"])
+    with errors_for_machines(options["json"]):
+        from fitting.study.simulation_orders import simulate_request
 
-        told = simulated(Path(given["out"]), given)
+        told = simulate_request(Path(options["out"]), options)
     shown = [
         line("WRITTEN", f"{told.file} and muscle.toml beside it: {told.samples:,} samples"),
         *lines("WARNING", told.warnings),
-        line("NEXT", f"mckibben compare {typed([given['out']])} --model {typed([given['model']])}"),
+        line("NEXT", f"mckibben compare {typed([options['out']])} --model {typed([options['model']])}"),
     ]
     result = {"file": str(told.file), "samples": told.samples, "warnings": list(told.warnings)}
-    hand_out(given, "mckibben simulate", shown, result)
+    output(options, "mckibben simulate", shown, result)

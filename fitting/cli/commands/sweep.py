@@ -8,7 +8,7 @@ from typing import Any
 
 import click
 
-from fitting.cli.options import Command, output_options
+from fitting.cli.options import Command, effect_file_option, output_options
 from fitting.cli.run import check_places, errors_for_machines, progress_bar
 from fitting.compiled.prepare import prepare
 
@@ -21,29 +21,29 @@ NEEDS = {PARQUET: "pyarrow", "zarr": "zarr"}  # the formats of `sweep_files`, an
 @click.option("--out", metavar="FOLDER", help="Where the files go; default: SPEC_sweep beside the file.")
 @click.option("--to", "kind", default=PARQUET, show_default=True, type=click.Choice(list(NEEDS)), help="Kind of files.")
 @click.option("--scheduler", metavar="ADDRESS", help="Dask scheduler whose workers share the work.")
-@click.option("--effect-file", metavar="FILE", help="Python file with effects of your own.")
+@effect_file_option
 @output_options
 def command(
-    spec: str, out: str | None, kind: str, scheduler: str | None, effect_file: str | None, **given: Any
+    spec: str, out: str | None, kind: str, scheduler: str | None, effect_file: str | None, **options: Any
 ) -> None:
     """Evaluate every design of a grid or sample that SPEC.toml describes; begun sweeps are gone on with."""
     _use_all_cores()
     prepare()
-    check_places(given["json"], given["html"])
-    from fitting.cli.output import hand_out
+    check_places(options["json"], options["html"])
+    from fitting.cli.output import output
     from fitting.designs.sweep import sweep
     from fitting.designs.sweep_file import read_sweep
     from fitting.library.library import library
     from fitting.report.text.sweep import describe, to_json
 
-    with errors_for_machines(given["json"]):
+    with errors_for_machines(options["json"]):
         _need_writer(kind)
         order = read_sweep(spec, library(effect_file))
         work = _work(scheduler, effect_file)
         folder = Path(out) if out else Path(spec).with_name(f"{Path(spec).stem}_sweep")
-        with progress_bar("compiling", given["quiet"]) as progress:
+        with progress_bar("compiling", options["quiet"]) as progress:
             found = sweep(order, folder, work, progress, kind=kind)
-    hand_out(given, "Sweep", [describe(found)], to_json(found))
+    output(options, "Sweep", [describe(found)], to_json(found))
 
 
 def _need_writer(kind: str) -> None:

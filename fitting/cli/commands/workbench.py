@@ -2,7 +2,7 @@
 
 import click
 
-from fitting.cli.options import Command
+from fitting.cli.options import Command, request_options
 
 
 @click.command("workbench", cls=Command)
@@ -10,7 +10,7 @@ from fitting.cli.options import Command
 @click.option("--port", type=click.IntRange(1, 65535), metavar="N", help="Port; default: 8642, or the next free one.")
 @click.option("--host", default="127.0.0.1", show_default=True, help="Address to listen at; others ask for a token.")
 @click.option("--token", help="The token that another --host asks for; without it one is made up and printed.")
-@click.option("--candidates", multiple=True, metavar="NAME...", help="What may be missing; default: all effects.")
+@request_options("candidates")
 @click.option("--no-browser", is_flag=True, help="Only print the address.")
 def command(
     dataset: str | None, port: int | None, host: str, token: str | None, candidates: tuple[str, ...], no_browser: bool

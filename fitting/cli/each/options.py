@@ -10,7 +10,7 @@ from fitting.cli.options import bundle
 from fitting.cli.run import NOT_CONVERGED, check_places, errors_for_machines, progress_bar
 from fitting.compiled.prepare import prepare
 from fitting.errors import InputError
-from fitting.study.asked import Asked
+from fitting.study.request import Request
 from fitting.units import spoken
 
 if TYPE_CHECKING:
@@ -25,55 +25,55 @@ each_options = bundle(
 )
 
 
-def asked_for_each(given: dict[str, Any]) -> bool:
+def wants_each(options: dict[str, Any]) -> bool:
     """Whether each data set is to be looked at on its own; what only then has a meaning is refused without it."""
-    wanted = given["each"] or given["scheduler"] is not None
-    if given["out"] and not wanted:
-        raise InputError("--out is where the results of --each go", value=given["out"], cure="add --each")
+    wanted = options["each"] or options["scheduler"] is not None
+    if options["out"] and not wanted:
+        raise InputError("--out is where the results of --each go", value=options["out"], cure="add --each")
     return wanted
 
 
-def do_each(given: dict[str, Any], command: str) -> None:
+def run_each(options: dict[str, Any], command: str) -> None:
     """Do a command with every data set on its own."""
     prepare()
-    asked = Asked.of(given)
-    check_places(asked.json, asked.html)
+    request = Request.of(options)
+    check_places(request.json, request.html)
     from fitting.cli.each.run import each, on
     from fitting.cli.each.work import Order
-    from fitting.cli.output import hand_out
+    from fitting.cli.output import output
     from fitting.study.data_sets import data_sets
     from fitting.version import command_line
 
-    with errors_for_machines(asked.json):
-        _refuse(given)
-        meant = data_sets(asked.data, single=asked.test is not None)
-        order = Order(command, given.get("candidates", ()), given.get("rivals", False), _code(asked), command_line())
-        work = None if given["scheduler"] is None else on(given["scheduler"])
-        place = Path(given["out"] or f"each_{command}")
-        with progress_bar("reading", asked.quiet) as progress:
-            found = each(meant.sets, asked, order, place, work, progress)
+    with errors_for_machines(request.json):
+        _refuse(options)
+        meant = data_sets(request.data, single=request.test is not None)
+        order = Order(command, request.candidates, request.rivals, _code(request), command_line())
+        work = None if options["scheduler"] is None else on(options["scheduler"])
+        place = Path(options["out"] or f"each_{command}")
+        with progress_bar("reading", request.quiet) as progress:
+            found = each(meant.sets, request, order, place, work, progress)
     with spoken(found.units):
         shown, title = _shown(found, meant.passed_by), f"{len(found.sets)} data sets, each on its own"
-        hand_out(given, title, shown, _result(found))
+        output(options, title, shown, _result(found))
     sys.exit(_status(found))
 
 
-def _refuse(given: dict[str, Any]) -> None:
+def _refuse(options: dict[str, Any]) -> None:
     """What has no meaning for many data sets."""
     for name, why in (("save", "models go into the folder of --out"), ("propose", "it needs a study of one data set")):
-        if given.get(name):
+        if options.get(name):
             cure = f"leave --{name} out: {why}"
-            raise InputError(f"--{name} beside --each", value=given[name] if name == "save" else None, cure=cure)
-    if given["scheduler"] is not None and given["effect_file"] is not None:
+            raise InputError(f"--{name} beside --each", value=options[name] if name == "save" else None, cure=cure)
+    if options["scheduler"] is not None and options["effect_file"] is not None:
         cure = "write the effect as a line with --define, or leave out --scheduler"
-        raise InputError("--effect-file is not sent to the workers of a scheduler", given["effect_file"], cure=cure)
+        raise InputError("--effect-file is not sent to the workers of a scheduler", options["effect_file"], cure=cure)
 
 
-def _code(asked: Asked) -> str:
-    if not asked.effect_file:
+def _code(request: Request) -> str:
+    if not request.effect_file:
         return ""
     try:
-        return Path(asked.effect_file).read_text(encoding="utf-8")
+        return Path(request.effect_file).read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError):
         return ""  # whoever reads it next says so
 

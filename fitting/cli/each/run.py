@@ -9,13 +9,13 @@ from typing import Any
 from fitting.cli.each.folder import Folder, mark
 from fitting.cli.each.work import FIT, Found, Order, do, do_packed, failure
 from fitting.errors import InputError
+from fitting.progress import Progress
 from fitting.report.text.each import row
-from fitting.study.asked import Asked
 from fitting.study.data_sets import DataSet
+from fitting.study.request import Request
 from fitting.study.task import Task, task_of
 from fitting.units import own_units
 
-Progress = Callable[[str, float], None]
 Job = tuple[DataSet, Order, Task]
 Work = Callable[[Iterator[Job]], Iterator[tuple[DataSet, Found]]]
 
@@ -32,11 +32,11 @@ class All:
 
 
 def each(
-    sets: Sequence[DataSet], asked: Asked, order: Order, place: Path, work: Work | None = None,
+    sets: Sequence[DataSet], request: Request, order: Order, place: Path, work: Work | None = None,
     progress: Progress = lambda *_: None,
 ) -> All:  # fmt: skip
     """Do with every data set what is ordered, unless it is done already, and write what comes of it."""
-    folder, results, marks = Folder(place, models=not asked.no_save), {}, {}
+    folder, results, marks = Folder(place, models=not request.no_save), {}, {}
     stated: list[Mapping[str, str]] = []
 
     def keep(one: DataSet, found: Found) -> None:
@@ -50,7 +50,7 @@ def each(
     def left() -> Iterator[Job]:
         """The data sets that are not done, each read when its turn comes."""
         for one in sets:
-            task = _read(one, asked)
+            task = _read(one, request)
             if isinstance(task, InputError):
                 keep(one, failure(task))
                 continue
@@ -71,9 +71,9 @@ def each(
     return All(tuple(sets), ordered, place, computed, own_units(stated))
 
 
-def _read(one: DataSet, asked: Asked) -> Task | InputError:
+def _read(one: DataSet, request: Request) -> Task | InputError:
     try:
-        return task_of(dataclasses.replace(asked, data=(one.path,)))
+        return task_of(dataclasses.replace(request, data=(one.path,)))
     except InputError as error:
         return error
     except OSError as error:
