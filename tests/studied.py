@@ -3,6 +3,7 @@
 from small_muscle import loops, write
 
 from fitting.comparison.compare import compare
+from fitting.diagnosis.flip_groups import GroupKind, RestsOn
 from fitting.diagnosis.record import Diagnosis, Evidence, Explanation, Leading
 from fitting.study.request import Request
 from fitting.study.task import fitted, task_of
@@ -24,7 +25,7 @@ def spring_missing(c):
     return Diagnosis(
         verdict="missing", negligible=False, explanations=(("linear_spring",),), classes=(("weight", "force_offset"),),
         nearest=(), leading=Leading(("linear_spring",), 0.98, 0.32, 4.0), p_value=0.001, level=0.01,
-        rests_on="signs of 6 loops flipped", rmse=c.rmse, held_out_rmse=1.1 * c.rmse, noise_floor=0.3,
+        rests_on=RestsOn(6, (GroupKind.LOOP,)), rmse=c.rmse, held_out_rmse=1.1 * c.rmse, noise_floor=0.3,
         full_scale=c.full_scale,
         effects={
             "linear_spring": Evidence("linear_spring", 0.01, 0.31, 0.32, 0.2, 0.1, {"end_stop": 0.95},

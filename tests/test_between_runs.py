@@ -8,6 +8,7 @@ import pytest
 from test_flips import samples, two_runs
 
 from fitting.diagnosis import between_runs
+from fitting.diagnosis.settings import FITS, NUISANCE
 from fitting.diagnosis.universe import CandidateFit, Universe
 from fitting.problem.unknowns import Unknown, Unknowns
 
@@ -43,7 +44,7 @@ def test_a_few_percent_of_friction_may_differ_but_not_half_of_it(share, taken):
     found = fit(s, SIZE * differing(s, share))
     left = between_runs.nuisance_between_runs(found, LAYOUT, s).left(found.rows)
     # what two such differences cost: one standard deviation each, or many
-    priced = 2 * (share / between_runs.REPEATABLE) ** 2
+    priced = 2 * (share / NUISANCE.repeatable) ** 2
     assert left <= 1.01 * priced < between_runs.common_nuisance(found).left(found.rows)
     assert (left < 4) == taken
 
@@ -102,7 +103,7 @@ def test_a_zero_may_step_by_the_noise_of_a_reading_but_not_by_many_times_it(step
     rows = step * np.where(s.run == 1, 1.0, -1.0)
     found = fit(s, rows)
     left = between_runs.nuisance_between_runs(found, LAYOUT, s).left(rows)
-    priced = 2 * (step / between_runs.ZERO) ** 2
+    priced = 2 * (step / NUISANCE.zero) ** 2
     assert left <= 1.01 * priced < between_runs.common_nuisance(found).left(rows)
     assert (left < 4) == taken
 
@@ -112,7 +113,7 @@ def agreeing(spread, random, runs=10):
     run = np.repeat(np.arange(runs), 200)
     columns = 100 * np.stack([np.where(run == r, np.tile([1.0, -1.0], 100 * runs), 0.0) for r in range(runs)], axis=1)
     states = np.stack([columns[:, r] + columns[:, r + 1] for r in range(0, runs, 2)], axis=1)
-    rows = random.normal(size=len(run)) + columns @ (spread / between_runs.REPEATABLE * random.normal(size=runs))
+    rows = random.normal(size=len(run)) + columns @ (spread / NUISANCE.repeatable * random.normal(size=runs))
     return columns, rows, states / np.linalg.norm(states, axis=0)
 
 
@@ -175,6 +176,6 @@ def test_every_parameter_has_its_own_share():
 def test_what_was_measured_may_be_denied_from_either_side():
     """Stated with a standard error: more than four of these away, above or below, and the trial denies it."""
     stated = (replace(RADIUS, prior=(0.007, 1e-4)), replace(RADIUS, name="muscle.length", prior=(0.3, 1e-3)), FRICTION)
-    world = SimpleNamespace(layout=Unknowns(stated, (), ()))
+    world = SimpleNamespace(layout=Unknowns(stated, (), ()), settings=FITS)
     for rows, denied in (([0.5, -4.5], ("muscle.length",)), ([3.9, -3.9], ()), ([4.5, 0.0], ("muscle.radius",))):
         assert Universe.contradicted(world, SimpleNamespace(prior_rows=np.array(rows))) == denied

@@ -12,6 +12,7 @@ from small_muscle import loops, write
 from fitting.diagnosis.diagnose import diagnose, of_force
 from fitting.diagnosis.discover import proposals, with_added, worth_judging
 from fitting.diagnosis.estimates import estimate
+from fitting.diagnosis.flip_groups import rests_on_in_words
 from fitting.diagnosis.universe import universe
 from fitting.errors import InputError
 from fitting.recordings.experiment import read_experiment
@@ -69,8 +70,8 @@ def test_the_evidence_says_why(diagnoses):
     for evidence in found.effects.values():
         assert evidence.reason or evidence.rmse is not None
     assert "needs" in found.effects["hertz_friction"].reason
-    assert "signs of 20 loops" in found.rests_on
-    assert "from run to run each effect's parameters may differ by 3%" in found.rests_on
+    assert "signs of 20 loops" in rests_on_in_words(found.rests_on)
+    assert "from run to run each effect's parameters may differ by 3%" in rests_on_in_words(found.rests_on)
     assert found.effects["pressure_gain"].detection_limit is None  # geometry gives way to it
     assert found.effects["dead_band"].similar["pressure_offset"] > 0.99
 

@@ -5,8 +5,12 @@ from dataclasses import fields, replace
 import numpy as np
 import pytest
 
-from fitting.diagnosis import flips, omnibus, working_noise
+from fitting.diagnosis import omnibus, working_noise
 from fitting.diagnosis.between_runs import Nuisance
+from fitting.diagnosis.flip_groups import FlipGroups, flip_groups, numbered, rests_on_in_words
+from fitting.diagnosis.missing_effect import Ground, MissingEffectTest, missing_effect_test
+from fitting.diagnosis.settings import FLIP_TEST, NOISE
+from fitting.diagnosis.sign_flips import flipped_signs, similarity_within_runs
 from fitting.least_squares import held_out
 from fitting.problem.residuals import Samples
 
@@ -48,16 +52,21 @@ def autoregression(memory: float, count: int, rng: np.random.Generator) -> np.nd
     return e
 
 
-def examined(rows: np.ndarray, s: Samples, seed: int) -> flips.Verdict:
+def examined(rows: np.ndarray, s: Samples, seed: int) -> MissingEffectTest:
     x, p = s.contraction, s.pressure / 3e5
     slopes = np.stack([p * (1 - x) ** 2, p, s.branch * p], axis=1)
     rows = rows - slopes @ np.linalg.lstsq(slopes, rows, rcond=None)[0]
     columns = np.stack([s.branch * p**0.7, s.branch * s.rate, np.maximum(x - 0.12, 0), x, p * x**3], axis=1)
     basis = omnibus.basis(s)
     noise = working_noise.noise_from(rows, np.hstack([basis.whole, slopes]), s)
-    groups = flips.flip_groups(s, noise.memory)
+    groups = flip_groups(s, noise.memory)
     same = Nuisance(slopes, np.zeros(0), np.zeros((0, 3)), np.full(3, -1))
-    return flips.judged(rows, same, same, columns, flips.Ground(s, groups, basis, noise, seed))
+    return missing_effect_test(rows, same, same, columns, Ground(s, groups, basis, noise, seed))
+
+
+def words(groups: FlipGroups) -> str:
+    """What a test by these groups rests on."""
+    return rests_on_in_words(groups.rests_on())
 
 
 @pytest.mark.parametrize("memory", [0.0, 0.9, 0.97])
@@ -114,7 +123,7 @@ def test_what_a_turning_point_leaves_is_seen_and_not_taken_for_noise():
 @pytest.mark.parametrize("units", [1, 2, 5, 11])
 def test_few_units_are_flipped_in_every_way(units):
     """Once each, up to one sign for all; the first flip is none."""
-    signs = flips.flipped_signs(units, 0)
+    signs = flipped_signs(units, 0)
     assert np.all(signs[0] == 1)
     assert len({tuple(row * row[-1]) for row in signs}) == len(signs) == 2 ** (units - 1)
 
@@ -129,10 +138,8 @@ def stated(rows, amount, error, s, seed):
     left = rows + amount * column - slope * fit[0]
     same = Nuisance(slope[:, None], prior - fit, np.ones((1, 1)), np.array([-1]))
     basis = omnibus.basis(s)
-    noise = working_noise.Noise(1.0, np.zeros(len(working_noise.MEMORIES)))
-    return flips.judged(
-        left, same, same, column[:, None], flips.Ground(s, flips.flip_groups(s, 0.0), basis, noise, seed)
-    )
+    noise = working_noise.Noise(1.0, np.zeros(len(NOISE.memories)))
+    return missing_effect_test(left, same, same, column[:, None], Ground(s, flip_groups(s, 0.0), basis, noise, seed))
 
 
 def test_errors_in_what_is_stated_raise_no_alarm_and_hide_nothing():
@@ -178,10 +185,10 @@ def test_slow_noise_in_few_loops_is_seldom_an_effect():
 def test_whitening_leaves_nothing_correlated():
     """Whitened by the true covariance, neighbours are independent and of unit variance."""
     s = samples()
-    share = np.zeros(len(working_noise.MEMORIES))
-    share[list(working_noise.MEMORIES).index(0.9)] = 1.0
+    share = np.zeros(len(NOISE.memories))
+    share[list(NOISE.memories).index(0.9)] = 1.0
     rows = autoregression(0.9, len(s), np.random.default_rng(4))[:, None]
-    white = working_noise.whitened(rows, s, flips.numbered(s.run, s.loop), working_noise.Noise(1e-6, share))[:, 0]
+    white = working_noise.whitened(rows, s, numbered(s.run, s.loop), working_noise.Noise(1e-6, share))[:, 0]
     assert np.std(white) == pytest.approx(1.0, abs=0.05)
     assert abs(np.corrcoef(white[1:], white[:-1])[0, 1]) < 0.06
 
@@ -191,15 +198,15 @@ def test_few_loops_flip_smaller_units_and_say_so():
     s = samples()
     some = s.where(s.run < 2)
     few = s.where(s.run < 1)
-    assert "half loops" in flips.flip_groups(some, 0.5).words
-    blocks = flips.flip_groups(few.where(few.half < 4), 0.5)
-    assert "noise model" in blocks.words
-    assert blocks.level == flips.FEW_LEVEL
-    assert (
-        "blocks of 24 samples" in flips.flip_groups(few.where(few.half < 4), 0.5).words
+    assert "half loops" in words(flip_groups(some, 0.5))
+    blocks = flip_groups(few.where(few.half < 4), 0.5)
+    assert "noise model" in words(blocks)
+    assert blocks.level == FLIP_TEST.level_of_blocks
+    assert "blocks of 24 samples" in words(
+        flip_groups(few.where(few.half < 4), 0.5)
     )  # 8 correlation times, (1+m)/(1-m)
-    assert "blocks of 56 samples" in flips.flip_groups(few.where(few.half < 4), 0.75).words
-    assert "blocks of 20 samples" in flips.flip_groups(few.where(few.half < 4), 0.0).words
+    assert "blocks of 56 samples" in words(flip_groups(few.where(few.half < 4), 0.75))
+    assert "blocks of 20 samples" in words(flip_groups(few.where(few.half < 4), 0.0))
 
 
 def test_a_few_loops_beside_many_isometric_cycles_are_flipped_by_halves():
@@ -208,18 +215,18 @@ def test_a_few_loops_beside_many_isometric_cycles_are_flipped_by_halves():
     loops = s.where(s.run < 1)
     held = replace(s, rate=0 * s.rate, pressure_rate=1e4 * s.branch, run=s.run + 1, recording=s.recording + 1)
     both = Samples(*(np.concatenate([getattr(part, f.name) for part in (loops, held)]) for f in fields(Samples)))
-    found = flips.flip_groups(both, 0.5)
-    halves = len(np.unique(flips.numbered(loops.run, loops.half)))
-    cycles = len(np.unique(flips.numbered(held.run, held.loop)))
-    assert halves < flips.ENOUGH <= cycles
+    found = flip_groups(both, 0.5)
+    halves = len(np.unique(numbered(loops.run, loops.half)))
+    cycles = len(np.unique(numbered(held.run, held.loop)))
+    assert halves < FLIP_TEST.fewest_groups <= cycles
     assert found.count == halves + cycles
-    assert "loops and half loops" in found.words
+    assert "loops and half loops" in words(found)
     points = replace(
         s.where(np.arange(30)), rate=np.zeros(30), run=np.arange(30) + 1, half=np.arange(30), recording=np.ones(30, int)
     )
     mixed = Samples(*(np.concatenate([getattr(part, f.name) for part in (loops, points)]) for f in fields(Samples)))
-    assert "half loops and single points flipped" in flips.flip_groups(mixed, 0.5).words
-    assert flips.flip_groups(points, 0.5).words == "signs of 30 single points flipped"
+    assert "half loops and single points flipped" in words(flip_groups(mixed, 0.5))
+    assert words(flip_groups(points, 0.5)) == "signs of 30 single points flipped"
     assert len(np.unique(found.together)) == len(np.unique(loops.run)) + cycles
 
 
@@ -245,10 +252,10 @@ def test_units_of_one_run_are_alike_by_what_they_share():
     pairs = [(a, b) for a in range(5) for b in range(5) if a != b and run[a] == run[b]]
     products = sum(scores[a] @ scores[b] for a, b in pairs)
     squares = sum((scores[a] @ scores[a] + scores[b] @ scores[b]) / 2 for a, b in pairs)
-    assert flips.similarity_within_runs(scores, run) == pytest.approx(products / squares)
-    assert flips.similarity_within_runs(np.repeat(scores[:2], [3, 2], axis=0), run) == pytest.approx(1.0)
-    assert flips.similarity_within_runs(scores, np.arange(5)) == 0.0
-    assert flips.similarity_within_runs(np.zeros((5, 3)), run) == 0.0
+    assert similarity_within_runs(scores, run) == pytest.approx(products / squares)
+    assert similarity_within_runs(np.repeat(scores[:2], [3, 2], axis=0), run) == pytest.approx(1.0)
+    assert similarity_within_runs(scores, np.arange(5)) == 0.0
+    assert similarity_within_runs(np.zeros((5, 3)), run) == 0.0
 
 
 def test_a_basis_has_no_more_columns_than_its_span():
@@ -274,11 +281,11 @@ def test_a_spread_between_runs_excuses_no_error_many_times_the_noise():
     """What flips of loops reject and runs are too few to: excused where it is small, or where loops tell no noise."""
     s = samples()
     verdict = replace(
-        examined(np.random.default_rng(7).normal(size=len(s)), s, 0), p=0.001, p_runs=1.0, spread=0.3, apart=0.0
+        examined(np.random.default_rng(7).normal(size=len(s)), s, 0), p=0.001, p_runs=1.0, spread=0.3, between_runs=0.0
     )
     assert replace(verdict, rms=2.4, inside=1.0).runs_differ
     assert not replace(verdict, rms=2.4, inside=1.0, floor=2.4).rejected
     assert replace(verdict, rms=2.6, inside=1.0, floor=2.6).rejected
     assert not replace(verdict, rms=99.0, inside=np.inf, floor=99.0).rejected
-    assert replace(verdict, p=0.5, rms=2.6, apart=2.6, inside=1.0, floor=2.6).rejected
-    assert not replace(verdict, p=0.5, rms=2.6, apart=2.4, inside=1.0, floor=2.6).rejected
+    assert replace(verdict, p=0.5, rms=2.6, between_runs=2.6, inside=1.0, floor=2.6).rejected
+    assert not replace(verdict, p=0.5, rms=2.6, between_runs=2.4, inside=1.0, floor=2.6).rejected

@@ -16,6 +16,7 @@ from threadpoolctl import threadpool_limits
 from fitting import units
 from fitting.cli.main import main
 from fitting.diagnosis.diagnose import diagnose
+from fitting.diagnosis.flip_groups import FlipGroups
 from fitting.diagnosis.omnibus import Basis
 from fitting.diagnosis.record import Evidence
 from fitting.diagnosis.working_noise import Noise as Memory
@@ -23,7 +24,7 @@ from fitting.least_squares.fit import fit
 from fitting.planning import next_measurement as nm
 from fitting.planning.candidates import FASTER, MUCH_FASTER, NODES, grid, on_specimen, shown, simulation
 from fitting.planning.predictions import Varying
-from fitting.planning.rejection import Drawn, FlipGroups
+from fitting.planning.rejection import Drawn
 from fitting.planning.separation import Outlook, Readings, of_means
 from fitting.planning.sharper import sharper
 from fitting.problem.residuals import thinned
@@ -144,7 +145,7 @@ def drawn(shift, draws=300, units=16, per=10):
     count = units * per
     slope, column, other = random.standard_normal((3, count, 1))
     rows = random.standard_normal((count, draws)) + shift * column + 0.3 * slope
-    groups = FlipGroups(np.repeat(np.arange(units), per), count, 0.01, np.repeat(np.arange(units), per))
+    groups = FlipGroups(np.repeat(np.arange(units), per), 0.01, np.repeat(np.arange(units), per))
     nothing, basis = np.zeros((count, 0)), Basis(other, np.zeros((count, 0)))
     return Drawn(rows, slope, np.zeros((1, 1)), nothing, np.zeros(0, int), np.hstack([column, other]), basis, groups)
 
@@ -164,7 +165,7 @@ def differing(by, draws=200, runs=8, per=20):
     own = np.where(run[:, None] == np.arange(runs), steep[:, None], 0.0)
     rows = random.standard_normal((count, draws)) + by * own @ random.standard_normal((runs, draws))
     slope, column, other = random.standard_normal((3, count, 1))
-    groups = FlipGroups(np.repeat(np.arange(2 * runs), per // 2), count, 0.01, run)
+    groups = FlipGroups(np.repeat(np.arange(2 * runs), per // 2), 0.01, run)
     group = np.zeros(runs, int)
     return Drawn(rows, slope, np.zeros((1, 1)), own, group, column, Basis(other, np.zeros((count, 0))), groups)
 

@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from fitting.diagnosis.between_runs import DENIED_P, Nuisance
+from fitting.diagnosis.between_runs import Nuisance
 from fitting.diagnosis.omnibus import Basis
-from fitting.diagnosis.projected import MISFIT_P, projected
+from fitting.diagnosis.projected import projected
+from fitting.diagnosis.settings import FLIP_TEST, NUISANCE
 
 ROWS, STATED, SHARED = 80, 2, 3  # of five parameters three are shared and two of these stated; two differ between runs
 RANDOM = np.random.default_rng(11)
@@ -97,8 +98,8 @@ def test_differences_between_runs_are_judged_by_their_sum_of_squares(found):
 def test_amounts_beyond_a_bound_are_found_four_times_in_five(found):
     """A likelihood ratio, and differences, of as much of each candidate as is said to be found by them."""
     for column, amounts, bound, freedom in (
-        (found.o.T @ found.z, found.explained, MISFIT_P, 5),
-        (found.differing_for, found.denied, DENIED_P, 1),
+        (found.o.T @ found.z, found.explained, FLIP_TEST.misfit_p, 5),
+        (found.differing_for, found.denied, NUISANCE.differ_p, 1),
     ):
         size = np.sum((column * amounts) ** 2, axis=0)
         power = stats.ncx2.sf(stats.chi2.isf(bound, freedom), freedom, size)

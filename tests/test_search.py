@@ -14,7 +14,8 @@ from small_muscle import loops
 from small_muscle import write as write_small
 
 from fitting.diagnosis.diagnose import concluded, searched
-from fitting.diagnosis.search import BEST_TRIPLED, Search
+from fitting.diagnosis.search import Search
+from fitting.diagnosis.settings import DIAGNOSIS, SEARCH
 from fitting.recordings.experiment import read_experiment
 from fitting.report.pictures.effect_bars import effect_bars
 from fitting.report.text.evidence import named_sets
@@ -60,7 +61,7 @@ def three(tmp_path_factory, told):
 
 
 def test_three_effects_are_found_though_the_third_stands_behind_the_others(three):
-    assert frozenset(THREE) not in three.screened(3, BEST_TRIPLED)  # of what each effect changes alone
+    assert frozenset(THREE) not in three.screened(3, SEARCH.best_tripled)  # of what each effect changes alone
     assert frozenset(THREE) in three.adequate
     found = concluded(three)
     assert tuple(sorted(THREE)) in found.explanations
@@ -126,7 +127,7 @@ def test_an_explanation_is_bettered_by_one_more_effect_that_takes_most_of_the_re
     """By a set with that effect and no other, and not by one that leaves the explanation out."""
     costs = {"a": 100.0, "b": 100.0, "ab": 80.0, "bc": 1.0, "abc": 1.0}
     fits = {frozenset(key): SimpleNamespace(cost=cost) for key, cost in costs.items()}
-    search = SimpleNamespace(fits=fits, base=SimpleNamespace(cost=200.0))
+    search = SimpleNamespace(fits=fits, settings=SEARCH, base=SimpleNamespace(cost=200.0))
     search.examiner = SimpleNamespace(left=lambda fit: fit.cost)
     bettered = {key: Search.bettered(search, frozenset(key)) for key in ("", "a", "b", "ab")}
     assert bettered == {"": False, "a": False, "b": True, "ab": True}
@@ -139,8 +140,8 @@ def test_what_gives_no_number_or_moves_nothing_is_set_aside(tmp_path):
     found = concluded(search)
     assert found.explanations == (("hertz_friction",),)
     assert frozenset(["supply_lag"]) in search.fits  # it could be fitted, and does nothing at a held pressure
-    assert search.screened(2, BEST_TRIPLED)
-    assert not any("supply_lag" in pair for pair in search.screened(2, BEST_TRIPLED))
+    assert search.screened(2, SEARCH.best_tripled)
+    assert not any("supply_lag" in pair for pair in search.screened(2, SEARCH.best_tripled))
     assert found.effects["late"].reason == "cannot be tested: gives no number on these data"
 
 
@@ -153,7 +154,7 @@ def test_a_simpler_relative_is_tried_in_the_place_of_each_member():
         effects={name: SimpleNamespace(family=family) for name, family in families.items()},
         layout=SimpleNamespace(of_effect=lambda name: numbers[name]),
     )
-    search = Search(world, None, None, None, None)
+    search = Search(world, None, SimpleNamespace(settings=DIAGNOSIS), None, None)
     sets = [frozenset(("mooney", "tip")), frozenset(("thin", "tip")), frozenset(("thin", "cones"))]
     assert search.simpler(sets) == [frozenset(("hookean", "tip")), frozenset(("hookean", "cones"))]
     search.fits[frozenset(("hookean", "tip"))] = None

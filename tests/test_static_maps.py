@@ -9,7 +9,7 @@ from hidden.simulator import NOISES, dataset, static, with_baseline, write
 from hidden.study.sizes import hiding
 
 from fitting.diagnosis.diagnose import diagnose
-from fitting.diagnosis.flips import flipped_signs
+from fitting.diagnosis.sign_flips import flipped_signs
 from fitting.diagnosis.working_noise import Kinds
 from fitting.problem.residuals import problem
 from fitting.problem.unknowns import unknowns

@@ -4,15 +4,17 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from test_flips import autoregression, samples
+from test_flips import autoregression, samples, words
 
-from fitting.diagnosis import flips, omnibus, working_noise
+from fitting.diagnosis import omnibus, working_noise
 from fitting.diagnosis.between_runs import Nuisance
-from fitting.diagnosis.flips import White
+from fitting.diagnosis.flip_groups import flip_groups, numbered
+from fitting.diagnosis.missing_effect import Ground, Whitened, missing_effect_test
 from fitting.diagnosis.omnibus import Basis
+from fitting.diagnosis.settings import FLIP_TEST, NOISE
 from fitting.least_squares import held_out
 
-WHITE = working_noise.Noise(1.0, np.zeros(len(working_noise.MEMORIES)))
+WHITE = working_noise.Noise(1.0, np.zeros(len(NOISE.memories)))
 RUNS, EACH = 10, 40
 SAMPLES = samples()
 ROWS = np.random.default_rng(1).normal(size=len(SAMPLES))
@@ -24,8 +26,8 @@ COLUMNS = np.stack([SAMPLES.branch * SAMPLES.rate, SAMPLES.contraction, SAMPLES.
 def verdict():
     """White noise in five runs, tested for three candidates beside two parameters that all runs share."""
     same = Nuisance(SLOPES, np.zeros(0), np.zeros((0, 2)), np.full(2, -1))
-    ground = flips.Ground(SAMPLES, flips.flip_groups(SAMPLES, 0.0), omnibus.basis(SAMPLES), WHITE, 0)
-    return flips.judged(ROWS, same, same, COLUMNS, ground)
+    ground = Ground(SAMPLES, flip_groups(SAMPLES, 0.0), omnibus.basis(SAMPLES), WHITE, 0)
+    return missing_effect_test(ROWS, same, same, COLUMNS, ground)
 
 
 def test_sizes_and_angles_are_those_of_least_squares(verdict):
@@ -45,7 +47,7 @@ def test_sizes_and_angles_are_those_of_least_squares(verdict):
 )
 def test_many_times_the_noise_is_a_misfit_if_the_bases_see_it(verdict, rms, ratio_p, rejected):
     """Though flips of few units are blind to it."""
-    blind = replace(verdict, p=0.5, p_runs=1.0, apart=0.0, floor=1.0, inside=1.0)
+    blind = replace(verdict, p=0.5, p_runs=1.0, between_runs=0.0, floor=1.0, inside=1.0)
     assert replace(blind, rms=rms, ratio_p=ratio_p).rejected is rejected
 
 
@@ -61,9 +63,9 @@ def test_runs_differ_where_their_loops_are_alike_and_whole_runs_say_nothing(verd
 @pytest.mark.parametrize("memory", [0.0, 0.8])
 def test_blocks_are_counted_and_stay_within_a_branch(memory):
     few = SAMPLES.where((SAMPLES.run == 0) & (SAMPLES.half < 4))
-    groups = flips.flip_groups(few, memory)
+    groups = flip_groups(few, memory)
     assert not groups.trusted
-    assert groups.words.startswith(f"signs of {groups.count} blocks")
+    assert words(groups).startswith(f"signs of {groups.count} blocks")
     assert groups.count == len(np.unique(groups.number))
     assert all(len(np.unique(few.half[groups.number == one])) == 1 for one in range(groups.count))
 
@@ -77,7 +79,7 @@ def test_an_effect_that_differs_from_run_to_run_is_taken_for_a_difference():
     changing, common = up * np.where(run % 2, 1.0, -1.0), up * np.tile(np.linspace(-1, 1, EACH), RUNS)
     candidates = np.stack([changing, common, changing], axis=1)
     nothing = np.zeros((len(rows), 0))
-    white = White(rows, up[:, None], own, np.zeros(RUNS, int), candidates, Basis(nothing, nothing))
+    white = Whitened(rows, up[:, None], own, np.zeros(RUNS, int), candidates, Basis(nothing, nothing))
     np.testing.assert_array_equal(white.taken_for_difference(np.array([20.0, 20.0, 0.01])), [True, False, False])
     np.testing.assert_array_equal(white.taken_for_difference(np.array([np.inf] * 3)), [False] * 3)
     shared = replace(white, j_between_runs=nothing, group=np.zeros(0, int))
@@ -117,13 +119,13 @@ def test_slow_noise_is_told_from_white_at_the_lags_that_runs_have():
 def test_an_amount_as_large_as_its_limit_is_found_four_times_in_five():
     """By the whole gate, in noise drawn anew; half as much is missed more often than not."""
     same = Nuisance(SLOPES, np.zeros(0), np.zeros((0, 2)), np.full(2, -1))
-    ground = flips.Ground(SAMPLES, flips.flip_groups(SAMPLES, 0.0), omnibus.basis(SAMPLES), WHITE, 0)
-    limit = flips.judged(ROWS, same, same, COLUMNS, ground, limits=True).detectable[0]
+    ground = Ground(SAMPLES, flip_groups(SAMPLES, 0.0), omnibus.basis(SAMPLES), WHITE, 0)
+    limit = missing_effect_test(ROWS, same, same, COLUMNS, ground, limits=True).detectable[0]
     random = np.random.default_rng(2)
 
     def found(amount):
         rows = random.normal(size=len(SAMPLES)) + amount * COLUMNS[:, 0]
-        return flips.judged(rows, same, same, COLUMNS, ground).rejected
+        return missing_effect_test(rows, same, same, COLUMNS, ground).rejected
 
     assert np.mean([found(0.5 * limit) for _ in range(25)]) < 0.5
     assert 0.6 <= np.mean([found(limit) for _ in range(35)]) <= 0.98
@@ -131,7 +133,7 @@ def test_an_amount_as_large_as_its_limit_is_found_four_times_in_five():
 
 def test_no_p_is_smaller_than_one_of_all_flips():
     """Of runs that differ by a hundred times what is allowed, neither: zero would say more than can be known."""
-    run = flips.numbered(SAMPLES.run)
+    run = numbered(SAMPLES.run)
     own = np.stack([np.where(run == one, SAMPLES.branch, 0.0) for one in range(run.max() + 1)], axis=1)
     same = Nuisance(SLOPES, np.zeros(0), np.zeros((0, 2)), np.full(2, -1))
     count = own.shape[1]
@@ -140,8 +142,8 @@ def test_no_p_is_smaller_than_one_of_all_flips():
         np.concatenate([np.full(2, -1), np.zeros(count, int)]),
     )  # fmt: skip
     rows = ROWS + 100 * own @ np.array([1.0, -1.0, 1.0, -1.0, 0.0])
-    ground = flips.Ground(SAMPLES, flips.flip_groups(SAMPLES, 0.0), omnibus.basis(SAMPLES), WHITE, 0)
-    assert flips.judged(rows, same, apart, COLUMNS, ground).p == pytest.approx(1 / (1 + flips.FLIPS))
+    ground = Ground(SAMPLES, flip_groups(SAMPLES, 0.0), omnibus.basis(SAMPLES), WHITE, 0)
+    assert missing_effect_test(rows, same, apart, COLUMNS, ground).p == pytest.approx(1 / (1 + FLIP_TEST.flips))
 
 
 def test_what_one_group_alone_knows_stays_when_that_group_is_left_out():

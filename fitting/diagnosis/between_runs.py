@@ -14,17 +14,11 @@ from functools import cached_property
 import numpy as np
 from scipy import optimize, stats
 
+from fitting.diagnosis.settings import NUISANCE, NuisanceSettings
 from fitting.diagnosis.universe import CandidateFit
 from fitting.least_squares.decomposed import lstsq, svd
 from fitting.problem.residuals import Samples
 from fitting.problem.unknowns import Unknowns
-
-REPEATABLE = 0.03  # most that the standard deviation of a parameter from run to run may be, relative
-ZERO = 1.0  # the same for the zero of what is read, in standard deviations of one reading
-DOUBT = 0.5  # that it is larger than what is read off the runs; less would cost all sight of small friction
-DENIED_P = 1e-4  # of runs that differ as a fit needs them to, if they differ by as much as is allowed
-TIGHT = 20.0  # logarithm of a hold that lets no run differ
-CLEAR = 0.05  # of a difference between runs that must be left beside what all share, to be seen
 
 
 @dataclass(frozen=True)
@@ -35,6 +29,7 @@ class Nuisance:
     prior_rows: np.ndarray
     prior_slopes: np.ndarray
     group: np.ndarray  # of each column: which parameter it lets differ between runs, -1 for what all share
+    settings: NuisanceSettings = NUISANCE
 
     @property
     def stated(self) -> np.ndarray:
@@ -59,11 +54,12 @@ class Nuisance:
         apart = self.group >= 0
         if not apart.any():
             return rows - self.slopes @ self._step(rows, np.zeros(len(apart)))
-        most = stats.chi2.isf(DENIED_P, max(np.sum(apart) - len(np.unique(self.group[apart])), 1))
+        most = stats.chi2.isf(self.settings.differ_p, max(np.sum(apart) - len(np.unique(self.group[apart])), 1))
         beyond = lambda tighter: float(np.sum(self._step(rows, np.expm1(tighter) * apart)[apart] ** 2) - most)  # noqa: E731
-        tighter = 0.0 if beyond(0.0) <= 0 else TIGHT  # too little for an error millions of times the noise
-        if tighter and beyond(TIGHT) < 0:
-            tighter = optimize.root_scalar(beyond, bracket=(0.0, TIGHT), xtol=0.01).root
+        tightest = self.settings.tightest_log
+        tighter = 0.0 if beyond(0.0) <= 0 else tightest  # too little for an error millions of times the noise
+        if tighter and beyond(tightest) < 0:
+            tighter = optimize.root_scalar(beyond, bracket=(0.0, tightest), xtol=0.01).root
         return rows - self.slopes @ self._step(rows, np.expm1(tighter) * apart)
 
     def _step(self, rows: np.ndarray, tighter: np.ndarray) -> np.ndarray:
@@ -87,21 +83,29 @@ def common_nuisance(fit: CandidateFit) -> Nuisance:
     return Nuisance(fit.slopes, fit.prior_rows, fit.prior_slopes, np.full(fit.slopes.shape[1], -1))
 
 
-def nuisance_between_runs(fit: CandidateFit, layout: Unknowns, samples: Samples) -> Nuisance:
+def nuisance_between_runs(
+    fit: CandidateFit, layout: Unknowns, samples: Samples, settings: NuisanceSettings = NUISANCE
+) -> Nuisance:
     """Each run has parameters of its own beside the common ones, near them."""
-    apart, group = differences(fit.slopes, fit.free, fit.vector, layout, samples.run)
-    count = apart.shape[1]
+    own, group = differences(fit.slopes, fit.free, fit.vector, layout, samples.run, settings)
+    count = own.shape[1]
     priors, common = fit.prior_slopes, np.zeros((len(fit.prior_rows), count))
     return Nuisance(
-        np.hstack([fit.slopes, apart]),
+        np.hstack([fit.slopes, own]),
         np.concatenate([fit.prior_rows, np.zeros(count)]),
         np.block([[priors, common], [np.zeros((count, priors.shape[1])), np.eye(count)]]),
         np.concatenate([np.full(priors.shape[1], -1), group]),
+        settings,
     )
 
 
 def differences(
-    slopes: np.ndarray, free: Sequence[str], vector: np.ndarray, layout: Unknowns, run: np.ndarray
+    slopes: np.ndarray,
+    free: Sequence[str],
+    vector: np.ndarray,
+    layout: Unknowns,
+    run: np.ndarray,
+    settings: NuisanceSettings = NUISANCE,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Columns (rows, runs x quantities) in each of which one run has a parameter or a zero of its own, and which.
 
@@ -109,45 +113,57 @@ def differences(
     The zeros of all runs may be off the same way by chance, so what they share is not taken out.
     """
     own = [k for k, name in enumerate(free) if not name.startswith("muscle.")]
-    relative = slopes[:, own] * [REPEATABLE * _per_log(free[k], vector, layout) for k in own]
-    every = np.column_stack([relative, np.full(len(run), ZERO)])
+    relative = slopes[:, own] * [settings.repeatable * _per_log(free[k], vector, layout) for k in own]
+    every = np.column_stack([relative, np.full(len(run), settings.zero)])
     runs = np.unique(run)
     apart = [np.where((run == one)[:, None], every, 0.0) for one in runs]
     return np.hstack(apart), np.tile(np.arange(every.shape[1]), len(runs))
 
 
-def as_far_as_seen(columns: np.ndarray, group: np.ndarray, rows: np.ndarray, beside: np.ndarray) -> np.ndarray:
+def as_far_as_seen(
+    columns: np.ndarray,
+    group: np.ndarray,
+    rows: np.ndarray,
+    common: np.ndarray,
+    settings: NuisanceSettings = NUISANCE,
+) -> np.ndarray:
     """Columns (rows, k) of differences between runs, made as small as the runs' agreement says.
 
     `rows` may hold several draws (rows, draws): then it is the middle one's.
     """
     out = columns.copy()
-    for each, shares in shares_seen(columns, group, rows.reshape(len(rows), -1), beside).items():
+    for each, shares in shares_seen(columns, group, rows.reshape(len(rows), -1), common, settings).items():
         out[:, group == each] *= np.median(shares)
     return out
 
 
-def shares_seen(columns: np.ndarray, group: np.ndarray, rows: np.ndarray, beside: np.ndarray) -> dict[int, np.ndarray]:
-    """How far runs differ in each parameter, as shares of `REPEATABLE`, in every draw of rows (rows, draws).
+def shares_seen(
+    columns: np.ndarray,
+    group: np.ndarray,
+    rows: np.ndarray,
+    common: np.ndarray,
+    settings: NuisanceSettings = NUISANCE,
+) -> dict[int, np.ndarray]:
+    """How far runs differ in each parameter, as shares of what is allowed, in every draw of rows (rows, draws).
 
-    All is whitened. Beside what is common to all runs and what is smooth (`beside`, orthonormal), the differences of
-    one parameter have s_i^2 c^2 + 1 as variances; c, the share, is as likely too small as too large.
+    All is whitened. With what is common to all runs or smooth (`common`, orthonormal) projected out, the differences
+    of one parameter have s_i^2 c^2 + 1 as variances; c, the share, is as likely too small as too large.
     """
     found = {}
     for each in np.unique(group[group >= 0]):
         mine = columns[:, group == each]
-        differing = mine - beside @ (beside.T @ mine)
+        differing = mine - common @ (common.T @ mine)
         side, size, _ = svd(differing)
-        seen = size > CLEAR * np.max(np.linalg.norm(mine, axis=0), initial=1e-300)
+        seen = size > settings.visible * np.max(np.linalg.norm(mine, axis=0), initial=1e-300)
         scores = side[:, seen].T @ rows
-        found[int(each)] = np.array([_share(size[seen], score) for score in scores.T])
+        found[int(each)] = np.array([_share(size[seen], score, settings.doubt) for score in scores.T])
     return found
 
 
-def _share(size: np.ndarray, score: np.ndarray) -> float:
+def _share(size: np.ndarray, score: np.ndarray, doubt: float) -> float:
     if not len(size):
         return 1.0
-    least = stats.chi2.ppf(DOUBT, len(size))
+    least = stats.chi2.ppf(doubt, len(size))
     beyond = lambda share: float(np.sum(score**2 / (1 + (share * size) ** 2)) - least)  # noqa: E731
     if beyond(1.0) >= 0:
         return 1.0

@@ -15,8 +15,9 @@ from fitting.comparison.compare import NEGLIGIBLE
 from fitting.diagnosis.equivalent import best_predicting, leading_of, plausible, simplest, unrivalled
 from fitting.diagnosis.estimates import estimate, estimates
 from fitting.diagnosis.examine import Examiner
-from fitting.diagnosis.record import HELPS, Diagnosis, Evidence, Explanation
+from fitting.diagnosis.record import Diagnosis, Evidence, Explanation
 from fitting.diagnosis.search import Progress, Search
+from fitting.diagnosis.settings import DIAGNOSIS, DiagnosisSettings
 from fitting.diagnosis.substitutes import substitutes
 from fitting.diagnosis.universe import CandidateFit, Universe, universe
 from fitting.errors import InputError
@@ -30,9 +31,7 @@ from fitting.recordings.records import Experiment, force_was_measured
 from mckibben_jax.effect import Effect
 from mckibben_jax.effects import LIBRARY
 
-ENOUGH_SAMPLES = 3500
 SAME_VALLEY = 1e-4  # of the sum of squares: two searches whose ends differ by less found the same
-SPARE = 5  # readings more than fitted numbers, or nothing is judged
 
 
 def diagnose(
@@ -46,6 +45,7 @@ def diagnose(
     seed: int = 0,
     start: Mapping[str, float] | None = None,
     progress: Progress | None = None,
+    settings: DiagnosisSettings = DIAGNOSIS,
 ) -> Diagnosis:
     """Say which effect is missing from a model of `effects` on these data sets, or that the data cannot say.
 
@@ -53,7 +53,7 @@ def diagnose(
     `start` gives values (SI, by full name) that were fitted before: the model's own fit ends no higher than there.
     `progress` is called with words and the share that is done.
     """
-    return concluded(searched(experiments, effects, candidates, fix, free, own, seed, progress, start))
+    return concluded(searched(experiments, effects, candidates, fix, free, own, seed, progress, start, settings))
 
 
 def library_candidates() -> list[Effect]:
@@ -71,9 +71,10 @@ def searched(
     seed: int = 0,
     progress: Progress | None = None,
     start: Mapping[str, float] | None = None,
+    settings: DiagnosisSettings = DIAGNOSIS,
 ) -> Search:
     """Everything that was fitted and tested on the way to a diagnosis; arguments as there."""
-    search = prepared(experiments, effects, candidates, fix, free, own, seed, progress, start)
+    search = prepared(experiments, effects, candidates, fix, free, own, seed, progress, start, settings)
     with one_thread():
         search.run()
     return search
@@ -89,19 +90,20 @@ def prepared(
     seed: int = 0,
     progress: Progress | None = None,
     start: Mapping[str, float] | None = None,
+    settings: DiagnosisSettings = DIAGNOSIS,
 ) -> Search:
     """The model itself fitted, and all laid out for the search of what is missing from it; arguments as there."""
     require_x64()
     progress = progress or (lambda *_: None)
     tested, set_aside = of_force(experiments)
-    light = [thinned(experiment, ENOUGH_SAMPLES // len(tested)) for experiment in tested]
+    light = [thinned(experiment, settings.samples // len(tested)) for experiment in tested]
     known = library_candidates() if candidates is None else list(candidates)
     progress("baseline", 0.0)
-    world = universe(light, effects, known, fix=fix, free=free, own=own)
+    world = universe(light, effects, known, fix=fix, free=free, own=own, settings=settings.fits)
     refit = partial(fit_model, light, effects, fix=fix, free=free, own=own, starts=6, seed=seed)
     baseline, base = _fitted_twice(world, refit, dict(start or {}))
     with one_thread():
-        search = Search(world, base, Examiner(world, base, seed), baseline, progress)
+        search = Search(world, base, Examiner(world, base, seed, settings), baseline, progress)
     search.moving_only = not force_was_measured(experiments)
     search.notes = (*set_aside, *(note for e in light for r in e.recordings for note in r.notes))
     return search
@@ -153,7 +155,7 @@ def of_force(experiments: Sequence[Experiment]) -> tuple[list[Experiment], tuple
 
 
 def _verdict(search: Search) -> Diagnosis:
-    world, examiner = search.world, search.examiner
+    world, examiner, settings = search.world, search.examiner, search.examiner.settings.verdict
     kept, classes, passed = _chosen(search)
     evidence = {name: _evidence(search, name, passed) for name in world.candidates}
     evidence |= {name: Evidence(name, reason=why) for name, why in world.untestable.items()}
@@ -162,8 +164,8 @@ def _verdict(search: Search) -> Diagnosis:
         kept, classes = [], ()
     tried = sorted((_explanation(search, added, passed) for added in search.fits), key=lambda e: e.held_out_rmse)
     near = sorted(tried, key=lambda e: not e.plausible)  # stable: plausible ones first
-    near = [e for e in near if e.held_out_rmse < HELPS * world.rmse(examiner.left_out(search.base))]
-    nearest = tuple(near[:3]) if verdict == "not in the library" else ()
+    near = [e for e in near if e.held_out_rmse < settings.helps * world.rmse(examiner.left_out(search.base))]
+    nearest = tuple(near[: settings.nearest]) if verdict == "not in the library" else ()
     rmse, full_scale = world.rmse(search.base.rows), float(np.max(np.abs(world.samples.measured[world.in_newtons])))
     left = world.rmse(search.fits[kept[0]].rows) if kept else search.noise
     return Diagnosis(
@@ -172,7 +174,9 @@ def _verdict(search: Search) -> Diagnosis:
         explanations=tuple(tuple(sorted(added)) for added in kept),
         classes=classes,
         nearest=nearest,
-        leading=None if verdict == "nothing detectable" else leading_of(world, search.base, search.fits, examiner),
+        leading=None
+        if verdict == "nothing detectable"
+        else leading_of(world, search.base, search.fits, examiner, settings),
         p_value=search.missing_effect_test.test.p,
         level=search.missing_effect_test.test.level,
         rests_on=examiner.rests_on,
@@ -208,10 +212,12 @@ def _chosen(
 ) -> tuple[list[frozenset[str]], tuple[tuple[str, ...], ...], dict[frozenset[str], str]]:
     """The adequate sets that are named, the classes of exact likes, and why the others are not named."""
     fits, examiner = search.fits, search.examiner
-    predicting = best_predicting(search.adequate, fits, examiner)
-    adequacy = unrivalled(predicting, fits, examiner)
-    kept, classes, wider = simplest(search.world, adequacy, fits, search.missing_effect_test.noise_rms)
-    passed = dict.fromkeys(search.adequate, "explains the data, but predicts runs left out worse than others")
+    predicting = best_predicting(search.adequate, fits, examiner, examiner.settings.verdict)
+    adequacy = unrivalled(predicting, fits, examiner, examiner.settings.verdict)
+    kept, classes, wider = simplest(
+        search.world, adequacy, fits, search.missing_effect_test.noise_rms, examiner.settings.verdict
+    )
+    passed = dict.fromkeys(search.adequate, "explains the data, but foretells runs left out worse than others")
     passed |= dict.fromkeys(predicting, "explains the data, but others are seen in what it leaves")
     for added, host in wider.items():
         passed[added] = f"explains the data, and so does its special case {' + '.join(sorted(host))}"
@@ -219,8 +225,9 @@ def _chosen(
 
 
 def _said(search: Search, kept: Sequence[frozenset[str]], evidence: dict[str, Evidence]) -> tuple[str, tuple[str, ...]]:
+    settings = search.examiner.settings.verdict
     readings, numbers = len(search.world.samples), len(search.base.free)
-    if readings < numbers + SPARE:
+    if readings < numbers + settings.spare_readings:
         return "inconclusive", (f"{readings} readings cannot judge a model with {numbers} fitted numbers: record more",)
     if search.missing_effect_test.test.runs_differ:
         message = "loops say that something is missing, but what differs from run to run would look the same"
@@ -229,7 +236,7 @@ def _said(search: Search, kept: Sequence[frozenset[str]], evidence: dict[str, Ev
         if not search.missing_effect_test.rejected:
             return "inconclusive", ("an added effect lowers the error, but the test does not see that one is missing",)
         return ("not in the library", "missing", "one of")[min(len(kept), 2)], ()
-    if not search.examiner.flip_groups.trusted and search.missing_effect_test.test.ratio_p < 1e-4:
+    if not search.examiner.flip_groups.trusted and search.missing_effect_test.test.ratio_p < settings.ratio_p:
         return "inconclusive", ("too few loops to flip, and the noise model alone says that something is missing",)
     blind = _faint(search, evidence)
     if blind:

@@ -6,24 +6,26 @@ import numpy as np
 
 from fitting.diagnosis.examine import Examiner
 from fitting.diagnosis.record import Leading
+from fitting.diagnosis.settings import VERDICT, VerdictSettings
 from fitting.diagnosis.universe import CandidateFit, Universe
 from fitting.full_names import owner_of
 from fitting.least_squares import held_out
 
-SAME = 0.1  # of the noise: a set that follows another's prediction this closely contains it
-CLEARLY = 2.0  # standard errors
-RIVALLED = 0.005  # level at which a rival is seen in what an adequate set leaves
-WORSE = 3.0  # standard errors by which an adequate set may predict worse than another before it is dropped
 
-
-def contains(world: Universe, larger: CandidateFit, smaller: CandidateFit, noise: float) -> bool:
+def contains(
+    world: Universe, larger: CandidateFit, smaller: CandidateFit, noise: float, settings: VerdictSettings = VERDICT
+) -> bool:
     """Whether one fitted set can predict all that another predicts."""
     followed = world.mimicking(smaller).fit(larger.effects, larger.vector)
-    return held_out.rms(followed.rows) < SAME * noise
+    return held_out.rms(followed.rows) < settings.followed * noise
 
 
 def simplest(
-    world: Universe, adequate: Sequence[frozenset[str]], fits: Mapping[frozenset[str], CandidateFit], noise: float
+    world: Universe,
+    adequate: Sequence[frozenset[str]],
+    fits: Mapping[frozenset[str], CandidateFit],
+    noise: float,
+    settings: VerdictSettings = VERDICT,
 ) -> tuple[list[frozenset[str]], tuple[tuple[str, ...], ...], dict[frozenset[str], frozenset[str]]]:
     """Adequate sets without those that contain a simpler one, the classes of exact likes, and what contains what."""
     order = sorted(adequate, key=lambda added: (len(fits[added].free), fits[added].cost))
@@ -31,7 +33,7 @@ def simplest(
     classes: dict[frozenset[str], list[frozenset[str]]] = {}
     wider: dict[frozenset[str], frozenset[str]] = {}
     for added in order:
-        host = next((k for k in kept if contains(world, fits[added], fits[k], noise)), None)
+        host = next((k for k in kept if contains(world, fits[added], fits[k], noise, settings)), None)
         if host is None:
             kept.append(added)
             classes[added] = [added]
@@ -51,44 +53,58 @@ def plausible(world: Universe, added: frozenset[str], fit: CandidateFit) -> bool
 
 
 def best_predicting(
-    adequate: Sequence[frozenset[str]], fits: Mapping[frozenset[str], CandidateFit], examiner: Examiner
+    adequate: Sequence[frozenset[str]],
+    fits: Mapping[frozenset[str], CandidateFit],
+    examiner: Examiner,
+    settings: VerdictSettings = VERDICT,
 ) -> list[frozenset[str]]:
     """Adequate sets without those that predict runs left out clearly worse than the best of them."""
     rows = {added: examiner.left_out(fits[added]) for added in adequate}
     best = min(rows.values(), key=held_out.rms, default=None)
-    return [added for added in adequate if best is None or not _clearly(rows[added], best, examiner.groups, WORSE)]
+    return [
+        added for added in adequate if best is None or not _clearly(rows[added], best, examiner.groups, settings.worse)
+    ]
 
 
 def unrivalled(
-    adequate: Sequence[frozenset[str]], fits: Mapping[frozenset[str], CandidateFit], examiner: Examiner
+    adequate: Sequence[frozenset[str]],
+    fits: Mapping[frozenset[str], CandidateFit],
+    examiner: Examiner,
+    settings: VerdictSettings = VERDICT,
 ) -> list[frozenset[str]]:
     """Adequate sets without those in whose residual another of them is seen; all, if each is seen in some other's."""
     kept = []
     for added in adequate:
         rivals = [(other, fits[other]) for other in adequate if other != added]
-        if not rivals or examiner.against(fits[added], rivals) >= RIVALLED:
+        if not rivals or examiner.against(fits[added], rivals) >= settings.rivalled_p:
             kept.append(added)
     return kept or list(adequate)
 
 
 def leading_of(
-    world: Universe, base: CandidateFit, fits: Mapping[frozenset[str], CandidateFit], examiner: Examiner
+    world: Universe,
+    base: CandidateFit,
+    fits: Mapping[frozenset[str], CandidateFit],
+    examiner: Examiner,
+    settings: VerdictSettings = VERDICT,
 ) -> Leading | None:
     """The single effect, or rivals of one family, that lowers the left-out error by clearly more than any other."""
     all_singles = [added for added in fits if len(added) == 1]
     singles = [added for added in all_singles if plausible(world, added, fits[added])] or all_singles
     rows = {added: examiner.left_out(fits[added]) for added in singles}
     order = sorted(singles, key=lambda added: held_out.rms(rows[added]))
-    helping = [added for added in order if _clearly(examiner.left_out(base), rows[added], examiner.groups)]
+    clearly = lambda worse, better: _clearly(worse, better, examiner.groups, settings.clearly)  # noqa: E731
+    before = examiner.left_out(base)
+    helping = [added for added in order if clearly(before, rows[added])]
     if not helping or helping[0] != order[0]:
         return None
-    equals = [added for added in helping if not _clearly(rows[added], rows[order[0]], examiner.groups)]
+    equals = [added for added in helping if not clearly(rows[added], rows[order[0]])]
     fewest = min(len(fits[added].free) for added in equals)
     named = [added for added in equals if len(fits[added].free) == fewest]
-    if not _of_one_kind(world, equals, named[0], fits):
+    if not _of_one_kind(world, equals, named[0], fits, settings):
         return None
     others = [added for added in order if added not in equals]
-    whole, left = world.rmse(examiner.left_out(base)), world.rmse(rows[named[0]])
+    whole, left = world.rmse(before), world.rmse(rows[named[0]])
     return Leading(
         tuple(min(added) for added in named),
         float(1 - (left / whole) ** 2),
@@ -102,17 +118,18 @@ def _of_one_kind(
     equals: Sequence[frozenset[str]],
     first: frozenset[str],
     fits: Mapping[frozenset[str], CandidateFit],
+    settings: VerdictSettings,
 ) -> bool:
     """Whether equals are rivals of one family, or hold the first of them as a special case."""
     family = world.effects[min(first)].family
     others = [added for added in equals if added != first]
     return all(
         (family is not None and world.effects[min(other)].family == family)
-        or contains(world, fits[other], fits[first], held_out.rms(fits[first].rows))
+        or contains(world, fits[other], fits[first], held_out.rms(fits[first].rows), settings)
         for other in others
     )
 
 
-def _clearly(worse: np.ndarray, better: np.ndarray, groups: np.ndarray, errors: float = CLEARLY) -> bool:
+def _clearly(worse: np.ndarray, better: np.ndarray, groups: np.ndarray, errors: float) -> bool:
     fall, error = held_out.difference(worse, better, groups)
     return fall > errors * error

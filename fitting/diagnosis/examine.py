@@ -1,92 +1,32 @@
 """How one fitted set of effects stands: tested for anything missing, and on runs left out."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
-from fitting.diagnosis import between_runs, flips, omnibus
+from fitting.diagnosis import between_runs, omnibus
+from fitting.diagnosis.adequacy import AdequacyTest
 from fitting.diagnosis.between_runs import Nuisance
-from fitting.diagnosis.flips import FlipGroups, Ground
+from fitting.diagnosis.flip_groups import RestsOn, flip_groups
+from fitting.diagnosis.missing_effect import Ground, MissingEffectTest, missing_effect_test
+from fitting.diagnosis.settings import DIAGNOSIS, DiagnosisSettings
 from fitting.diagnosis.universe import CandidateFit, Universe
 from fitting.diagnosis.working_noise import Kinds, Noise
 from fitting.full_names import owner_of
 from fitting.least_squares import held_out
 
-INVISIBLE = 0.02  # of a signature's square that must survive the model's own parameters to be seen at all
-SIMILAR = 0.9
-MOST = 0.25  # of the squared error, left where runs that differ a little would have to do the rest: no explanation
-UNREAL = 1e4  # times its usual size, that an effect had to have to be seen: these data cannot show it
-
-
-@dataclass(frozen=True)
-class Seen:
-    """What the test says of one candidate."""
-
-    p_value: float
-    limit: float | None  # N rms left after refitting, found with power 0.8; None where the data cannot see it
-    absorbed: float
-    similar: dict[str, float]
-
-
-@dataclass(frozen=True)
-class AdequacyTest:
-    """A fitted set and its test; `reason` says why it is not adequate, empty if it is."""
-
-    test: flips.Verdict
-    columns: tuple[str, ...]  # the candidate of each tested column
-    rms_columns: np.ndarray  # of what is left of each column, N
-    noise_rms: float
-    noise: float  # the same, N
-    reason: str = ""
-
-    @property
-    def rejected(self) -> bool:
-        """Whether something is missing."""
-        return self.test.rejected
-
-    def inadequate(self, reason: str) -> "AdequacyTest":
-        """The same, not adequate for this reason."""
-        return replace(self, reason=reason)
-
-    def of(self, name: str) -> Seen:
-        """What the test says of one candidate, over all its shapes."""
-        at = [i for i, column in enumerate(self.columns) if column == name]
-        if not at:
-            return Seen(float("nan"), None, float("nan"), {})
-        visible = [i for i in at if self.test.left[i] ** 2 > INVISIBLE and not self.test.explained[i] > UNREAL]
-        large = np.sqrt(flips.MANY**2 - 1) * self.noise  # seen where flips are blind, if the bases take it up
-        seen_anyway = np.maximum(large, self.test.explained * self.rms_columns)
-        limits = [min(self.test.detectable[i] * self.rms_columns[i], seen_anyway[i]) for i in visible]
-        absorbed = 1 - max(self.test.left[i] ** 2 for i in at)
-        return Seen(
-            float(min(self.test.p_effects[i] for i in at)),
-            float(np.median(limits)) if limits else None,
-            float(absorbed),
-            self._similar(visible, name) if visible else {},
-        )
-
-    def _similar(self, at: list[int], name: str) -> dict[str, float]:
-        found: dict[str, float] = {}
-        for j, other in enumerate(self.columns):
-            if other != name and self.test.left[j] ** 2 > INVISIBLE:
-                cosine = float(np.max(np.abs(self.test.cosines[at, j])))
-                if cosine > SIMILAR:
-                    found[other] = max(found.get(other, 0.0), cosine)
-        return dict(sorted(found.items(), key=lambda item: -item[1]))
-
 
 class Examiner:
-    """Tests fitted sets of one universe, all with the same units and the same flips."""
+    """Tests fitted sets of one universe, all with the same groups and the same flips."""
 
-    def __init__(self, world: Universe, base: CandidateFit, seed: int):
-        self.world, self.base, self.seed = world, base, seed
+    def __init__(self, world: Universe, base: CandidateFit, seed: int, settings: DiagnosisSettings = DIAGNOSIS):
+        self.world, self.base, self.seed, self.settings = world, base, seed, settings
         self.basis = omnibus.basis(world.samples)
-        self.kinds = Kinds.after_removal(np.hstack([self.basis.whole, base.slopes]), world.samples)
-        self.flip_groups: FlipGroups = flips.flip_groups(world.samples, self.noise(base).memory)
+        self.kinds = Kinds.after_removal(np.hstack([self.basis.whole, base.slopes]), world.samples, settings.noise)
+        self.flip_groups = flip_groups(world.samples, self.noise(base).memory, settings.flip_test)
         points = self.flip_groups.count == len(world.samples)  # of a static map: each was set by itself
-        self.runs_apart = not points and len(np.unique(world.samples.run)) > 1
+        self.runs_may_differ = not points and len(np.unique(world.samples.run)) > 1
         self._left_out: dict[tuple[int, bool], np.ndarray] = {}
         self._left: dict[int, float] = {}
 
@@ -100,18 +40,16 @@ class Examiner:
         return self.kinds.noise(fit.rows, fit.slopes)
 
     @property
-    def rests_on(self) -> str:
-        """What the test rests on, in words."""
-        allowed = (
-            f"; from run to run each effect's parameters may differ by {between_runs.REPEATABLE:.0%} at most, "
-            "the zero by the noise of one reading"
-        )
-        return self.flip_groups.words + (allowed if self.runs_apart else "")
+    def rests_on(self) -> RestsOn:
+        """What the test rests on."""
+        return self.flip_groups.rests_on(self.settings.nuisance.repeatable if self.runs_may_differ else None)
 
     def nuisance(self, fit: CandidateFit) -> Nuisance:
         """How a fitted set may give way before anything is called missing from it."""
-        if self.runs_apart:
-            return between_runs.nuisance_between_runs(fit, self.world.layout, self.world.samples)
+        if self.runs_may_differ:
+            return between_runs.nuisance_between_runs(
+                fit, self.world.layout, self.world.samples, self.settings.nuisance
+            )
         return between_runs.common_nuisance(fit)
 
     def left(self, fit: CandidateFit) -> float:
@@ -132,18 +70,20 @@ class Examiner:
         What the bases that know no effect reject is rejected, and needs no candidates (unless `limits` are wanted).
         """
         names, signatures = [], np.zeros((len(self.world.samples), 0))
-        verdict = None if limits else self._tested(fit, signatures)
-        if verdict is None or not verdict.rejected:
+        test = None if limits else self._tested(fit, signatures)
+        if test is None or not test.rejected:
             names, signatures = self.columns(fit, fits)
-            verdict = self._tested(fit, signatures, limits)
+            test = self._tested(fit, signatures, limits)
         in_newtons = self.world.in_newtons
         left = between_runs.common_nuisance(fit).project_out(signatures) * self.world.samples.sigma[:, None]
         rms = np.sqrt(np.mean(left[in_newtons] ** 2, axis=0))
-        noise = verdict.floor * float(np.sqrt(np.mean(self.world.samples.sigma[in_newtons] ** 2)))
-        return AdequacyTest(verdict, tuple(names), rms, verdict.floor, noise, self._why_not(added, fit, verdict))
+        noise = test.floor * float(np.sqrt(np.mean(self.world.samples.sigma[in_newtons] ** 2)))
+        reason = self._why_not(added, fit, test)
+        many = self.settings.flip_test.many
+        return AdequacyTest(test, tuple(names), rms, test.floor, noise, reason, self.settings.verdict, many)
 
     def against(self, fit: CandidateFit, rivals: Sequence[tuple[frozenset[str], CandidateFit]]) -> float:
-        """The p-value of a fitted set where only what its rivals (added, trial) would change is looked for.
+        """The p-value of a fitted set where only what its rivals (added, fit) would change is looked for.
 
         Few directions are looked along, so less is needed in each than where the whole library is.
         """
@@ -151,27 +91,28 @@ class Examiner:
         wanted = np.hstack(columns)
         size = np.linalg.norm(wanted, axis=0)
         left = np.linalg.norm(between_runs.common_nuisance(fit).project_out(wanted), axis=0)
-        seen = wanted[:, left**2 > INVISIBLE * np.maximum(size**2, 1e-300)]
+        seen = wanted[:, left**2 > self.settings.verdict.invisible * np.maximum(size**2, 1e-300)]
         if not seen.shape[1]:
             return 1.0
         return float(self._tested(fit, seen).p_effects.min())
 
-    def _tested(self, fit: CandidateFit, columns: np.ndarray, limits: bool = False) -> flips.Verdict:
+    def _tested(self, fit: CandidateFit, columns: np.ndarray, limits: bool = False) -> MissingEffectTest:
         """The test of a fitted set along these columns (rows, q)."""
-        same, own = between_runs.common_nuisance(fit), self.nuisance(fit)
-        return flips.judged(fit.rows, same, own, columns, self.ground(fit), limits)
+        common, own = between_runs.common_nuisance(fit), self.nuisance(fit)
+        return missing_effect_test(fit.rows, common, own, columns, self.ground(fit), limits)
 
     def ground(self, fit: CandidateFit) -> Ground:
         """What the test of a fitted set rests on."""
-        return Ground(self.world.samples, self.flip_groups, self.basis, self.noise(fit), self.seed)
+        noise, settings = self.noise(fit), self.settings.flip_test
+        return Ground(self.world.samples, self.flip_groups, self.basis, noise, self.seed, settings)
 
-    def _why_not(self, added: frozenset[str], fit: CandidateFit, verdict: flips.Verdict) -> str:
-        if verdict.rejected and verdict.p >= verdict.level:
+    def _why_not(self, added: frozenset[str], fit: CandidateFit, test: MissingEffectTest) -> str:
+        if test.rejected and test.p >= test.level:
             return "leaves many times the noise"
-        if verdict.rejected:
-            return f"something is still missing (p = {verdict.p:.2g})"
-        many = verdict.rms > flips.MANY * verdict.inside
-        if added and many and verdict.rms**2 > MOST * held_out.rms(self.base.rows) ** 2:
+        if test.rejected:
+            return f"something is still missing (p = {test.p:.2g})"
+        many = test.rms > self.settings.flip_test.many * test.inside
+        if added and many and test.rms**2 > self.settings.verdict.most_left * held_out.rms(self.base.rows) ** 2:
             return "leaves most of the error, many times the noise"
         ends = [name for name in fit.at_bound if owner_of(name) in added]
         if ends:
@@ -196,8 +137,8 @@ class Examiner:
                 shapes = self._shapes(candidate, fits)
                 wanted += [(candidate, shape) for shape in ([shapes[0], *shapes[1:][-1:]] if glance else shapes)]
         columns = self.world.signatures(fit, wanted)
-        told = np.all(np.isfinite(columns), axis=0) & np.any(columns != 0, axis=0)
-        return [name for (name, _), good in zip(wanted, told, strict=True) if good], columns[:, told]
+        usable = np.all(np.isfinite(columns), axis=0) & np.any(columns != 0, axis=0)
+        return [name for (name, _), good in zip(wanted, usable, strict=True) if good], columns[:, usable]
 
     def _shapes(self, candidate: str, fits: Mapping[frozenset[str], CandidateFit]) -> list[dict[str, float]]:
         """A few values of its parameters, the last as fitted alone."""

@@ -5,22 +5,24 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import stats
 
-from fitting.diagnosis.between_runs import DENIED_P, Nuisance
+from fitting.diagnosis.between_runs import Nuisance
 from fitting.diagnosis.detection import enough
 from fitting.diagnosis.omnibus import Basis
+from fitting.diagnosis.settings import FLIP_TEST, FlipTestSettings
 from fitting.diagnosis.working_noise import orthonormal
-
-MISFIT_P = 1e-3  # of the likelihood ratio of the bases that goes with a misfit many times the noise
 
 
 @dataclass(frozen=True)
 class Projected:
-    """Whitened rows, candidates and omnibus basis (orthonormal) beside what the model's parameters can make of them."""
+    """Whitened rows, candidates and omnibus basis, with what the model's parameters can make of them projected out.
 
-    e: np.ndarray
-    z: np.ndarray
+    Rows may be several draws: then all that is said of them has one entry for each draw.
+    """
+
+    e: np.ndarray  # (rows,) or (rows, draws)
+    z: np.ndarray  # (rows, candidates)
     pulled: np.ndarray  # spread of each candidate's score by errors of what is stated, over its spread by noise
-    o: np.ndarray  # what is smooth, then what is fine beside it
+    o: np.ndarray  # orthonormal (rows, q): what is smooth, then what is fine with that projected out
     smooth: int  # how many of these are smooth
     kept: np.ndarray  # norm of each candidate
     seen: np.ndarray  # which candidates the parameters do not take whole
@@ -28,6 +30,8 @@ class Projected:
     differing: np.ndarray  # by how much runs differ then, in standard deviations of what is allowed
     differing_for: np.ndarray  # the same for each candidate: (differences, candidates)
     differences: int  # how many of these are free of each other
+    differ_p_bound: float  # p-value below which runs may not differ
+    misfit_p_bound: float  # p-value of the likelihood ratio below which the bases see a misfit
 
     @property
     def clean(self) -> np.ndarray:
@@ -40,22 +44,28 @@ class Projected:
         return max(len(self.e) - self.parameters - self.o.shape[1], 1)
 
     @property
-    def ratio_p(self) -> float:
-        """Of the likelihood ratio of the basis, were the noise model right."""
-        smooth = np.sum((self.o.T @ self.e) ** 2)
-        ratio = (smooth / self.o.shape[1]) / (max(np.sum(self.e**2) - smooth, 1e-300) / self.freedom)
-        return float(stats.f.sf(ratio, self.o.shape[1], self.freedom))
+    def unexplained(self) -> np.ndarray:
+        """Sum of squares of the rows without what the basis takes."""
+        return np.maximum(np.sum(self.e**2, axis=0) - np.sum((self.o.T @ self.e) ** 2, axis=0), 1e-300)
+
+    @property
+    def ratio_p(self) -> np.ndarray:
+        """The p-value of the likelihood ratio of the basis, were the noise model right."""
+        taken = np.sum((self.o.T @ self.e) ** 2, axis=0)
+        ratio = (taken / self.o.shape[1]) / (self.unexplained / self.freedom)
+        return stats.f.sf(ratio, self.o.shape[1], self.freedom)
 
     @property
     def explained(self) -> np.ndarray:
         """The amount of each candidate whose likelihood ratio would be beyond its bound."""
         taken = np.linalg.norm(self.o.T @ self.z, axis=0)
-        return np.sqrt(enough(self.o.shape[1], MISFIT_P)) / np.maximum(taken, 1e-300)
+        return np.sqrt(enough(self.o.shape[1], self.misfit_p_bound)) / np.maximum(taken, 1e-300)
 
     @property
-    def differ_p(self) -> float:
+    def differ_p(self) -> np.ndarray:
         """How often runs that differ by as much as is allowed would differ by as much as they do here."""
-        return float(stats.chi2.sf(np.sum(self.differing**2), self.differences)) if self.differences else 1.0
+        squares = np.sum(self.differing**2, axis=0)
+        return stats.chi2.sf(squares, self.differences) if self.differences else np.ones_like(squares)
 
     @property
     def denied(self) -> np.ndarray:
@@ -63,7 +73,7 @@ class Projected:
         if not self.differences:
             return np.full(self.z.shape[1], np.inf)
         needed = np.linalg.norm(self.differing_for, axis=0)
-        return np.sqrt(enough(self.differences, DENIED_P)) / np.maximum(needed, 1e-300)
+        return np.sqrt(enough(self.differences, self.differ_p_bound)) / np.maximum(needed, 1e-300)
 
     @property
     def dull(self) -> np.ndarray:
@@ -71,10 +81,18 @@ class Projected:
         return np.sqrt(1 + self.pulled**2)
 
 
-def projected(e: np.ndarray, j: np.ndarray, z: np.ndarray, basis: Basis, by: Nuisance) -> Projected:
-    """Beside whitened slopes `j` (rows, k) of all that may give way; `by` says what is known of it."""
+def projected(
+    e: np.ndarray,
+    j: np.ndarray,
+    z: np.ndarray,
+    basis: Basis,
+    by: Nuisance,
+    settings: FlipTestSettings = FLIP_TEST,
+) -> Projected:
+    """Project out whitened slopes `j` (rows, k) of all that may give way; `by` says what is known of it."""
     curvature = np.linalg.pinv(j.T @ j + by.prior_slopes.T @ by.prior_slopes, rcond=1e-13, hermitian=True)
-    step = curvature @ (j.T @ e + by.prior_slopes.T @ by.prior_rows)  # to the optimum of the whitened rows
+    pull = by.prior_slopes.T @ by.prior_rows
+    step = curvature @ (j.T @ e + (pull if e.ndim == 1 else pull[:, None]))  # to the optimum of the whitened rows
     for_z = curvature @ (j.T @ z)
     z_left = z - j @ for_z
     smooth = orthonormal(basis.smooth - j @ (curvature @ (j.T @ basis.smooth)))
@@ -88,4 +106,7 @@ def projected(e: np.ndarray, j: np.ndarray, z: np.ndarray, basis: Basis, by: Nui
     apart = by.group >= 0
     free = int(np.sum(apart)) - len(np.unique(by.group[apart]))  # what all runs share is no difference
     left, rank = e - j @ step, int(np.linalg.matrix_rank(j))
-    return Projected(left, z_left, pulled, o, smooth.shape[1], kept, seen, rank, step[apart], for_z[apart], free)
+    return Projected(
+        left, z_left, pulled, o, smooth.shape[1], kept, seen, rank, step[apart], for_z[apart], free,
+        by.settings.differ_p, settings.misfit_p,
+    )  # fmt: skip

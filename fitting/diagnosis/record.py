@@ -4,6 +4,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from fitting.diagnosis.flip_groups import RestsOn
 from fitting.least_squares.fit import Fit
 
 
@@ -38,9 +39,6 @@ class Explanation:
     estimate: dict[str, tuple[float, float, str]] = field(default_factory=dict)  # full name: value, error (SI), unit
 
 
-HELPS = 0.98  # of the left-out error: an effect that leaves more is not worth a line
-
-
 @dataclass(frozen=True)
 class Leading:
     """The effect, or class of exact likes, that lowers the left-out error by clearly more than any other."""
@@ -63,7 +61,7 @@ class Diagnosis:
     leading: Leading | None
     p_value: float
     level: float
-    rests_on: str  # which flips, how many units: in words
+    rests_on: RestsOn
     rmse: float
     held_out_rmse: float
     noise_floor: float

@@ -9,19 +9,10 @@ import numpy as np
 
 from fitting.diagnosis.between_runs import common_nuisance
 from fitting.diagnosis.examine import AdequacyTest, Examiner
-from fitting.diagnosis.universe import WORKERS, CandidateFit, Universe
+from fitting.diagnosis.universe import CandidateFit, Universe
 from fitting.least_squares.decomposed import lstsq
 from fitting.least_squares.fit import Fit
 
-BETTERED = 0.6  # an explanation that one more effect brings below this share of its rms was not the whole of it
-BEST_SINGLES = 20  # from which pairs are built
-BEST_TRIPLED = 12  # from which triples are built
-REFITTED = 24  # larger sets that survive the linear screening
-ADDED = 18  # of those that a linear look beside the best of them suggests, each time
-GROWN = 6  # best smaller sets to which every other effect is added in a linear look
-ROUNDS = 2  # of it: the second grows what the best larger sets are made of
-TESTED = 16
-UNMOVED = 1e-6  # of the rows: an effect that changes less changes nothing
 LEVELS = {2: "pairs", 3: "triples"}
 Progress = Callable[[str, float], None]
 
@@ -31,6 +22,7 @@ class Search:
 
     def __init__(self, world: Universe, base: CandidateFit, examiner: Examiner, baseline: Fit, progress: Progress):
         self.world, self.base, self.examiner, self.baseline, self.progress = world, base, examiner, baseline, progress
+        self.settings = examiner.settings.search
         self.notes: tuple[str, ...] = ()
         self.moving_only = False  # whether all that is tested are motions read as force
         self.fits: dict[frozenset[str], CandidateFit] = {}  # by what was added
@@ -48,9 +40,9 @@ class Search:
         self.base_is_adequate = not self.missing_effect_test.rejected and not self.bettered(frozenset())
         if self.base_is_adequate:
             return
-        for size, pool in ((1, BEST_SINGLES), (2, BEST_TRIPLED), (3, 0)):
+        for size, pool in ((1, self.settings.best_singles), (2, self.settings.best_tripled), (3, 0)):
             if size > 1:
-                for _ in range(ROUNDS):
+                for _ in range(self.settings.rounds):
                     self.fit_level(self.grown([*self.parts(self.best(size)), *self.best(size - 1)]))
             if size < 3:
                 self.progress(LEVELS[size + 1], 0.25 * size + 0.1)
@@ -99,12 +91,12 @@ class Search:
         for group in combinations(sorted(names), size):
             if self.world.possible(self.world.with_added(group), group):
                 promise.append((self.promised(group), frozenset(group)))
-        return [added for _, added in sorted(promise, key=lambda p: p[0])[:REFITTED]]
+        return [added for _, added in sorted(promise, key=lambda p: p[0])[: self.settings.refitted]]
 
     def moves(self, added: frozenset[str]) -> bool:
         """Whether a fitted set predicts anything else than the base: a lag does nothing where nothing moves."""
         change = np.linalg.norm(self.fits[added].rows - self.base.rows)
-        return bool(change > UNMOVED * np.linalg.norm(self.base.rows))
+        return bool(change > self.settings.unmoved * np.linalg.norm(self.base.rows))
 
     def promised(self, group: Sequence[str]) -> float:
         """Sum of squares left if the changes that each effect makes alone could be mixed freely."""
@@ -119,13 +111,15 @@ class Search:
 
         What an effect would change beside others is not what it changes alone, where a larger one may hide it.
         """
-        fresh = [each for each in dict.fromkeys(seeds) if each not in self.seeds][:GROWN]
+        fresh = [each for each in dict.fromkeys(seeds) if each not in self.seeds][: self.settings.grown]
         self.seeds.update(fresh)
         promise: dict[frozenset[str], float] = {}
-        with ThreadPoolExecutor(WORKERS) as workers:
+        with ThreadPoolExecutor(self.world.settings.workers) as workers:
             for promised in workers.map(self.promised_by_one_more, fresh):
                 promise |= {added: min(cost, promise.get(added, np.inf)) for added, cost in promised.items()}
-        return [added for added in sorted(promise, key=promise.__getitem__) if added not in self.fits][:ADDED]
+        return [added for added in sorted(promise, key=promise.__getitem__) if added not in self.fits][
+            : self.settings.added
+        ]
 
     def promised_by_one_more(self, added: frozenset[str]) -> dict[frozenset[str], float]:
         """Sums of squares that a linear look promises if one more effect stood beside a fitted set."""
@@ -139,7 +133,7 @@ class Search:
 
     def parts(self, sets: Sequence[frozenset[str]]) -> list[frozenset[str]]:
         """Sets without one of their members, as far as they can be fitted."""
-        smaller = list(dict.fromkeys(added - {name} for added in sets[:GROWN] for name in sorted(added)))
+        smaller = list(dict.fromkeys(added - {name} for added in sets[: self.settings.grown] for name in sorted(added)))
         self.fit_level([added for added in smaller if added not in self.fits])
         return [added for added in smaller if added in self.fits]
 
@@ -168,7 +162,7 @@ class Search:
         """Whether one more effect brings the error far down."""
         mine = self.base if not added else self.fits[added]
         more = [t for key, t in self.fits.items() if len(key) == len(added) + 1 and added < key]
-        bound = BETTERED**2 * self.examiner.left(mine)
+        bound = self.settings.bettered**2 * self.examiner.left(mine)
         return any(self.examiner.left(fit) < bound for fit in more)
 
     @property
@@ -185,8 +179,8 @@ class Search:
         """Test the best sets of one size."""
         level = self.best(size)
         best = self.fits[level[0]].cost if level else 0.0
-        for added in [each for each in level[:TESTED] if each not in self.adequacy_tests]:
-            if self.fits[added].cost > best / BETTERED**2:
+        for added in [each for each in level[: self.settings.tested] if each not in self.adequacy_tests]:
+            if self.fits[added].cost > best / self.settings.bettered**2:
                 break
             adequacy = self.examiner.adequacy(added, self.fits[added], self.fits)
             if not adequacy.reason and self.bettered(added):

@@ -5,12 +5,11 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from fitting.diagnosis.between_runs import Nuisance
-from fitting.diagnosis.equivalent import SAME, plausible
+from fitting.diagnosis.equivalent import plausible
+from fitting.diagnosis.settings import VERDICT, VerdictSettings
 from fitting.diagnosis.universe import CandidateFit, Universe
 from fitting.full_names import owner_of
 from fitting.least_squares import held_out
-
-TAKEN = 0.1  # of a signature's square, that one effect of the model takes and nothing else does
 
 
 def substitutes(
@@ -19,11 +18,12 @@ def substitutes(
     fits: Mapping[frozenset[str], CandidateFit],
     unseen: Sequence[str],
     noise: float,
+    settings: VerdictSettings = VERDICT,
 ) -> tuple[tuple[str, str], ...]:
     """Pairs of an effect of the model and one that would predict the same of these data in its place.
 
-    `unseen` are candidates of which these data show nothing: those that the model's own parameters imitate. Only with
-    as few fitted numbers is one a like; with more it could be anything. `noise` in standard deviations.
+    `unseen` are candidates of which these data show nothing: those that the model's own parameters absorb. Only with
+    as few fitted numbers is one a substitute; with more it could be anything. `noise` in standard deviations.
     """
     wanted = [(name, shape) for name in unseen for shape in world.shapes(name)]
     columns = world.signatures(base, wanted)
@@ -34,13 +34,15 @@ def substitutes(
         if others.all():
             continue
         left = _share_left(base, columns, others)
-        for name in dict.fromkeys(name for (name, _), share in zip(wanted, left, strict=True) if share > TAKEN):
+        taken = (name for (name, _), share in zip(wanted, left, strict=True) if share > settings.taken)
+        for name in dict.fromkeys(taken):
             effects = base.effects - {mine} | {name}
             if world.lacking(effects) or len(world.free(effects)) > len(base.free):
                 continue
             alone = fits.get(frozenset([name]), base)
             followed = copied.fit(effects, alone.vector, [name])
-            if held_out.rms(followed.rows) < SAME * noise and plausible(world, frozenset([name]), followed):
+            near = held_out.rms(followed.rows) < settings.followed * noise
+            if near and plausible(world, frozenset([name]), followed):
                 found.append((mine, name))
     return tuple(found)
 

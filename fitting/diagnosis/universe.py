@@ -9,6 +9,7 @@ from itertools import islice, product
 import jax.numpy as jnp
 import numpy as np
 
+from fitting.diagnosis.settings import FITS, FitSettings
 from fitting.full_names import listed
 from fitting.least_squares.absent import as_good_as_absent
 from fitting.least_squares.held_out import REFIT_BELOW, left_out_rows
@@ -23,14 +24,7 @@ from mckibben_jax.effect import Effect, name_of
 from mckibben_jax.model import Model
 from mckibben_jax.muscle import quantities
 
-FREE = (14, 24, 36, 48)  # free parameters are padded to these counts, to compile once for each
-STEPS = 60  # of one search: what converges more slowly is of no use among many
 LOOK, NO_LOOK = np.array(True), np.array(False)  # arrays, so that they are not compiled in
-INSIDE = 0.1  # of a range: where a parameter is tried that ended at the end of it
-UNDECIDED = 2.0  # times the mean square, of half the sum of squares: two standard errors
-DENIED = 4.0  # standard errors of a stated measurement
-STARTS = 4  # of a new effect's hidden shape
-WORKERS = 2  # compiled code leaves the interpreter's lock alone
 
 
 @dataclass(frozen=True)
@@ -66,6 +60,7 @@ class Universe:
     always_free: tuple[str, ...]  # of the muscle
     fixed: tuple[str, ...]
     start: np.ndarray
+    settings: FitSettings = FITS
 
     @property
     def template(self) -> Model:
@@ -135,7 +130,7 @@ class Universe:
         begin = self._starts(subset, names, start, new)
         best = None
         for place in begin:  # one at a time: any number of starts is the same compiled function
-            found = solve(self.problem, subset, jnp.asarray(place)[None], STEPS, NO_LOOK)
+            found = solve(self.problem, subset, jnp.asarray(place)[None], self.settings.steps, NO_LOOK)
             if best is None or float(found.cost) < float(best.cost):
                 best = found
         assert best is not None
@@ -150,13 +145,13 @@ class Universe:
     def _held(self, subset: Subset, at: int, found: Solved) -> bool:
         """Whether the data hold one free parameter at the end of its range, or would as soon have it inside."""
         place = np.asarray(found.place).copy()
-        place[at] = np.clip(place[at], INSIDE, 1 - INSIDE)
+        place[at] = np.clip(place[at], self.settings.inside, 1 - self.settings.inside)
         slot = len(self.layout.names)  # nothing reads it
         free = jnp.where(jnp.arange(len(place)) == at, slot, subset.free)
         rest = replace(subset, full=subset.vector(jnp.asarray(place)), free=free)
-        again = solve(self.problem, rest, rest.place(rest.full)[None], STEPS, NO_LOOK)
+        again = solve(self.problem, rest, rest.place(rest.full)[None], self.settings.steps, NO_LOOK)
         scatter = np.mean(np.asarray(found.rows)[: self._count][self.real] ** 2)
-        return float(again.cost) > float(found.cost) + UNDECIDED * float(scatter)
+        return float(again.cost) > float(found.cost) + self.settings.undecided * float(scatter)
 
     def fit_from_smaller(self, effects: frozenset[str], smaller: CandidateFit) -> CandidateFit:
         """Fit a set of effects from the optimum of a smaller one, with what is new as good as absent there."""
@@ -167,12 +162,12 @@ class Universe:
         at = self.layout.at(names)
         subset = self._subset(effects, at, smaller.vector)
         entries = [self.layout.entries[i] for i in at]
-        place = as_good_as_absent(self.problem, subset, entries, new, 1, STEPS)
+        place = as_good_as_absent(self.problem, subset, entries, new, 1, self.settings.steps)
         return self.fit(effects, np.asarray(subset.vector(jnp.asarray(place)))[: len(smaller.vector)])
 
     def fit_all(self, sets: Sequence[tuple[frozenset[str], np.ndarray, Sequence[str]]]) -> list[CandidateFit]:
         """Fit many sets, two at a time."""
-        with ThreadPoolExecutor(WORKERS) as workers:
+        with ThreadPoolExecutor(self.settings.workers) as workers:
             return list(workers.map(lambda job: self.fit(*job), sets))
 
     def mimicking(self, fit: CandidateFit) -> "Universe":
@@ -186,7 +181,7 @@ class Universe:
     def contradicted(self, fit: CandidateFit) -> tuple[str, ...]:
         """Stated measurements of the muscle that a fit denies: more than four standard errors away."""
         stated = [entry.name for entry in self.layout.entries if entry.prior is not None]
-        return tuple(name for name, row in zip(stated, fit.prior_rows, strict=True) if abs(row) > DENIED)
+        return tuple(name for name, row in zip(stated, fit.prior_rows, strict=True) if abs(row) > self.settings.denied)
 
     def left_out(self, fit: CandidateFit, group: np.ndarray, glance: bool = False) -> np.ndarray:
         """The rows of a fit on groups of rows left out: refitted where there are few, else in one step from the fit."""
@@ -210,7 +205,7 @@ class Universe:
         while waiting:
             some: dict[str, int] = {}
             for i, (added, _) in waiting.items():
-                if len(some) < FREE[0] and added not in some:
+                if len(some) < self.settings.padded[0] and added not in some:
                     some[added] = i
             columns[:, list(some.values())] = self._slopes(fit, {name: wanted[i][1] for name, i in some.items()})
             for i in some.values():
@@ -237,7 +232,7 @@ class Universe:
         names = list(self.effects)
         at = [first + names.index(name) for name in turned]
         subset = self._subset(fit.effects, at, vector, beside=turned)
-        found = solve(self.problem, subset, subset.place(subset.full)[None], STEPS, LOOK)
+        found = solve(self.problem, subset, subset.place(subset.full)[None], self.settings.steps, LOOK)
         return np.asarray(found.slopes)[self.real][:, : len(turned)]
 
     def shapes(self, effect: str) -> list[dict[str, float]]:
@@ -245,7 +240,7 @@ class Universe:
         names = self.layout.of_effect(effect)
         declared = [self.layout.entries[i].starts for i in self.layout.at(names)]
         own = [self.layout.entries[i].start for i in self.layout.at(names)]
-        grid = [dict(zip(names, values, strict=True)) for values in islice(product(*declared), STARTS)]
+        grid = [dict(zip(names, values, strict=True)) for values in islice(product(*declared), self.settings.starts)]
         default = dict(zip(names, own, strict=True))
         return [default, *(shape for shape in grid if shape != default)]
 
@@ -256,7 +251,7 @@ class Universe:
 
         The vector holds the unknowns, a slot that nothing reads, and the switches.
         """
-        size = next((count for count in FREE if count >= len(at)), len(at))
+        size = next((count for count in self.settings.padded if count >= len(at)), len(at))
         free = np.concatenate([at, np.full(size - len(at), len(start))]).astype(int)
         switches = self.switches(effects)
         behind = lambda values, slot, rest: jnp.asarray(np.concatenate([values, [slot], np.full(len(switches), rest)]))  # noqa: E731
@@ -274,7 +269,7 @@ class Universe:
     def _starts(self, subset: Subset, names: tuple[str, ...], start: np.ndarray, new: Sequence[str]) -> np.ndarray:
         shapes = [self.shapes(effect)[1:] or self.shapes(effect)[:1] for effect in new]
         vectors = []
-        for combination in islice(product(*shapes), STARTS):
+        for combination in islice(product(*shapes), self.settings.starts):
             vector = start.copy()
             for shape in combination:
                 for name, value in shape.items():
@@ -293,6 +288,7 @@ def universe(
     fix: Sequence[str] = (),
     free: Sequence[str] = (),
     own: Sequence[str] = (),
+    settings: FitSettings = FITS,
 ) -> Universe:
     """Lay out data sets with the effects of a model and all that may be missing from it."""
     present = [name_of(effect) for effect in effects]
@@ -319,6 +315,7 @@ def universe(
         tuple(name for name in muscle if not listed(name, fix)),
         tuple(name for name in layout.names if listed(name, fix)),
         layout.start.copy(),
+        settings,
     )
 
 

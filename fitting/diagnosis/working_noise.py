@@ -7,17 +7,13 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from scipy.linalg import solve_triangular
+from scipy.linalg import cholesky, solve_triangular
 from scipy.optimize import nnls
 from scipy.signal import lfilter
 
-from fitting.least_squares.decomposed import lstsq, svd
+from fitting.diagnosis.settings import NOISE, NoiseSettings
+from fitting.least_squares.decomposed import svd
 from fitting.problem.residuals import Samples
-
-PIECE = 400  # samples whitened together
-MEMORIES = np.array([0.3, 0.5, 0.7, 0.8, 0.9, 0.95, 0.98, 0.99, 0.995, 0.999])
-LAGS = np.array([0, 1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64, 96, 128, 192])
-TOLD = 0.05  # of its variance that a kind of noise must leave where a basis is removed, to be told
 
 
 @dataclass(frozen=True)
@@ -25,17 +21,23 @@ class Noise:
     """White noise and a non-negative mixture of first-order autoregressions, in variances."""
 
     white: float
-    shares: np.ndarray  # of `MEMORIES`
+    shares: np.ndarray  # (memories,)
+    settings: NoiseSettings = NOISE
+
+    @property
+    def memories(self) -> np.ndarray:
+        """Correlation of neighbouring samples of each autoregression (memories,)."""
+        return np.array(self.settings.memories)
 
     @property
     def memory(self) -> float:
         """Correlation of neighbouring samples."""
-        return float(self.shares @ MEMORIES / max(self.white + self.shares.sum(), 1e-300))
+        return float(self.shares @ self.memories / max(self.white + self.shares.sum(), 1e-300))
 
     def covariance(self, position: np.ndarray) -> np.ndarray:
         """Covariance of samples at these places of a run."""
         apart = np.abs(position[:, None] - position[None, :])
-        correlated = sum(s * m**apart for s, m in zip(self.shares, MEMORIES, strict=True) if s > 0)
+        correlated = sum(s * m**apart for s, m in zip(self.shares, self.memories, strict=True) if s > 0)
         return correlated + self.white * np.eye(len(position))
 
 
@@ -51,16 +53,17 @@ class Kinds:
     runs: list[slice]
     lags: list[int]
     left: np.ndarray
+    settings: NoiseSettings = NOISE
 
     @classmethod
-    def after_removal(cls, columns: np.ndarray, samples: Samples) -> "Kinds":
+    def after_removal(cls, columns: np.ndarray, samples: Samples, settings: NoiseSettings = NOISE) -> "Kinds":
         """Where these columns (rows, q) are removed."""
         basis = orthonormal(columns)
         runs = _stretches(samples)
         longest = max(run.stop - run.start for run in runs)
-        lags = [lag for lag in LAGS if longest > 2 * lag + 2] or [0]
-        left = np.stack([_left_of(memory, basis, runs, lags) for memory in (0.0, *MEMORIES)], axis=1)
-        return cls(basis, runs, lags, left)
+        lags = [lag for lag in settings.lags if longest > 2 * lag + 2] or [0]
+        left = np.stack([_left_of(memory, basis, runs, lags) for memory in (0.0, *settings.memories)], axis=1)
+        return cls(basis, runs, lags, left, settings)
 
     def noise(self, rows: np.ndarray, more: np.ndarray | None = None) -> Noise:
         """The noise of rows; `more` (rows, m) is removed as well, and too few columns to be reckoned with."""
@@ -70,17 +73,17 @@ class Kinds:
             residual = residual - own @ (own.T @ residual)
         found = [_mean_product(residual[:, None], residual[:, None], self.runs, lag) for lag in self.lags]
         weight = np.sqrt([sum(max(run.stop - run.start - lag, 0) for run in self.runs) for lag in self.lags])
-        told = self.left[0] > TOLD
-        told[1:] &= len(self.lags) > 1
-        shares = np.zeros(len(told))
-        shares[told] = nnls(self.left[:, told] * weight[:, None], np.array(found) * weight)[0]
-        floor = 1e-3 * max(found[0], 1e-300)
-        return Noise(max(shares[0], floor), shares[1:])
+        visible = self.left[0] > self.settings.visible
+        visible[1:] &= len(self.lags) > 1
+        shares = np.zeros(len(visible))
+        shares[visible] = nnls(self.left[:, visible] * weight[:, None], np.array(found) * weight)[0]
+        floor = self.settings.least_white * max(found[0], 1e-300)
+        return Noise(max(shares[0], floor), shares[1:], self.settings)
 
 
-def noise_from(rows: np.ndarray, beside: np.ndarray, samples: Samples) -> Noise:
-    """The noise of `rows` from which the columns of `beside` (rows, q) have been removed."""
-    return Kinds.after_removal(beside, samples).noise(rows)
+def noise_from(rows: np.ndarray, columns: np.ndarray, samples: Samples) -> Noise:
+    """The noise of `rows` from which these columns (rows, q) have been removed."""
+    return Kinds.after_removal(columns, samples).noise(rows)
 
 
 def _stretches(samples: Samples) -> list[slice]:
@@ -125,21 +128,39 @@ def _mean_product(a: np.ndarray, b: np.ndarray, runs: list[slice], lag: int, bot
     return float(total / count / (2 if both else 1))
 
 
-def whitened(columns: np.ndarray, samples: Samples, unit: np.ndarray, noise: Noise) -> np.ndarray:
-    """Columns in which samples of one unit are no longer correlated, as far as the noise model knows."""
-    out = np.empty_like(columns)
-    order = np.argsort(unit, kind="stable")
-    edges = np.flatnonzero(np.diff(unit[order])) + 1
-    for member in np.split(order, edges):
-        for piece in np.array_split(member, int(np.ceil(len(member) / PIECE))):
-            factor = np.linalg.cholesky(noise.covariance(samples.position[piece].astype(float)))
-            out[piece] = solve_triangular(factor, columns[piece], lower=True)
-    return out
+@dataclass(frozen=True)
+class Whitener:
+    """Takes the correlation out of rows that may err together, as far as the noise model knows it.
+
+    `parts` are rows with the lower factor of their covariance, which is computed once.
+    """
+
+    parts: tuple[tuple[np.ndarray, np.ndarray], ...]
+
+    @classmethod
+    def of(cls, noise: Noise, samples: Samples, together: np.ndarray) -> "Whitener":
+        """For rows that may err together where `together` (rows,) is equal."""
+        order = np.argsort(together, kind="stable")
+        edges = np.flatnonzero(np.diff(together[order])) + 1
+        pieces = (piece for member in np.split(order, edges) for piece in _pieces(member, noise.settings.piece))
+        covariance = lambda piece: noise.covariance(samples.position[piece].astype(float))  # noqa: E731
+        return cls(tuple((piece, cholesky(covariance(piece), lower=True)) for piece in pieces))
+
+    def __call__(self, columns: np.ndarray) -> np.ndarray:
+        """The rows, which may have columns, without correlation."""
+        out = np.empty_like(columns, dtype=float)
+        for at, factor in self.parts:
+            out[at] = solve_triangular(factor, columns[at], lower=True)
+        return out
 
 
-def removed(columns: np.ndarray, basis: np.ndarray) -> np.ndarray:
-    """Columns without what a basis explains."""
-    return columns - basis @ lstsq(basis, columns, 1e-10)
+def _pieces(member: np.ndarray, size: int) -> list[np.ndarray]:
+    return np.array_split(member, int(np.ceil(len(member) / size)))
+
+
+def whitened(columns: np.ndarray, samples: Samples, together: np.ndarray, noise: Noise) -> np.ndarray:
+    """Columns in which samples that may err together are no longer correlated, as far as the noise model knows."""
+    return Whitener.of(noise, samples, together)(columns)
 
 
 def orthonormal(columns: np.ndarray) -> np.ndarray:

@@ -13,8 +13,9 @@ from itertools import combinations
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from fitting.diagnosis.diagnose import ENOUGH_SAMPLES, of_force
+from fitting.diagnosis.diagnose import of_force
 from fitting.diagnosis.record import Diagnosis
+from fitting.diagnosis.settings import DIAGNOSIS
 from fitting.planning.candidates import Protocol, Shown, grid, in_words, on_specimen, shown, specimens
 from fitting.planning.predictions import Candidates, Explained, Varying, candidates, explained
 from fitting.planning.separation import Outlook, Readings, noise_of_test
@@ -168,7 +169,7 @@ def prospect(
 ) -> Prospect:
     """Fit each explanation to the data and let it predict every candidate."""
     tested = of_force(experiments)[0]
-    light = [thinned(experiment, ENOUGH_SAMPLES // len(tested)) for experiment in tested]
+    light = [thinned(experiment, DIAGNOSIS.samples // len(tested)) for experiment in tested]
     can = shown(next(e for e in experiments if e.name == tested[0].name))
     if other_muscles:
         plan = [(other, on_specimen(can, other.name), can) for other in specimens(light[0])]
@@ -203,7 +204,7 @@ def _readings(light: Sequence[Experiment], can: Shown) -> Readings:
     runs = [run for e in light for r in e.recordings if r.test != "static" for run in r.runs]
     loops = sum(len(np.unique(run.loop)) for run in runs)
     apart = float(np.median([np.median(np.diff(run.time)) for run in runs])) if runs else can.interval
-    return Readings(max(apart / can.interval, 1.0), can.interval, ENOUGH_SAMPLES / (loops + USUAL))
+    return Readings(max(apart / can.interval, 1.0), can.interval, DIAGNOSIS.samples / (loops + USUAL))
 
 
 def _usable(planned: Candidates, told: Sequence[Explained], can: Shown) -> tuple[int, ...]:

@@ -3,23 +3,25 @@
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import stats
 
-from fitting.diagnosis import between_runs, flips, omnibus, projected
+from fitting.diagnosis import omnibus
+from fitting.diagnosis.between_runs import Nuisance, as_far_as_seen
+from fitting.diagnosis.flip_groups import FlipGroups
+from fitting.diagnosis.projected import Projected, projected
+from fitting.diagnosis.settings import FLIP_TEST, NUISANCE, FlipTestSettings, NuisanceSettings
+from fitting.diagnosis.sign_flips import Scores, flipped_signs
 from fitting.diagnosis.working_noise import orthonormal
-
-FLIPS = 800
-JUDGED = 15  # draws by which it is judged how alike runs are
 
 
 @dataclass(frozen=True)
-class FlipGroups:
-    """What is flipped as a whole, how many rows were measured before, the test's level, old rows whitened together."""
+class CountSettings:
+    """Counting of rejections over drawn sets of rows."""
 
-    number: np.ndarray
-    old: int
-    level: float
-    together: np.ndarray
+    flips: int = 800  # of those of the test; chosen for speed
+    draws_of_spread: int = 15  # by which it is judged how far runs differ; chosen
+
+
+COUNTS = CountSettings()
 
 
 @dataclass(frozen=True)
@@ -28,71 +30,43 @@ class Drawn:
 
     rows: np.ndarray
     slopes: np.ndarray
-    prior: np.ndarray  # information
+    prior_slopes: np.ndarray
     differing: np.ndarray  # by what runs may differ
     group: np.ndarray  # parameter of each of these columns
     columns: np.ndarray  # signatures
     basis: omnibus.Basis
     flip_groups: FlipGroups
+    old: int = 0  # rows that were measured before; they come first
+    settings: FlipTestSettings = FLIP_TEST
+    nuisance_settings: NuisanceSettings = NUISANCE
 
-    def rejections(self, seed: int) -> np.ndarray:
-        """Which draws the test rejects: as `flips.judged`, but without flips of whole runs; all draws together."""
-        slopes, prior = self._nuisance()
-        curvature = np.linalg.pinv(slopes.T @ slopes + prior, rcond=1e-13, hermitian=True)
-        beside = lambda columns: columns - slopes @ (curvature @ (slopes.T @ columns))  # noqa: E731
-        left, rows = beside(self.columns), beside(self.rows)
-        smooth, fine = orthonormal(beside(self.basis.smooth)), beside(self.basis.fine)
-        fine = orthonormal(fine - smooth @ (smooth.T @ fine))
-        visible = np.linalg.norm(left, axis=0) > 1e-6 * np.linalg.norm(self.columns, axis=0)
-        signs = flips.flipped_signs(self.flip_groups.number.max() + 1, seed)[:FLIPS]
-        p_max = self._largest(left[:, visible], rows, signs)
-        p_all = np.minimum(self._overall(smooth, rows, signs), self._overall(fine, rows, signs))
-        found = np.minimum(2 * p_max, 4 * p_all) < self.flip_groups.level
-        denied = self._denied(curvature @ (slopes.T @ self.rows))
-        return found | denied | self._misfit(np.hstack([smooth, fine]), rows, slopes.shape[1])
+    def rejections(self, seed: int, counts: CountSettings = COUNTS) -> np.ndarray:
+        """Which draws (draws,) the test of a diagnosis rejects, but for its flips of whole runs."""
+        nuisance = self._nuisance(counts.draws_of_spread)
+        left = projected(self.rows, nuisance.slopes, self.columns, self.basis, nuisance, self.settings)
+        signs = flipped_signs(self.flip_groups.count, seed, self.settings)[: counts.flips]
+        by_flips = self._undulled(left, signs) < self.flip_groups.level
+        return by_flips | (left.differ_p < left.differ_p_bound) | self._misfit(left)
 
-    def _nuisance(self) -> tuple[np.ndarray, np.ndarray]:
-        """Slopes along which the model may give way, and what is known of them."""
-        if not self.differing.shape[1]:
-            return self.slopes, self.prior
-        common = orthonormal(np.hstack([self.slopes, self.basis.whole]))
-        own = between_runs.as_far_as_seen(self.differing, self.group, self.rows[:, :JUDGED], common)
-        prior = np.eye(len(self.prior) + own.shape[1])
-        prior[: len(self.prior), : len(self.prior)] = self.prior
-        return np.hstack([self.slopes, own]), prior
+    def _undulled(self, left: Projected, signs: np.ndarray) -> np.ndarray:
+        """The p-values (draws,) of draws that err in nothing that is stated."""
+        scores = Scores.of(left, self.flip_groups.number)
+        return Scores(scores.candidates, scores.smooth, scores.fine, np.ones_like(left.dull)).p_values(signs).least
 
-    def _scores(self, columns: np.ndarray, rows: np.ndarray) -> np.ndarray:
-        """Sums over units: (units, columns, draws)."""
-        count = self.flip_groups.number.max() + 1
-        out = np.empty((count, columns.shape[1], rows.shape[1]))
-        for number in range(count):
-            mine = self.flip_groups.number == number
-            out[number] = columns[mine].T @ rows[mine]
-        return out
+    def _nuisance(self, draws: int) -> Nuisance:
+        """How the model may give way: with what is stated of it, and with what runs may differ by."""
+        slopes, prior = self.slopes, self.prior_slopes
+        if self.differing.shape[1]:
+            common = orthonormal(np.hstack([slopes, self.basis.whole]))
+            some = self.rows[:, :draws]
+            own = as_far_as_seen(self.differing, self.group, some, common, self.nuisance_settings)
+            count, known = own.shape[1], prior.shape
+            slopes = np.hstack([slopes, own])
+            prior = np.block([[prior, np.zeros((known[0], count))], [np.zeros((count, known[1])), np.eye(count)]])
+        group = np.concatenate([np.full(self.slopes.shape[1], -1), self.group])
+        return Nuisance(slopes, np.zeros(len(prior)), prior, group, self.nuisance_settings)
 
-    def _largest(self, columns: np.ndarray, rows: np.ndarray, signs: np.ndarray) -> np.ndarray:
-        scores = self._scores(columns / np.linalg.norm(columns, axis=0), rows)
-        seen = np.abs(scores.sum(axis=0)).max(axis=0, initial=0.0)
-        flipped = np.abs(np.tensordot(signs, scores, axes=1)).max(axis=1, initial=0.0)
-        return np.mean(flipped >= seen * (1 - 1e-9), axis=0)
-
-    def _overall(self, smooth: np.ndarray, rows: np.ndarray, signs: np.ndarray) -> np.ndarray:
-        scores = self._scores(smooth, rows)
-        seen = np.sum(scores.sum(axis=0) ** 2, axis=0)
-        flipped = np.sum(np.tensordot(signs, scores, axes=1) ** 2, axis=1)
-        return np.mean(flipped >= seen * (1 - 1e-9), axis=0)
-
-    def _denied(self, steps: np.ndarray) -> np.ndarray:
-        """Where runs would have to differ by more than they may: `steps` (parameters, draws), those of runs last."""
-        free = len(self.group) - len(np.unique(self.group))  # what all runs share is no difference
-        if not free:
-            return np.zeros(steps.shape[1], bool)
-        return stats.chi2.sf(np.sum(steps[-len(self.group) :] ** 2, axis=0), free) < projected.DENIED_P
-
-    def _misfit(self, smooth: np.ndarray, rows: np.ndarray, parameters: int) -> np.ndarray:
-        """A misfit many times the noise that the bases take up."""
-        taken, whole = np.sum((smooth.T @ rows) ** 2, axis=0), np.sum(rows**2, axis=0)
-        freedom = max(len(rows) - parameters - smooth.shape[1], 1)
-        ratio = taken / smooth.shape[1] / (np.maximum(whole - taken, 1e-300) / freedom)
-        large = whole > flips.MANY**2 * np.maximum(whole - taken, 1e-300)
-        return large & (stats.f.sf(ratio, smooth.shape[1], freedom) < projected.MISFIT_P)
+    def _misfit(self, left: Projected) -> np.ndarray:
+        """Where (draws,) a misfit is many times the noise and the bases take it up."""
+        large = np.sum(left.e**2, axis=0) > self.settings.many**2 * left.unexplained
+        return large & (left.ratio_p < left.misfit_p_bound)

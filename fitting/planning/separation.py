@@ -12,38 +12,15 @@ from functools import cached_property
 import numpy as np
 from scipy.linalg import cholesky, solve_triangular
 
-from fitting.diagnosis import between_runs, flips, omnibus
-from fitting.diagnosis.working_noise import MEMORIES, PIECE, Noise, noise_from
+from fitting.diagnosis import between_runs, flip_groups, omnibus
+from fitting.diagnosis.flip_groups import FlipGroups
+from fitting.diagnosis.settings import FLIP_TEST
+from fitting.diagnosis.working_noise import Noise, Whitener, noise_from
 from fitting.planning.predictions import Candidates, Explained
-from fitting.planning.rejection import Drawn, FlipGroups
+from fitting.planning.rejection import Drawn
 from fitting.problem.residuals import Samples
 
 DRAWS = 100
-
-
-@dataclass(frozen=True)
-class Whitener:
-    """Takes the correlation out of rows, unit by unit: the factors are computed once."""
-
-    parts: tuple[tuple[np.ndarray, np.ndarray], ...]
-
-    @classmethod
-    def of(cls, samples: Samples, unit: np.ndarray, noise: Noise) -> "Whitener":
-        """For measured rows, in the same pieces as the test's own."""
-        parts = []
-        for number in np.unique(unit):
-            member = np.flatnonzero(unit == number)
-            for piece in np.array_split(member, int(np.ceil(len(member) / PIECE))):
-                covariance = noise.covariance(samples.position[piece].astype(float))
-                parts.append((piece, cholesky(covariance, lower=True)))
-        return cls(tuple(parts))
-
-    def __call__(self, columns: np.ndarray) -> np.ndarray:
-        """The rows, which may have columns, without correlation."""
-        out = np.empty_like(columns, dtype=float)
-        for at, factor in self.parts:
-            out[at] = solve_triangular(factor, columns[at], lower=True)
-        return out
 
 
 @dataclass(frozen=True)
@@ -61,7 +38,7 @@ class Readings:
             return (noise.white + noise.shares.sum()) * np.eye(count), 1.0
         step = float(np.median(np.diff(samples.time)))  # s from node to node
         kept = min(step / self.interval, self.most / count)  # readings per node
-        memory = MEMORIES ** (step / self.interval / kept / self.stride)
+        memory = noise.memories ** (step / self.interval / kept / self.stride)
         apart = np.abs(samples.time[:, None] - samples.time[None, :]) / step * kept
         total = noise.white / kept * np.eye(count)
         for share, phi in zip(noise.shares, memory, strict=True):
@@ -95,12 +72,12 @@ class Outlook:
     @cached_property
     def old_loops(self) -> np.ndarray:
         """Number of the loop of each measured row."""
-        return flips.numbered(self.old_samples.run, self.old_samples.loop)
+        return flip_groups.numbered(self.old_samples.run, self.old_samples.loop)
 
     @cached_property
     def old_white(self) -> Whitener:
         """Takes the correlation out of measured rows, loop by loop."""
-        return Whitener.of(self.old_samples, self.old_loops, self.noise)
+        return Whitener.of(self.noise, self.old_samples, self.old_loops)
 
     @cached_property
     def known(self) -> tuple[np.ndarray, ...]:
@@ -171,7 +148,7 @@ class Outlook:
         laid = self._laid(given, number, readings)
         noise = random.standard_normal((readings.size, DRAWS))
         rows = np.repeat(laid.rows, DRAWS, axis=1)
-        rows[laid.flip_groups.old :] += noise - drift
+        rows[laid.old :] += noise - drift
         counted = np.sum(replace(laid, rows=rows).rejections(seed))
         return float((counted + 0.5) / (DRAWS + 1))  # a hundred draws do not show certainty
 
@@ -185,35 +162,36 @@ class Outlook:
         return tuple(bool(one.rejections(seed)[0]) for one in laid)
 
     def _flip_groups(self, number: int, repeats: int) -> FlipGroups:
-        """What is flipped over old and new rows: as `flips.flip_groups`, where the new ones have come to the old."""
+        """What is flipped over old and new rows: as `flip_groups`, where the new ones have come to the old."""
         rows = self.planned.rows[number]
         cycle = self.planned.samples.where(rows[self.planned.again(number)])
         alike = omnibus.kinds(self.old_samples) == omnibus.kinds(cycle)[0]
         loops = len(np.unique(self.old_loops[alike])) + len(np.unique(cycle.loop)) * repeats
-        few = np.where(alike, loops < flips.ENOUGH, flips.few_loops(self.old_samples))
-        old = flips.loops_or_halves(self.old_samples, few)
-        own = np.unique(cycle.half if loops < flips.ENOUGH else cycle.loop, return_inverse=True)[1]
+        few = np.where(alike, loops < FLIP_TEST.fewest_groups, flip_groups.few_loops(self.old_samples))
+        old = flip_groups.loops_or_halves(self.old_samples, few)
+        own = np.unique(cycle.half if loops < FLIP_TEST.fewest_groups else cycle.loop, return_inverse=True)[1]
         new = np.concatenate([own + turn * (own.max() + 1) for turn in range(repeats)]) + old.max() + 1
         both = np.concatenate([old, new])
-        trusted = both.max() + 1 >= flips.ENOUGH
-        together = flips.numbered(self.old_samples.run, np.where(few | (not trusted), 0, 1 + self.old_samples.loop))
-        return FlipGroups(both, len(old), flips.LEVEL if trusted else flips.FEW_LEVEL, together)
+        trusted = both.max() + 1 >= FLIP_TEST.fewest_groups
+        together = flip_groups.numbered(
+            self.old_samples.run, np.where(few | (not trusted), 0, 1 + self.old_samples.loop)
+        )
+        return FlipGroups(both, FLIP_TEST.level if trusted else FLIP_TEST.level_of_blocks, together)
 
     def _laid(self, given: Explained, number: int, readings: np.ndarray) -> Drawn:
         """Old and new rows of a refitted explanation without correlation, and what the test looks along."""
-        rows, repeats = self.planned.rows[number], len(readings)
+        rows, repeats, old = self.planned.rows[number], len(readings), len(self.planned.old)
         groups, basis = self._flip_groups(number, repeats), self._basis(rows)
         others = [(e.rows - given.rows)[:, None] for e in self.explained if e.effects != given.effects]
         differing, group = self._differences(given, rows)
         parts = [given.rows[:, None], given.slopes, differing, np.hstack(others), basis.smooth, basis.fine]
         columns = np.hstack(parts)
-        white = Whitener.of(self.old_samples, groups.together, self.noise)
+        white = Whitener.of(self.noise, self.old_samples, groups.together)
         both = np.concatenate([white(columns[self.planned.old]), self.new(number, columns, repeats)])
         factor = self.factors[number][0]
-        both[groups.old :, 0] -= solve_triangular(factor, readings.T, lower=True).T.ravel()
-        known = given.prior_slopes.T @ given.prior_slopes
+        both[old:, 0] -= solve_triangular(factor, readings.T, lower=True).T.ravel()
         e, j, own, z, smooth, fine = np.split(both, np.cumsum([part.shape[1] for part in parts])[:-1], axis=1)
-        return Drawn(e, j, known, own, group, z, omnibus.Basis(smooth, fine), groups)
+        return Drawn(e, j, given.prior_slopes, own, group, z, omnibus.Basis(smooth, fine), groups, old)
 
     def _differences(self, given: Explained, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """By what each run, old or new, may have parameters of its own; nothing where points stand for themselves."""

@@ -6,8 +6,10 @@ from dataclasses import replace
 import jax.numpy as jnp
 import numpy as np
 
-from fitting.diagnosis import flips, omnibus
+from fitting.diagnosis import omnibus
 from fitting.diagnosis.between_runs import Nuisance
+from fitting.diagnosis.flip_groups import flip_groups, rests_on_in_words
+from fitting.diagnosis.missing_effect import Ground, missing_effect_test
 from fitting.diagnosis.working_noise import noise_from
 from fitting.least_squares.fit import Fit
 from fitting.least_squares.uncertainty import clusters
@@ -103,10 +105,10 @@ def anything_missing(fit: Fit, seed: int) -> Missing | None:
     noise = noise_from(rows, np.hstack([basis.whole, slopes]), samples)
     priors = np.asarray(fit.problem.prior_rows(jnp.asarray(fit.vector)))
     none = np.zeros((len(rows), 0))  # no candidate is asked for: the basis that knows no effect decides
-    groups = flips.flip_groups(samples, noise.memory)
+    groups = flip_groups(samples, noise.memory)
     own = Nuisance(slopes, priors, fit.slopes[len(fit.samples) :], np.full(slopes.shape[1], -1))
-    verdict = flips.judged(rows, own, own, none, flips.Ground(samples, groups, basis, noise, seed))
-    return Missing(verdict.p, verdict.level, verdict.rejected, groups.words)
+    test = missing_effect_test(rows, own, own, none, Ground(samples, groups, basis, noise, seed))
+    return Missing(test.p, test.level, test.rejected, rests_on_in_words(groups.rests_on()))
 
 
 def _renumbered(samples: Samples) -> Samples:

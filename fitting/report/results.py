@@ -9,6 +9,7 @@ import numpy as np
 
 from fitting.comparison.compare import Comparison
 from fitting.comparison.fingerprint import Fingerprint
+from fitting.diagnosis.flip_groups import rests_on_in_words
 from fitting.diagnosis.record import Diagnosis, Evidence, Explanation
 from fitting.least_squares.fit import Fit
 from fitting.model_files.model_file import state_of
@@ -125,7 +126,7 @@ def diagnosis_result(d: Diagnosis, c: Comparison, planned: "NextMeasurement | No
         "full_scale_N": c.full_scale,
         "p_value": d.p_value,
         "level": d.level,
-        "rests_on": d.rests_on,
+        "rests_on": rests_on_in_words(d.rests_on),
         "by_recording": recordings_result(c),
         "effects": {name: _evidence(evidence) for name, evidence in d.effects.items()},
         "fingerprint": fingerprint_result(c.fingerprint),

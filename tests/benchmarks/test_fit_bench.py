@@ -19,9 +19,9 @@ from rivals import Data, Rival
 from scipy.stats import qmc
 from telling import tell
 
-from fitting.diagnosis import flips
 from fitting.diagnosis.between_runs import common_nuisance
 from fitting.diagnosis.examine import Examiner
+from fitting.diagnosis.missing_effect import MissingEffectTest, missing_effect_test
 from fitting.diagnosis.universe import universe
 from fitting.least_squares.fit import fit, free_names, starting_places
 from fitting.least_squares.search import solve
@@ -290,12 +290,12 @@ class Screening:
     def signatures(self) -> np.ndarray:
         return self.world.signatures(self.base_fit, [(name, {}) for name in DOZEN])
 
-    def by_signatures(self) -> flips.Verdict:
+    def by_signatures(self) -> MissingEffectTest:
         return self.tested(self.signatures())
 
-    def tested(self, columns: np.ndarray) -> flips.Verdict:
+    def tested(self, columns: np.ndarray) -> MissingEffectTest:
         t, examiner = self.base_fit, self.examiner
-        return flips.judged(t.rows, common_nuisance(t), examiner.nuisance(t), columns, examiner.ground(t))
+        return missing_effect_test(t.rows, common_nuisance(t), examiner.nuisance(t), columns, examiner.ground(t))
 
     def by_refits(self) -> np.ndarray:
         jobs = [(self.world.with_added([name]), self.base_fit.vector, [name]) for name in DOZEN]

@@ -21,9 +21,10 @@ from hidden.simulator import TYPICAL, Muscle, Noise, Truth, dataset, loops, with
 from telling import tell
 
 from fitting.comparison.compare import compare
-from fitting.diagnosis.diagnose import ENOUGH_SAMPLES, one_thread
+from fitting.diagnosis.diagnose import one_thread
 from fitting.diagnosis.examine import Examiner
 from fitting.diagnosis.search import Search
+from fitting.diagnosis.settings import DIAGNOSIS
 from fitting.diagnosis.universe import universe
 from fitting.least_squares.fit import Fit, fit, free_names
 from fitting.least_squares.search import rows_and_slopes
@@ -164,7 +165,7 @@ def recorded(folder: Path, effects: dict[str, dict[str, float]] | None = None, *
 def judged(experiment: Experiment, present: Sequence, sought: Sequence[str], fix=()) -> tuple[Search, list[float]]:
     """What every diagnosis begins with: each effect refitted with the model, then the test; and when each was done."""
     begun = time.process_time()
-    light = [thinned(experiment, ENOUGH_SAMPLES)]
+    light = [thinned(experiment, DIAGNOSIS.samples)]
     world = universe(light, present, effects_of(sought), fix=fix)
     base = world.fit(frozenset(world.base), world.start)
     with one_thread():

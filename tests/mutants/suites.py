@@ -67,7 +67,7 @@ DIAGNOSIS = Suite(
         "fitting/diagnosis/proposal": (("tests/test_proposal.py",),),
         "fitting/diagnosis/detection": (("tests/test_detection.py",), ("tests/test_diagnose.py",)),
         "fitting/diagnosis/between_runs": (
-            ("tests/test_apart.py", "tests/test_projected.py"),
+            ("tests/test_between_runs.py", "tests/test_projected.py"),
             ("tests/test_diagnose.py",),
         ),
         "fitting/diagnosis/projected": (("tests/test_projected.py",), ("tests/test_flips.py",)),
@@ -81,16 +81,15 @@ DIAGNOSIS = Suite(
         "fitting/least_squares/held_out": (("tests/test_verdict.py",), ("tests/test_flips.py",)),
         "fitting/diagnosis/search": (("tests/test_search.py",), ("tests/test_diagnose.py",)),
         "fitting/diagnosis/examine": (
-            ("tests/test_likes.py",),
+            ("tests/test_equivalent.py",),
             ("tests/test_search.py",),
             ("tests/test_diagnose.py",),
         ),
-        "fitting/diagnosis/equivalent": (("tests/test_likes.py",), ("tests/test_search.py",)),
+        "fitting/diagnosis/equivalent": (("tests/test_equivalent.py",), ("tests/test_search.py",)),
         "fitting/diagnosis/universe": (("tests/test_universe.py",), ("tests/test_search.py",)),
-        "fitting/diagnosis/flips": (
-            ("tests/test_verdict.py",),
-            ("tests/test_flips.py",),
-            ("tests/test_diagnose.py",),
+        **dict.fromkeys(
+            ("fitting/diagnosis/flip_groups", "fitting/diagnosis/sign_flips", "fitting/diagnosis/missing_effect"),
+            (("tests/test_verdict.py",), ("tests/test_flips.py",), ("tests/test_diagnose.py",)),
         ),
         "fitting/diagnosis/working_noise": (
             ("tests/test_verdict.py",),

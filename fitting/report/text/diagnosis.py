@@ -7,6 +7,7 @@ from rich.console import RenderableType
 from rich.text import Text
 
 from fitting import units
+from fitting.diagnosis.flip_groups import rests_on_in_words
 from fitting.diagnosis.record import Diagnosis, Evidence, Explanation
 from fitting.recordings.records import FORCE_TESTS, MOVING_TESTS, Experiment
 from fitting.report.text.amounts import amount, percent
@@ -75,7 +76,8 @@ def leading_text(d: Diagnosis, unit: str = "N") -> str | None:
 
 def p_value_text(d: Diagnosis) -> str:
     """How sure the gate is, and what that rests on."""
-    test = f"p = {d.p_value:.2g} in the test that nothing is missing (level {d.level:g}), which rests on {d.rests_on}."
+    basis = rests_on_in_words(d.rests_on)
+    test = f"p = {d.p_value:.2g} in the test that nothing is missing (level {d.level:g}), which rests on {basis}."
     unseen = d.verdict in FOUND and d.p_value >= d.level
     return test + (" It sees nothing, but the error is many times the noise." if unseen else "")
 

@@ -1,6 +1,7 @@
 """Which effects help, which do not, and which cannot be seen."""
 
-from fitting.diagnosis.record import HELPS, Diagnosis, Evidence, Explanation
+from fitting.diagnosis.record import Diagnosis, Evidence, Explanation
+from fitting.diagnosis.settings import VERDICT
 
 
 def named_explanations(d: Diagnosis) -> list[Explanation]:
@@ -20,7 +21,7 @@ def sort_evidence(d: Diagnosis) -> tuple[list[Evidence], list[Evidence], dict[st
     seen = (e for e in d.effects.values() if e.detection_limit is not None or e.adequate)
     tested = [e for e in seen if e.held_out_rmse is not None]
     tested.sort(key=lambda e: e.held_out_rmse or 0.0)
-    helping = [e for e in tested if e.adequate or (e.held_out_rmse or 0.0) < HELPS * d.held_out_rmse]
+    helping = [e for e in tested if e.adequate or (e.held_out_rmse or 0.0) < VERDICT.helps * d.held_out_rmse]
     blind: dict[str, list[str]] = {}
     named = {name for names in d.explanations for name in names}  # with others; alone it may lack what it needs
     for e in d.effects.values():

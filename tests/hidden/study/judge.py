@@ -121,7 +121,7 @@ def verdict_of(found: Any) -> dict[str, Any]:
         "nearest": [list(e.effects) for e in found.nearest],
         "leading": list(leading),
         "p": found.p_value,
-        "rests_on": found.rests_on,
+        "rests_on": rests_on_in_words(found.rests_on),
         "rmse": found.rmse,
         "noise_floor": found.noise_floor,
         "left_out_before": found.held_out_rmse,
@@ -133,8 +133,8 @@ def verdict_of(found: Any) -> dict[str, Any]:
 def fingerprint(found: Any, experiment: Any) -> dict[str, float | None]:
     """What the comparison says of the kind of misfit."""
     from fitting.comparison.compare import compare
-    from fitting.diagnosis.diagnose import ENOUGH_SAMPLES
+    from fitting.diagnosis.settings import DIAGNOSIS
     from fitting.problem.residuals import thinned
 
-    traces = compare(found.baseline, [thinned(experiment, ENOUGH_SAMPLES)]).fingerprint
+    traces = compare(found.baseline, [thinned(experiment, DIAGNOSIS.samples)]).fingerprint
     return {"odd": traces.odd_share, "even_P": traces.pressure_exponent_even, "odd_P": traces.pressure_exponent_odd}

@@ -1,0 +1,140 @@
+"""Settings of every method of a diagnosis: each number with its unit, and where it comes from.
+
+"Study" is the study of hidden effects, whose pages lie in tests/hidden/results. "Chosen" says that nobody derived it.
+"""
+
+from dataclasses import dataclass, field
+
+
+@dataclass(frozen=True)
+class NoiseSettings:
+    """The working noise model: white noise and a mixture of first-order autoregressions."""
+
+    memories: tuple[float, ...] = (
+        0.3,
+        0.5,
+        0.7,
+        0.8,
+        0.9,
+        0.95,
+        0.98,
+        0.99,
+        0.995,
+        0.999,
+    )  # lag-1 correlations; chosen
+    lags: tuple[int, ...] = (0, 1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64, 96, 128, 192)  # samples; chosen
+    piece: int = 400  # samples whitened together; chosen for speed
+    visible: float = 0.05  # of its variance that a kind of noise must leave where a basis is removed; chosen
+    least_white: float = 1e-3  # white share of the variance, or slow noise could not be whitened; chosen
+
+
+@dataclass(frozen=True)
+class NuisanceSettings:
+    """How far the parameters of a model may differ between runs before anything is called missing."""
+
+    repeatable: float = 0.03  # standard deviation of a parameter between runs, relative, at most; chosen for a good rig
+    zero: float = 1.0  # the same of the zero of what is read, in standard deviations of one reading; chosen
+    doubt: float = 0.5  # probability that runs differ by more than is read off them: larger hides small friction; study
+    differ_p: float = 1e-4  # p-value of runs that differ by as much as a fit needs, below which they may not; chosen
+    tightest_log: float = 20.0  # logarithm of a hold that lets no run differ; chosen
+    visible: float = 0.05  # share of a difference, beside what all runs share, from which it is seen; chosen
+
+
+@dataclass(frozen=True)
+class FlipTestSettings:
+    """The test that anything is missing, by flips of the signs of groups of samples."""
+
+    flips: int = 1999  # drawn signs, where not all are taken: no p-value is below 1/2000; chosen
+    level: float = 0.01  # of the test; at 5 % a baseline could be both inadequate and without a missing effect: study
+    level_of_blocks: float = 0.005  # of the same by flips of blocks, which rest on the noise model; chosen
+    fewest_groups: int = 12  # fewer are divided further: 2 * 2**-11 is a tenth of the level; derived
+    memories_of_block: float = 8.0  # correlation times (1 + m)/(1 - m) that a block lasts; chosen
+    shortest_block: int = 20  # samples; chosen
+    many: float = 2.5  # times the noise: a misfit, though flips may be blind to it; 1.25 raised 5 alarms in 24: study
+    misfit_p: float = (
+        1e-3  # p-value of the likelihood ratio of the bases that goes with it: a fifth of the level; study
+    )
+    raised: float = 1.1  # times the spread of runs, by which an effect is taken for such a spread; chosen
+    readings_of_loop: int = 10  # readings, fewer do not tell what loops share from their noise; chosen
+    spread: float = (
+        0.1  # similarity of the groups of one run above which they are not independent; noise: below 0; study
+    )
+
+
+@dataclass(frozen=True)
+class LimitSettings:
+    """Detection limits: amounts of an effect that are added to noise drawn anew."""
+
+    power: float = 0.8  # share of recordings in which an effect of that size is found; the custom of power analysis
+    draws: int = 24  # of noise, at most: one draw alone would scatter the limit by a quarter; study
+    fewest_draws: int = 16  # of noise; chosen
+    flips: int = 999  # of those of the test; chosen for speed
+    entries: float = 1.2e7  # flips x columns x draws that are held at a time: 100 MB; chosen
+    halvings: int = 8  # of the bracket; derived: the limit is then known to half a percent
+    least: float = 2.0  # standard errors, the lower end of the bracket: below, nothing is told from noise; chosen
+    most: float = 30.0  # standard errors, the upper end; chosen
+
+
+@dataclass(frozen=True)
+class FitSettings:
+    """Fits of sets of effects among all candidates."""
+
+    padded: tuple[int, ...] = (14, 24, 36, 48)  # free parameters; each count is compiled once; chosen
+    steps: int = 60  # of one search: what converges more slowly is of no use among many; chosen
+    inside: float = 0.1  # share of a range, where a parameter is tried that ended at the end of it; chosen
+    undecided: float = 2.0  # times the mean square, of half the sum of squares: two standard errors; derived
+    denied: float = 4.0  # standard errors of a stated measurement, from which a fit denies it; chosen
+    starts: int = 4  # of a new effect's parameters; chosen
+    workers: int = 2  # threads: compiled code leaves the lock of the interpreter alone; chosen
+
+
+@dataclass(frozen=True)
+class SearchSettings:
+    """The search over sets of effects, level by level."""
+
+    bettered: float = 0.6  # of its rms: a set that one more effect brings below was not the whole of it; study
+    best_singles: int = 20  # from which pairs are built; study
+    best_tripled: int = 12  # from which triples are built; study
+    refitted: int = 24  # larger sets that survive the linear screening; study
+    added: int = 18  # sets that a linear look suggests, each time; study
+    grown: int = 6  # best smaller sets to which every other effect is added in a linear look; study
+    rounds: int = 2  # of growing: the second grows what the best larger sets are made of; study
+    tested: int = 16  # sets of one size; study
+    unmoved: float = 1e-6  # share of the rows: an effect that changes less changes nothing; rounding
+
+
+@dataclass(frozen=True)
+class VerdictSettings:
+    """What is said of the sets that were tested."""
+
+    invisible: float = 0.02  # share of a signature's square that must survive the model's own parameters; chosen
+    similar: float = 0.9  # cosine of two signatures from which it is listed; chosen
+    most_left: float = 0.25  # of the squared error, where runs that differ a little would have to do the rest; study
+    unreal: float = 1e4  # times its usual size that an effect had to have to be seen; chosen
+    followed: float = 0.1  # of the noise: a set that follows another's prediction so closely contains it; study
+    clearly: float = 2.0  # standard errors of a fall of the held-out error; the custom of two
+    rivalled_p: float = 0.005  # p-value below which a rival is seen in what an adequate set leaves; study
+    worse: float = 3.0  # standard errors by which an adequate set may predict held-out runs worse than the best; study
+    taken: float = 0.1  # share of a signature's square that one effect of the model alone absorbs; chosen
+    spare_readings: int = 5  # readings more than fitted numbers, or nothing is judged; chosen
+    ratio_p: float = 1e-4  # p-value of the likelihood ratio that leaves blocks of samples undecided; chosen
+    helps: float = 0.98  # of the held-out error: an effect that leaves more is no near explanation; chosen
+    nearest: int = 3  # explanations that are listed where none is adequate; chosen
+
+
+@dataclass(frozen=True)
+class DiagnosisSettings:
+    """All of a diagnosis."""
+
+    samples: int = 3500  # readings of all data sets together; more change nothing: study
+    noise: NoiseSettings = field(default_factory=NoiseSettings)
+    nuisance: NuisanceSettings = field(default_factory=NuisanceSettings)
+    flip_test: FlipTestSettings = field(default_factory=FlipTestSettings)
+    fits: FitSettings = field(default_factory=FitSettings)
+    search: SearchSettings = field(default_factory=SearchSettings)
+    verdict: VerdictSettings = field(default_factory=VerdictSettings)
+
+
+NOISE, NUISANCE, FLIP_TEST, LIMITS = NoiseSettings(), NuisanceSettings(), FlipTestSettings(), LimitSettings()
+FITS, SEARCH, VERDICT = FitSettings(), SearchSettings(), VerdictSettings()
+DIAGNOSIS = DiagnosisSettings()
