@@ -4,6 +4,7 @@ from small_muscle import loops, write
 
 from fitting.comparison.compare import compare
 from fitting.diagnosis.flip_groups import GroupKind, RestsOn
+from fitting.diagnosis.outcomes import Reason, Verdict, Why
 from fitting.diagnosis.record import Diagnosis, Evidence, Explanation, Leading
 from fitting.study.request import Request
 from fitting.study.task import fitted, task_of
@@ -23,7 +24,8 @@ def spring_missing(c):
     best = Explanation(("linear_spring",), rmse=0.31, held_out_rmse=0.32, fall=9.0, p_value=0.4, adequate=True,
                        estimate={"linear_spring.K": (1600.0, 20.0, "N/m")})  # fmt: skip
     return Diagnosis(
-        verdict="missing", negligible=False, explanations=(("linear_spring",),), classes=(("weight", "force_offset"),),
+        verdict=Verdict.MISSING, negligible=False, explanations=(("linear_spring",),),
+        classes=((("weight",), ("force_offset",)),),
         nearest=(), leading=Leading(("linear_spring",), 0.98, 0.32, 4.0), p_value=0.001, level=0.01,
         rests_on=RestsOn(6, (GroupKind.LOOP,)), rmse=c.rmse, held_out_rmse=1.1 * c.rmse, noise_floor=0.3,
         full_scale=c.full_scale,
@@ -32,7 +34,7 @@ def spring_missing(c):
                                       {"K": (1600.0, 20.0)}, True),
             "viscous_damping": Evidence("viscous_damping", 0.9, c.rmse, 1.1 * c.rmse, 0.2, 0.1),
             "end_stop": Evidence("end_stop", 0.9, c.rmse, 1.1 * c.rmse, 0.2, 0.1, {"linear_spring": 0.95}),
-            "mullins": Evidence("mullins", reason="cannot be tested: needs rubber"),
+            "mullins": Evidence("mullins", why=Why(Reason.NEEDS, ("rubber",))),
         },
         tried=(best,), baseline=c.fit, residual=c.fit.residual, notes=(),
     )  # fmt: skip

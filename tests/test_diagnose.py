@@ -16,6 +16,7 @@ from fitting.diagnosis.flip_groups import rests_on_in_words
 from fitting.diagnosis.universe import universe
 from fitting.errors import InputError
 from fitting.recordings.experiment import read_experiment
+from fitting.report.text.reasons import why_text
 from mckibben_jax.effect import Pulling, name_of
 from mckibben_jax.effects import LIBRARY, CoulombFriction, IdealCylinder, LinearSpring, TextileFriction
 from mckibben_jax.parameter import parameter
@@ -68,8 +69,8 @@ def test_the_evidence_says_why(diagnoses):
     expected = {name_of(kind) for kind in LIBRARY if not kind.rival} - {name_of(e) for e in BASELINE}
     assert set(found.effects) == expected
     for evidence in found.effects.values():
-        assert evidence.reason or evidence.rmse is not None
-    assert "needs" in found.effects["hertz_friction"].reason
+        assert evidence.why or evidence.rmse is not None
+    assert "needs" in why_text(found.effects["hertz_friction"].why)
     assert "signs of 20 loops" in rests_on_in_words(found.rests_on)
     assert "from run to run each effect's parameters may differ by 3%" in rests_on_in_words(found.rests_on)
     assert found.effects["pressure_gain"].detection_limit is None  # geometry gives way to it
@@ -80,10 +81,10 @@ def test_what_explains_the_data_and_is_not_named_says_why(diagnoses):
     """Mooney and Rivlin's rubber does all that the hidden neo-Hookean one does; so may others, each with its reason."""
     wider = diagnoses["muscle_a"].effects["bladder_mooney_rivlin"]
     assert wider.adequate
-    assert wider.reason == "explains the data, and so does its special case bladder_neo_hookean"
+    assert why_text(wider.why) == "explains the data, and so does its special case bladder_neo_hookean"
     for found in diagnoses.values():
         unnamed = [e for e in found.effects.values() if e.adequate and (e.name,) not in found.explanations]
-        assert all(e.reason.startswith("explains the data, ") for e in unnamed)
+        assert all(why_text(e.why).startswith("explains the data, ") for e in unnamed)
 
 
 def test_estimates_hold_the_truth(diagnoses):

@@ -113,7 +113,7 @@ def test_explanations_that_contain_a_simpler_one_are_dropped_and_exact_likes_are
     follows = {("b", "a"), ("a", "b"), ("c", "a"), ("c", "b")}
     named, classes, wider = simplest(World({}, follows, ()), adequate, fits, noise=1.0)
     assert set(named) == {frozenset("a"), frozenset("b")}
-    assert [set(members) for members in classes] == [{"a", "b"}]
+    assert [set(members) for members in classes] == [{("a",), ("b",)}]
     assert wider == {frozenset("c"): named[0]}
     alone = simplest(World({}, set(), ()), adequate, fits, noise=1.0)
     assert (set(alone[0]), alone[1], alone[2]) == (set(adequate), (), {})

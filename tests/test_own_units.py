@@ -15,6 +15,8 @@ from test_inverse_dynamics import released
 
 from fitting import units
 from fitting.cli.main import main
+from fitting.diagnosis.flip_groups import GroupKind, RestsOn
+from fitting.diagnosis.outcomes import Verdict
 from fitting.diagnosis.proposal_terms import line_of, terms
 from fitting.diagnosis.record import Diagnosis, Evidence
 from fitting.hill.hill import curves
@@ -202,4 +204,16 @@ def test_the_evidence_of_motions_is_told_as_force():
 def _nothing():
     fields = dict.fromkeys(Diagnosis.__dataclass_fields__, ())
     numbers = ("p_value", "level", "rmse", "held_out_rmse", "noise_floor", "full_scale")
-    return Diagnosis(**(fields | dict.fromkeys(numbers, 1.0) | {"leading": None, "effects": {}, "verdict": "one of"}))
+    return Diagnosis(
+        **(
+            fields
+            | dict.fromkeys(numbers, 1.0)
+            | {
+                "leading": None,
+                "effects": {},
+                "verdict": Verdict.ONE_OF,
+                "rests_on": RestsOn(6, (GroupKind.LOOP,)),
+                "why": None,
+            }
+        )
+    )

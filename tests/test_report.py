@@ -7,6 +7,7 @@ import pytest
 
 from fitting.cli.run import CommandRun
 from fitting.comparison.compare import Row, Table, compare
+from fitting.diagnosis.outcomes import Reason, Why
 from fitting.diagnosis.record import Leading
 from fitting.least_squares.fit import fit
 from fitting.planning.next_measurement import PairPower
@@ -70,7 +71,7 @@ def test_every_verdict_has_its_sentence(diagnosis, verdict, explanations, words)
 def test_only_what_is_missing_is_called_small(diagnosis):
     small = dataclasses.replace(diagnosis, negligible=True)
     assert "It is small" in verdict_text(small)
-    assert "small" not in verdict_text(dataclasses.replace(small, verdict="inconclusive", notes=("why",)))
+    assert "small" not in verdict_text(dataclasses.replace(small, verdict="inconclusive", why=Why(Reason.RUNS_DIFFER)))
 
 
 def test_what_could_hide_here_is_not_called_absent(diagnosis):

@@ -19,6 +19,7 @@ from fitting.diagnosis.settings import DIAGNOSIS, SEARCH
 from fitting.recordings.experiment import read_experiment
 from fitting.report.pictures.effect_bars import effect_bars
 from fitting.report.text.evidence import named_sets
+from fitting.report.text.reasons import notes_of, why_text
 from mckibben_jax.effect import Pulling, name_of
 from mckibben_jax.effects import LIBRARY, CoulombFriction, IdealCylinder, SupplyLag
 from mckibben_jax.parameter import parameter
@@ -61,11 +62,13 @@ def three(tmp_path_factory, told):
 
 
 def test_three_effects_are_found_though_the_third_stands_behind_the_others(three):
-    assert frozenset(THREE) not in three.screened(3, SEARCH.best_tripled)  # of what each effect changes alone
+    assert frozenset(THREE) not in Search.resumed(three).promising(
+        3, SEARCH.best_tripled
+    )  # of what each effect changes alone
     assert frozenset(THREE) in three.adequate
     found = concluded(three)
     assert tuple(sorted(THREE)) in found.explanations
-    assert any("triples refitted" in note for note in found.notes)
+    assert any("triples refitted" in note for note in notes_of(found))
     assert {tuple(sorted(e.effects)) for e in named_sets(found)} == set(found.explanations)
     assert "+ hertz_friction + tip + weight" in effect_bars(found, 0.6, "N")
 
@@ -82,7 +85,7 @@ def test_progress_goes_forward_level_by_level(three, told):
 
 def test_a_linear_look_beside_a_set_foretells_its_refit(three):
     pair = frozenset(["hertz_friction", "tip"])
-    promised = three.promised_by_one_more(pair)
+    promised = Search.resumed(three).promised_by_one_more(pair)
     assert min(promised, key=promised.__getitem__) - pair <= {"weight", "force_offset"}  # at held pressures one force
     triple = frozenset(THREE)
     assert promised[triple] == pytest.approx(three.fits[triple].cost, rel=0.3)
@@ -140,9 +143,9 @@ def test_what_gives_no_number_or_moves_nothing_is_set_aside(tmp_path):
     found = concluded(search)
     assert found.explanations == (("hertz_friction",),)
     assert frozenset(["supply_lag"]) in search.fits  # it could be fitted, and does nothing at a held pressure
-    assert search.screened(2, SEARCH.best_tripled)
-    assert not any("supply_lag" in pair for pair in search.screened(2, SEARCH.best_tripled))
-    assert found.effects["late"].reason == "cannot be tested: gives no number on these data"
+    assert Search.resumed(search).promising(2, SEARCH.best_tripled)
+    assert not any("supply_lag" in pair for pair in Search.resumed(search).promising(2, SEARCH.best_tripled))
+    assert why_text(found.effects["late"].why) == "cannot be tested: gives no number on these data"
 
 
 def test_a_simpler_relative_is_tried_in_the_place_of_each_member():

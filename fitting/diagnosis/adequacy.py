@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fitting.diagnosis.missing_effect import MissingEffectTest
+from fitting.diagnosis.outcomes import Reason, Why
 from fitting.diagnosis.settings import FLIP_TEST, VERDICT, VerdictSettings
 
 
@@ -20,14 +21,14 @@ class Seen:
 
 @dataclass(frozen=True)
 class AdequacyTest:
-    """A fitted set and its test; `reason` says why it is not adequate, empty if it is."""
+    """A fitted set and its test; `why` it is not adequate; None if it is."""
 
     test: MissingEffectTest
     columns: tuple[str, ...]  # the candidate of each tested column
     rms_columns: np.ndarray  # of what is left of each column, N
     noise_rms: float
     noise: float  # the same, N
-    reason: str = ""
+    why: Why | None = None
     settings: VerdictSettings = VERDICT
     many_times_noise: float = FLIP_TEST.many
 
@@ -36,9 +37,9 @@ class AdequacyTest:
         """Whether something is missing."""
         return self.test.rejected
 
-    def inadequate(self, reason: str) -> "AdequacyTest":
+    def inadequate(self, reason: Reason) -> "AdequacyTest":
         """The same, not adequate for this reason."""
-        return replace(self, reason=reason)
+        return replace(self, why=Why(reason))
 
     def of(self, name: str) -> Seen:
         """What the test says of one candidate, over all its shapes."""

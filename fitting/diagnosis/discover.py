@@ -7,7 +7,7 @@ from itertools import combinations
 
 from fitting.diagnosis.diagnose import Progress, concluded, library_candidates, one_thread, prepared
 from fitting.diagnosis.record import Diagnosis
-from fitting.diagnosis.search import Search
+from fitting.diagnosis.search import Search, SearchResult
 from fitting.diagnosis.step_rules import RULES, Fitted, Objection, StepRules, objections
 from fitting.diagnosis.universe import CandidateFit
 from fitting.recordings.records import Experiment
@@ -76,13 +76,13 @@ def discover(
     present, added, here = list(effects), ("baseline",), begin(effects, start=start)
     while True:
         with one_thread():
-            here.run()
-        found = concluded(here)
+            result = here.run()
+        found = concluded(result)
         step = Step("+".join(added), found.rmse, found.held_out_rmse, found.verdict, found)
         larger: Larger | None = None
         attempts: tuple[Attempt, ...] = ()
         if len(steps) < rules.steps:
-            larger, attempts = _next(here, found, present, known, begin, rules)
+            larger, attempts = _next(result, found, present, known, begin, rules)
         steps.append(replace(step, attempts=attempts))
         if on_step is not None:
             on_step(steps[-1])
@@ -101,7 +101,7 @@ class Larger:
 
 
 def _next(
-    here: Search,
+    here: SearchResult,
     found: Diagnosis,
     present: Sequence[Effect],
     known: Mapping[str, Effect],
@@ -163,18 +163,18 @@ def worth_judging(found: Diagnosis, rules: StepRules = RULES) -> list[tuple[str,
     return wanted
 
 
-def _in_lowest_valley(here: Search, names: Sequence[str]) -> CandidateFit:
+def _in_lowest_valley(here: SearchResult, names: Sequence[str]) -> CandidateFit:
     """A larger model as the search has fitted it, or from the smaller one's optimum, whichever ended lower."""
     fit = here.fits[frozenset(names)]
     return min(fit, here.world.fit_from_smaller(fit.effects, here.base), key=lambda each: each.cost)
 
 
-def _fitted(search: Search, fit: CandidateFit) -> Fitted:
+def _fitted(search: Search | SearchResult, fit: CandidateFit) -> Fitted:
     examiner = search.examiner
     return Fitted(search.world, fit, examiner.left_out(fit), examiner.groups)
 
 
-def _values(search: Search, fit: CandidateFit) -> dict[str, float]:
+def _values(search: SearchResult, fit: CandidateFit) -> dict[str, float]:
     """The values of a fit by full name, SI."""
     return dict(zip(search.world.layout.names, map(float, fit.vector), strict=True))
 

@@ -26,8 +26,8 @@ def simplest(
     fits: Mapping[frozenset[str], CandidateFit],
     noise: float,
     settings: VerdictSettings = VERDICT,
-) -> tuple[list[frozenset[str]], tuple[tuple[str, ...], ...], dict[frozenset[str], frozenset[str]]]:
-    """Adequate sets without those that contain a simpler one, the classes of exact likes, and what contains what."""
+) -> tuple[list[frozenset[str]], tuple[tuple[tuple[str, ...], ...], ...], dict[frozenset[str], frozenset[str]]]:
+    """Adequate sets without those that contain a simpler one, the classes of exact equals, and what contains what."""
     order = sorted(adequate, key=lambda added: (len(fits[added].free), fits[added].cost))
     kept: list[frozenset[str]] = []
     classes: dict[frozenset[str], list[frozenset[str]]] = {}
@@ -41,9 +41,9 @@ def simplest(
             classes[host].append(added)
         else:
             wider[added] = host
-    alike = [members for members in classes.values() if len(members) > 1]
+    equal = [members for members in classes.values() if len(members) > 1]
     named = sorted((member for members in classes.values() for member in members), key=order.index)
-    return named, tuple(tuple("+".join(sorted(member)) for member in members) for members in alike), wider
+    return named, tuple(tuple(tuple(sorted(member)) for member in members) for members in equal), wider
 
 
 def plausible(world: Universe, added: frozenset[str], fit: CandidateFit) -> bool:

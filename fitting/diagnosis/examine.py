@@ -10,6 +10,7 @@ from fitting.diagnosis.adequacy import AdequacyTest
 from fitting.diagnosis.between_runs import Nuisance
 from fitting.diagnosis.flip_groups import RestsOn, flip_groups
 from fitting.diagnosis.missing_effect import Ground, MissingEffectTest, missing_effect_test
+from fitting.diagnosis.outcomes import Reason, Why
 from fitting.diagnosis.settings import DIAGNOSIS, DiagnosisSettings
 from fitting.diagnosis.universe import CandidateFit, Universe
 from fitting.diagnosis.working_noise import Kinds, Noise
@@ -27,8 +28,8 @@ class Examiner:
         self.flip_groups = flip_groups(world.samples, self.noise(base).memory, settings.flip_test)
         points = self.flip_groups.count == len(world.samples)  # of a static map: each was set by itself
         self.runs_may_differ = not points and len(np.unique(world.samples.run)) > 1
-        self._left_out: dict[tuple[int, bool], np.ndarray] = {}
-        self._left: dict[int, float] = {}
+        self._left_out: dict[tuple[CandidateFit, bool], np.ndarray] = {}
+        self._left: dict[CandidateFit, float] = {}
 
     @cached_property
     def groups(self) -> np.ndarray:
@@ -54,9 +55,9 @@ class Examiner:
 
     def left(self, fit: CandidateFit) -> float:
         """Sum of squares that a fitted set leaves when its runs may differ a little."""
-        if id(fit) not in self._left:  # every set is compared with many
-            self._left[id(fit)] = self.nuisance(fit).left(fit.rows)
-        return self._left[id(fit)]
+        if fit not in self._left:  # every set is compared with many
+            self._left[fit] = self.nuisance(fit).left(fit.rows)
+        return self._left[fit]
 
     def adequacy(
         self,
@@ -78,9 +79,9 @@ class Examiner:
         left = between_runs.common_nuisance(fit).project_out(signatures) * self.world.samples.sigma[:, None]
         rms = np.sqrt(np.mean(left[in_newtons] ** 2, axis=0))
         noise = test.floor * float(np.sqrt(np.mean(self.world.samples.sigma[in_newtons] ** 2)))
-        reason = self._why_not(added, fit, test)
+        why = self._why_not(added, fit, test)
         many = self.settings.flip_test.many
-        return AdequacyTest(test, tuple(names), rms, test.floor, noise, reason, self.settings.verdict, many)
+        return AdequacyTest(test, tuple(names), rms, test.floor, noise, why, self.settings.verdict, many)
 
     def against(self, fit: CandidateFit, rivals: Sequence[tuple[frozenset[str], CandidateFit]]) -> float:
         """The p-value of a fitted set where only what its rivals (added, fit) would change is looked for.
@@ -106,25 +107,27 @@ class Examiner:
         noise, settings = self.noise(fit), self.settings.flip_test
         return Ground(self.world.samples, self.flip_groups, self.basis, noise, self.seed, settings)
 
-    def _why_not(self, added: frozenset[str], fit: CandidateFit, test: MissingEffectTest) -> str:
+    def _why_not(self, added: frozenset[str], fit: CandidateFit, test: MissingEffectTest) -> Why | None:
+        """Why a fitted set is not adequate; None if it is."""
         if test.rejected and test.p >= test.level:
-            return "leaves many times the noise"
+            return Why(Reason.LARGE_MISFIT)
         if test.rejected:
-            return f"something is still missing (p = {test.p:.2g})"
+            return Why(Reason.STILL_MISSING, p_value=test.p)
         many = test.rms > self.settings.flip_test.many * test.inside
         if added and many and test.rms**2 > self.settings.verdict.most_left * held_out.rms(self.base.rows) ** 2:
-            return "leaves most of the error, many times the noise"
-        ends = [name for name in fit.at_bound if owner_of(name) in added]
+            return Why(Reason.MOST_LEFT)
+        ends = tuple(name for name in fit.at_bound if owner_of(name) in added)
         if ends:
-            return f"{', '.join(ends)} ends at its bound"
+            return Why(Reason.AT_BOUND, ends)
         denied = self.world.contradicted(fit)
         if added and denied:
-            return f"contradicts what was measured: {', '.join(denied)}"
-        if added:
-            fall, error = held_out.difference(self.left_out(self.base), self.left_out(fit), self.groups)
-            if not fall > error:
-                return "does not lower the error on runs left out"
-        return ""
+            return Why(Reason.CONTRADICTS, denied)
+        return Why(Reason.NO_GAIN) if added and not self._gains(fit) else None
+
+    def _gains(self, fit: CandidateFit) -> bool:
+        """Whether the held-out error falls below the base's by more than its standard error."""
+        fall, error = held_out.difference(self.left_out(self.base), self.left_out(fit), self.groups)
+        return fall > error
 
     def columns(
         self, fit: CandidateFit, fits: Mapping[frozenset[str], CandidateFit], glance: bool = False
@@ -152,7 +155,7 @@ class Examiner:
 
     def left_out(self, fit: CandidateFit, glance: bool = False) -> np.ndarray:
         """The rows of a fit on runs left out; at a glance, without refitting."""
-        key = (id(fit), glance)
+        key = (fit, glance)
         if key not in self._left_out:
             self._left_out[key] = self.world.left_out(fit, self.groups, glance)
         return self._left_out[key]

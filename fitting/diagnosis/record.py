@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from fitting.diagnosis.flip_groups import RestsOn
+from fitting.diagnosis.outcomes import Screened, Verdict, Why
 from fitting.least_squares.fit import Fit
 
 
@@ -21,7 +22,7 @@ class Evidence:
     similar: dict[str, float] = field(default_factory=dict)  # other effects with nearly the same signature: cosine
     estimate: dict[str, tuple[float, float]] = field(default_factory=dict)  # parameter: value and standard error, SI
     adequate: bool = False
-    reason: str = ""  # why it cannot be tested, why it is not adequate, or why it is not named though it is
+    why: Why | None = None  # it cannot be tested, it is not adequate, or it is not named though it is
 
 
 @dataclass(frozen=True)
@@ -34,7 +35,7 @@ class Explanation:
     fall: float  # of the left-out mean square below the baseline's, in its standard errors
     p_value: float  # of the test that anything is still missing from it
     adequate: bool
-    reason: str = ""
+    why: Why | None = None  # it is not tested, not adequate, or not named though it is
     plausible: bool = True  # nothing added ends at its bound, no stated measurement is denied
     estimate: dict[str, tuple[float, float, str]] = field(default_factory=dict)  # full name: value, error (SI), unit
 
@@ -53,10 +54,10 @@ class Leading:
 class Diagnosis:
     """The verdict with its evidence. Errors in N (m where only positions were measured)."""
 
-    verdict: str
+    verdict: Verdict
     negligible: bool
     explanations: tuple[tuple[str, ...], ...]
-    classes: tuple[tuple[str, ...], ...]  # effects that these data cannot tell apart at all
+    classes: tuple[tuple[tuple[str, ...], ...], ...]  # sets of effects that these data cannot tell apart at all
     nearest: tuple[Explanation, ...]
     leading: Leading | None
     p_value: float
@@ -71,5 +72,7 @@ class Diagnosis:
     baseline: Fit
     residual: np.ndarray  # of the baseline, as its samples
     faint: tuple[str, ...] = ()  # effects that could hide here at more than the noise of a reading
-    notes: tuple[str, ...] = ()
+    why: Why | None = None  # nothing is decided
+    screened: tuple[Screened, ...] = ()
+    notes: tuple[str, ...] = ()  # on the recordings
     substitutes: tuple[tuple[str, str], ...] = ()  # effect of the model, and one that would do the same in its place

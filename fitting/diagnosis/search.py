@@ -1,14 +1,17 @@
 """The search behind a diagnosis, level by level: what was fitted, what was tested, what stands."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
 from itertools import combinations
 from math import comb
 
 import numpy as np
 
+from fitting.diagnosis.adequacy import AdequacyTest
 from fitting.diagnosis.between_runs import common_nuisance
-from fitting.diagnosis.examine import AdequacyTest, Examiner
+from fitting.diagnosis.examine import Examiner
+from fitting.diagnosis.outcomes import Reason, Screened
 from fitting.diagnosis.universe import CandidateFit, Universe
 from fitting.least_squares.decomposed import lstsq
 from fitting.least_squares.fit import Fit
@@ -17,36 +20,87 @@ LEVELS = {2: "pairs", 3: "triples"}
 Progress = Callable[[str, float], None]
 
 
-class Search:
-    """All that is known of one model on some data sets, and of the sets of effects added to it."""
+@dataclass(frozen=True)
+class SearchResult:
+    """What a search over sets of effects came to: every fit and every test, by the set that was added."""
 
-    def __init__(self, world: Universe, base: CandidateFit, examiner: Examiner, baseline: Fit, progress: Progress):
+    world: Universe
+    base: CandidateFit
+    baseline: Fit
+    examiner: Examiner
+    missing_effect_test: AdequacyTest  # of the base itself
+    base_is_adequate: bool
+    fits: Mapping[frozenset[str], CandidateFit]
+    adequacy_tests: Mapping[frozenset[str], AdequacyTest]
+    adequate: tuple[frozenset[str], ...]
+    numberless: frozenset[frozenset[str]]  # sets that give no number, from any starting value
+    notes: tuple[str, ...] = ()  # on the recordings
+    moving_only: bool = False  # all that is tested are motions read as force
+
+    @property
+    def noise(self) -> float:
+        """What noise alone leaves, N: the least that any tested set and the omnibus basis left of it together."""
+        return min(adequacy.noise for adequacy in (self.missing_effect_test, *self.adequacy_tests.values()))
+
+    @property
+    def screened(self) -> tuple[Screened, ...]:
+        """How many pairs and triples were fitted, of how many, where smaller sets did not do."""
+        sizes = sorted({len(added) for added in self.adequacy_tests if len(added) > 1})
+        whole = len(self.world.candidates)
+        return tuple(Screened(n, sum(len(added) == n for added in self.fits), comb(whole, n)) for n in sizes)
+
+
+class Search:
+    """A search over sets of effects, level by level; what it has fitted and tested so far is its own."""
+
+    def __init__(
+        self,
+        world: Universe,
+        base: CandidateFit,
+        examiner: Examiner,
+        baseline: Fit,
+        progress: Progress,
+        notes: tuple[str, ...] = (),
+        moving_only: bool = False,
+    ):
         self.world, self.base, self.examiner, self.baseline, self.progress = world, base, examiner, baseline, progress
+        self.notes, self.moving_only = notes, moving_only
         self.settings = examiner.settings.search
-        self.notes: tuple[str, ...] = ()
-        self.moving_only = False  # whether all that is tested are motions read as force
         self.fits: dict[frozenset[str], CandidateFit] = {}  # by what was added
         self.adequacy_tests: dict[frozenset[str], AdequacyTest] = {}
         self.numberless: set[frozenset[str]] = set()  # sets that give no number, from any starting value
-        self.seeds: set[frozenset[str]] = set()  # sets beside which every other effect was looked at
+        self.seeds: set[frozenset[str]] = set()  # sets with which every other effect was looked at
         self.adequate: list[frozenset[str]] = []
-        self.base_is_adequate = False
 
-    def run(self) -> None:
+    @classmethod
+    def resumed(cls, result: SearchResult) -> "Search":
+        """A search that goes on from what another came to."""
+        search = cls(result.world, result.base, result.examiner, result.baseline, lambda *_: None)
+        search.fits.update(result.fits)
+        return search
+
+    def run(self) -> SearchResult:
         """Stop at the first level with an adequate member, having looked one level further."""
         self.progress("one effect at a time", 0.1)
         self.fit_level([frozenset([name]) for name in self.world.candidates])
-        self.missing_effect_test = self.examiner.adequacy(frozenset(), self.base, self.fits, limits=True)
-        self.base_is_adequate = not self.missing_effect_test.rejected and not self.bettered(frozenset())
-        if self.base_is_adequate:
-            return
+        test = self.examiner.adequacy(frozenset(), self.base, self.fits, limits=True)
+        base_is_adequate = not test.rejected and not self.bettered(frozenset())
+        if not base_is_adequate:
+            self.levels()
+        return SearchResult(
+            self.world, self.base, self.baseline, self.examiner, test, base_is_adequate, dict(self.fits),
+            dict(self.adequacy_tests), tuple(self.adequate), frozenset(self.numberless), self.notes, self.moving_only,
+        )  # fmt: skip
+
+    def levels(self) -> None:
+        """Single effects, pairs and triples."""
         for size, pool in ((1, self.settings.best_singles), (2, self.settings.best_tripled), (3, 0)):
             if size > 1:
                 for _ in range(self.settings.rounds):
                     self.fit_level(self.grown([*self.parts(self.best(size)), *self.best(size - 1)]))
             if size < 3:
                 self.progress(LEVELS[size + 1], 0.25 * size + 0.1)
-                self.fit_level(self.screened(size + 1, pool))
+                self.fit_level(self.promising(size + 1, pool))
             self.progress(f"testing sets of {size}", 0.25 * size + 0.2)
             self.test_level(size)
             if self.adequate and size > 1:  # others that do as well as these
@@ -84,7 +138,7 @@ class Search:
                 vector[own] = alone.vector[own]
         return vector, ()
 
-    def screened(self, size: int, pool: int) -> list[frozenset[str]]:
+    def promising(self, size: int, pool: int) -> list[frozenset[str]]:
         """Larger sets that a linear look at the rows promises the most of."""
         names = [min(added) for added in self.best(1) if self.moves(added)][:pool]
         promise = []
@@ -153,27 +207,12 @@ class Search:
         """Fitted sets of one size, the best first."""
         return sorted((added for added in self.fits if len(added) == size), key=lambda k: self.fits[k].cost)
 
-    @property
-    def noise(self) -> float:
-        """What noise alone leaves, N: the least that any tested set and the omnibus basis left of it together."""
-        return min(adequacy.noise for adequacy in (self.missing_effect_test, *self.adequacy_tests.values()))
-
     def bettered(self, added: frozenset[str]) -> bool:
         """Whether one more effect brings the error far down."""
         mine = self.base if not added else self.fits[added]
         more = [t for key, t in self.fits.items() if len(key) == len(added) + 1 and added < key]
         bound = self.settings.bettered**2 * self.examiner.left(mine)
         return any(self.examiner.left(fit) < bound for fit in more)
-
-    @property
-    def sifted(self) -> tuple[str, ...]:
-        """How many pairs and triples were fitted, of how many, where smaller sets did not do."""
-        sizes = sorted({len(added) for added in self.adequacy_tests if len(added) > 1})
-        whole = len(self.world.candidates)
-        return tuple(
-            f"{len(self.best(size))} of {comb(whole, size):,} {LEVELS[size]} refitted, the rest pruned by a linear look"
-            for size in sizes
-        )
 
     def test_level(self, size: int) -> None:
         """Test the best sets of one size."""
@@ -183,8 +222,8 @@ class Search:
             if self.fits[added].cost > best / self.settings.bettered**2:
                 break
             adequacy = self.examiner.adequacy(added, self.fits[added], self.fits)
-            if not adequacy.reason and self.bettered(added):
-                adequacy = adequacy.inadequate("one more effect brings the error far down")
+            if adequacy.why is None and self.bettered(added):
+                adequacy = adequacy.inadequate(Reason.BETTERED)
             self.adequacy_tests[added] = adequacy
-            if not adequacy.reason:
+            if adequacy.why is None:
                 self.adequate.append(added)

@@ -9,6 +9,7 @@ from itertools import islice, product
 import jax.numpy as jnp
 import numpy as np
 
+from fitting.diagnosis.outcomes import Reason, Why
 from fitting.diagnosis.settings import FITS, FitSettings
 from fitting.full_names import listed
 from fitting.least_squares.absent import as_good_as_absent
@@ -27,7 +28,7 @@ from mckibben_jax.muscle import quantities
 LOOK, NO_LOOK = np.array(True), np.array(False)  # arrays, so that they are not compiled in
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)  # one and the same fit is itself alone
 class CandidateFit:
     """One set of effects, fitted: rows and slopes in standard deviations, of the measurements and of the priors."""
 
@@ -56,7 +57,7 @@ class Universe:
     samples: Samples
     base: tuple[str, ...]
     candidates: tuple[str, ...]
-    untestable: dict[str, str]  # effect to reason
+    untestable: dict[str, Why]
     always_free: tuple[str, ...]  # of the muscle
     fixed: tuple[str, ...]
     start: np.ndarray
@@ -293,8 +294,8 @@ def universe(
     """Lay out data sets with the effects of a model and all that may be missing from it."""
     present = [name_of(effect) for effect in effects]
     others = [effect for effect in candidates if name_of(effect) not in present]
-    untestable = {name_of(effect): _why_not(effect, experiments) for effect in others}
-    untestable = {name: why for name, why in untestable.items() if why}
+    reasons = {name_of(effect): _why_not(effect, experiments) for effect in others}
+    untestable = {name: why for name, why in reasons.items() if why is not None}
     testable = [effect for effect in others if name_of(effect) not in untestable]
     layout = unknowns(experiments, [*effects, *testable], own)
     given, samples = problem(experiments, layout)
@@ -319,11 +320,11 @@ def universe(
     )
 
 
-def _why_not(effect: Effect, experiments: Sequence[Experiment]) -> str:
-    """Which measurement of the muscle an effect needs that a data set does not give."""
+def _why_not(effect: Effect, experiments: Sequence[Experiment]) -> Why | None:
+    """Which measurement of the muscle an effect needs that a data set does not give; None where it lacks none."""
     missing = [need for need in effect.needs if need in quantities() and any(e.muscle.lacks(need) for e in experiments)]
     if missing:
-        return f"cannot be tested: needs {' and '.join(missing)}"
+        return Why(Reason.NEEDS, tuple(missing))
     if effect.stage == "read" and not force_was_measured(experiments):
-        return "cannot be tested: no force was measured"
-    return ""
+        return Why(Reason.NO_FORCE)
+    return None

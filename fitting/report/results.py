@@ -15,6 +15,7 @@ from fitting.least_squares.fit import Fit
 from fitting.model_files.model_file import state_of
 from fitting.report.text.attempts import attempts_result
 from fitting.report.text.noise import NOISE_TEXT
+from fitting.report.text.reasons import notes_of, why_text
 from fitting.study.stages import Stage
 from fitting.study.task import Task
 from fitting.version import command_line, versions
@@ -118,7 +119,7 @@ def diagnosis_result(d: Diagnosis, c: Comparison, planned: "NextMeasurement | No
             "runner_up_rmse_N": lead.runner_up_rmse,
         },
         "explanations": [list(names) for names in d.explanations],
-        "classes": [list(names) for names in d.classes],
+        "classes": [["+".join(names) for names in group] for group in d.classes],
         "stand_ins": [{"effect": mine, "instead": other} for mine, other in d.substitutes],
         "rmse_N": c.rmse,  # over all samples; the diagnosis itself may have looked at fewer
         "held_out_rmse_N": d.held_out_rmse,
@@ -133,7 +134,7 @@ def diagnosis_result(d: Diagnosis, c: Comparison, planned: "NextMeasurement | No
         "next_measurement": measurement_result(planned),
         "nearest": [_explanation(explanation) for explanation in d.nearest],
         "tried": [_explanation(explanation) for explanation in d.tried],
-        "notes": list(d.notes),
+        "notes": notes_of(d),
     }
 
 
@@ -173,7 +174,7 @@ def _evidence(e: Evidence) -> dict[str, Any]:
         "alike": dict(e.similar),
         "estimate": {name: list(pair) for name, pair in e.estimate.items()},
         "adequate": e.adequate,
-        "reason": e.reason,
+        "reason": why_text(e.why),
     }
 
 
@@ -184,7 +185,7 @@ def _explanation(e: Explanation) -> dict[str, Any]:
         "held_out_rmse_N": e.held_out_rmse,
         "p_value": e.p_value,
         "adequate": e.adequate,
-        "reason": e.reason,
+        "reason": why_text(e.why),
         "estimate": {
             name: {"value": value, "robust_error": error, "unit": unit}
             for name, (value, error, unit) in e.estimate.items()

@@ -11,8 +11,9 @@ from fitting.report.pictures import figures, maps
 from fitting.report.pictures.effect_bars import effect_bars
 from fitting.report.text.amounts import amount
 from fitting.report.text.catalogue import first_sentence, meaning
-from fitting.report.text.diagnosis import effect_set, most_similar, p_value_text, remark, substitutes_text
+from fitting.report.text.diagnosis import classes_text, effect_set, most_similar, p_value_text, remark, substitutes_text
 from fitting.report.text.evidence import sort_evidence
+from fitting.report.text.reasons import why_text
 from fitting.study.task import Task
 from mckibben_jax.effect import Effect
 from mckibben_jax.parameter import parameters
@@ -82,7 +83,7 @@ def alike(d: Diagnosis) -> Section | None:
     words = (
         f"Effects in one row change these data in nearly the same way (cosine of {ALIKE:g} or more): where one of them "
         "is named, another of its row could be meant. What the verdict names has a green frame.",
-        *(f"{' = '.join(group)}: these data cannot tell them apart." for group in d.classes),
+        *(f"{classes_text(group)}: these data cannot tell them apart." for group in d.classes),
     )
     return Section(
         "Which effects look alike here",
@@ -96,7 +97,15 @@ def alike(d: Diagnosis) -> Section | None:
 def tried(d: Diagnosis) -> Grid:
     """Every set of effects that was tried."""
     rows = tuple(
-        Line((effect_set(e.effects), amount(e.rmse, UNIT), amount(e.held_out_rmse, UNIT), _shown(e.p_value), e.reason))
+        Line(
+            (
+                effect_set(e.effects),
+                amount(e.rmse, UNIT),
+                amount(e.held_out_rmse, UNIT),
+                _shown(e.p_value),
+                why_text(e.why),
+            )
+        )
         for e in d.tried
     )
     return Grid(("effects", "rms", "on runs left out", "p", "note"), rows, words=(4,))

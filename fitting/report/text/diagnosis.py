@@ -13,6 +13,7 @@ from fitting.recordings.records import FORCE_TESTS, MOVING_TESTS, Experiment
 from fitting.report.text.amounts import amount, percent
 from fitting.report.text.evidence import named_explanations, named_sets, sort_evidence
 from fitting.report.text.layout import columns, line, lines, spaced
+from fitting.report.text.reasons import why_text
 
 if TYPE_CHECKING:
     from fitting.planning.next_measurement import NextMeasurement
@@ -28,6 +29,11 @@ def effect_set(names: Sequence[str]) -> str:
     return " + ".join(names) if names else "nothing"
 
 
+def classes_text(group: Sequence[Sequence[str]]) -> str:
+    """Sets of effects that predict the same, for people."""
+    return " = ".join("+".join(names) for names in group)
+
+
 def values_text(e: Explanation) -> str:
     """The numbers of an explanation, each with its robust standard error."""
     return "; ".join(f"{name} = {units.show(value, unit, error)}" for name, (value, error, unit) in e.estimate.items())
@@ -40,7 +46,7 @@ def most_similar(e: Evidence) -> str:
 
 def remark(e: Evidence) -> str:
     """What is to be said of an effect beside its numbers."""
-    return e.reason or ("explains the data" if e.adequate else "")
+    return why_text(e.why) or ("explains the data" if e.adequate else "")
 
 
 def verdict_text(d: Diagnosis) -> str:
@@ -59,7 +65,7 @@ def _verdict(d: Diagnosis) -> str:
         return f"One of these is missing, and these data cannot tell which: {'; '.join(sets)}."
     if d.verdict == "not in the library":
         return "Something is missing, and no effect of the library explains all of it."
-    return f"These data cannot say whether something is missing: {'; '.join(d.notes[:1]) or 'too little shows'}."
+    return f"These data cannot say whether something is missing: {why_text(d.why) or 'too little shows'}."
 
 
 def leading_text(d: Diagnosis, unit: str = "N") -> str | None:
@@ -75,7 +81,7 @@ def leading_text(d: Diagnosis, unit: str = "N") -> str | None:
 
 
 def p_value_text(d: Diagnosis) -> str:
-    """How sure the gate is, and what that rests on."""
+    """How sure the test is, and what that rests on."""
     basis = rests_on_in_words(d.rests_on)
     test = f"p = {d.p_value:.2g} in the test that nothing is missing (level {d.level:g}), which rests on {basis}."
     unseen = d.verdict in FOUND and d.p_value >= d.level
@@ -121,7 +127,7 @@ def diagnosis_report(d: Diagnosis, unit: str = "N") -> list[RenderableType]:
     shown += [line("LEADING", leading)] if leading else []
     shown.append(line("SURE", p_value_text(d)))
     shown += lines("OR ELSE", substitutes_text(d))
-    shown += lines("ALIKE", (f"{' = '.join(group)}: these data cannot tell them apart" for group in d.classes))
+    shown += lines("ALIKE", (f"{classes_text(group)}: these data cannot tell them apart" for group in d.classes))
     shown += lines("VALUES", (values_text(e) for e in named_explanations(d)[:MOST_VALUED] if e.estimate))
     shown += lines("NEAREST", (f"{effect_set(e.effects)}: {amount(e.rmse, unit)}" for e in d.nearest))
     return [*shown, *_evidence(d, unit)]

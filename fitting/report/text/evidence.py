@@ -1,7 +1,9 @@
 """Which effects help, which do not, and which cannot be seen."""
 
+from fitting.diagnosis.outcomes import Reason, Why
 from fitting.diagnosis.record import Diagnosis, Evidence, Explanation
 from fitting.diagnosis.settings import VERDICT
+from fitting.report.text.reasons import why_text
 
 
 def named_explanations(d: Diagnosis) -> list[Explanation]:
@@ -27,5 +29,5 @@ def sort_evidence(d: Diagnosis) -> tuple[list[Evidence], list[Evidence], dict[st
     for e in d.effects.values():
         if e not in tested and e.name not in named:
             fitted = e.rmse is not None  # and tested, in vain: what it would do, the model's own parameters do as well
-            blind.setdefault("these data cannot see it" if fitted else e.reason, []).append(e.name)
+            blind.setdefault(why_text(Why(Reason.NOT_SEEN) if fitted else e.why), []).append(e.name)
     return helping, [e for e in tested if e not in helping], blind

@@ -24,7 +24,7 @@ OTHER_MUSCLES = {
 
 def open_tie(found: Any) -> bool:
     """Whether a diagnosis leaves several explanations that are not exact likes."""
-    named = {"+".join(names) for names in found.explanations}
+    named = {*found.explanations}
     return found.verdict == "one of" and not any(named <= set(alike) for alike in found.classes)
 
 

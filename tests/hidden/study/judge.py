@@ -79,7 +79,9 @@ def true_floor(case: Case, data: Dataset) -> float:
 def said(case: Case, folder: Path, base: list[str], rivals: bool, truth: Truth) -> dict[str, Any]:
     """What the program says of a folder, as plain numbers and words."""
     from fitting.diagnosis.diagnose import concluded, searched
+    from fitting.diagnosis.search import Search
     from fitting.recordings.experiment import read_experiment
+    from fitting.report.text.reasons import why_text
     from mckibben_jax.effect import name_of
     from mckibben_jax.effects import LIBRARY
 
@@ -101,23 +103,26 @@ def said(case: Case, folder: Path, base: list[str], rivals: bool, truth: Truth) 
         record |= followed(case, found, experiment, truth, folder.parent, effects)
     if rivals:
         began = time.perf_counter()
-        record["rivals"] = answers(search)
+        record["rivals"] = answers(Search.resumed(search))
         record["rival_seconds"] = time.perf_counter() - began
     if len(case.hidden) == 1 and case.hidden[0] in found.effects:
         record["limit"] = found.effects[case.hidden[0]].detection_limit
-        record["reason"] = found.effects[case.hidden[0]].reason
+        record["reason"] = why_text(found.effects[case.hidden[0]].why)
     return record
 
 
 def verdict_of(found: Any) -> dict[str, Any]:
     """Verdict, sets and errors of a diagnosis."""
+    from fitting.diagnosis.flip_groups import rests_on_in_words
+    from fitting.report.text.reasons import notes_of
+
     after = [e.held_out_rmse for e in found.tried if tuple(sorted(e.effects)) in found.explanations]
     leading = found.leading.effects if found.leading else ()
     return {
         "verdict": found.verdict,
         "negligible": bool(found.negligible),
         "explanations": [list(names) for names in found.explanations],
-        "classes": [list(names) for names in found.classes],
+        "classes": [["+".join(names) for names in group] for group in found.classes],
         "nearest": [list(e.effects) for e in found.nearest],
         "leading": list(leading),
         "p": found.p_value,
@@ -126,7 +131,7 @@ def verdict_of(found: Any) -> dict[str, Any]:
         "noise_floor": found.noise_floor,
         "left_out_before": found.held_out_rmse,
         "left_out_after": min(after) if after else found.held_out_rmse,
-        "notes": list(found.notes),
+        "notes": notes_of(found),
     }
 
 

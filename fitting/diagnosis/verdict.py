@@ -1,0 +1,168 @@
+"""From a search to its verdict: which sets are named, what speaks for each effect, what is not decided."""
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from fitting.comparison.compare import NEGLIGIBLE
+from fitting.diagnosis.equivalent import best_predicting, leading_of, plausible, simplest, unrivalled
+from fitting.diagnosis.estimates import estimate, estimates
+from fitting.diagnosis.outcomes import Reason, Verdict, Why
+from fitting.diagnosis.record import Diagnosis, Evidence, Explanation
+from fitting.diagnosis.search import SearchResult
+from fitting.diagnosis.substitutes import substitutes
+from fitting.least_squares.held_out import difference
+
+
+def diagnosis_of(search: SearchResult) -> Diagnosis:
+    """The verdict of a search, with its evidence."""
+    world, examiner, settings = search.world, search.examiner, search.examiner.settings.verdict
+    kept, classes, passed = _chosen(search)
+    evidence = {name: _evidence(search, name, passed) for name in world.candidates}
+    evidence |= {name: Evidence(name, why=why) for name, why in world.untestable.items()}
+    verdict, why = _decided(search, kept, evidence)
+    if verdict is Verdict.INCONCLUSIVE:
+        kept, classes = [], ()
+    tried = sorted((_explanation(search, added, passed) for added in search.fits), key=lambda e: e.held_out_rmse)
+    near = sorted(tried, key=lambda e: not e.plausible)  # stable: plausible ones first
+    near = [e for e in near if e.held_out_rmse < settings.helps * world.rmse(examiner.left_out(search.base))]
+    nearest = tuple(near[: settings.nearest]) if verdict is Verdict.NOT_IN_LIBRARY else ()
+    rmse, full_scale = world.rmse(search.base.rows), float(np.max(np.abs(world.samples.measured[world.in_newtons])))
+    left = world.rmse(search.fits[kept[0]].rows) if kept else search.noise
+    return Diagnosis(
+        verdict=verdict,
+        negligible=verdict is not Verdict.NOTHING and np.sqrt(max(rmse**2 - left**2, 0)) < NEGLIGIBLE * full_scale,
+        explanations=tuple(tuple(sorted(added)) for added in kept),
+        classes=classes,
+        nearest=nearest,
+        leading=None if verdict is Verdict.NOTHING else leading_of(world, search.base, search.fits, examiner, settings),
+        p_value=search.missing_effect_test.test.p,
+        level=search.missing_effect_test.test.level,
+        rests_on=examiner.rests_on,
+        rmse=rmse,
+        held_out_rmse=world.rmse(examiner.left_out(search.base)),
+        noise_floor=search.noise,
+        full_scale=full_scale,
+        effects=evidence,
+        tried=tuple(tried),
+        faint=_faint(search, evidence),
+        baseline=search.baseline,
+        residual=search.base.rows * world.samples.sigma,
+        why=why,
+        screened=search.screened,
+        notes=search.notes,
+        substitutes=_substitutes(search),
+    )
+
+
+def _substitutes(search: SearchResult) -> tuple[tuple[str, str], ...]:
+    """What would do as well in place of an effect of the model, where nothing is found missing from it."""
+    if not search.base_is_adequate:
+        return ()
+    world, missing_effect_test = search.world, search.missing_effect_test
+    unseen = [
+        name
+        for name in world.candidates
+        if frozenset([name]) in search.fits and missing_effect_test.of(name).limit is None
+    ]
+    return substitutes(world, search.base, search.fits, unseen, missing_effect_test.noise_rms)
+
+
+def _chosen(
+    search: SearchResult,
+) -> tuple[list[frozenset[str]], tuple[tuple[tuple[str, ...], ...], ...], dict[frozenset[str], Why]]:
+    """The adequate sets that are named, the classes of exact equals, and why the others are not named."""
+    fits, examiner = search.fits, search.examiner
+    predicting = best_predicting(search.adequate, fits, examiner, examiner.settings.verdict)
+    adequacy = unrivalled(predicting, fits, examiner, examiner.settings.verdict)
+    kept, classes, wider = simplest(
+        search.world, adequacy, fits, search.missing_effect_test.noise_rms, examiner.settings.verdict
+    )
+    passed = dict.fromkeys(search.adequate, Why(Reason.PREDICTS_WORSE))
+    passed |= dict.fromkeys(predicting, Why(Reason.RIVAL_SEEN))
+    for added, host in wider.items():
+        passed[added] = Why(Reason.SPECIAL_CASE, tuple(sorted(host)))
+    return kept, classes, {added: why for added, why in passed.items() if added not in kept}
+
+
+def _decided(
+    search: SearchResult, kept: Sequence[frozenset[str]], evidence: dict[str, Evidence]
+) -> tuple[Verdict, Why | None]:
+    """The verdict, and why nothing is decided where it is inconclusive."""
+    why = _undecided(search)
+    if why is None and search.base_is_adequate:
+        why = _unseen(search, evidence)
+        return (Verdict.INCONCLUSIVE if why else Verdict.NOTHING), why
+    if why is not None:
+        return Verdict.INCONCLUSIVE, why
+    return (Verdict.NOT_IN_LIBRARY, Verdict.MISSING, Verdict.ONE_OF)[min(len(kept), 2)], None
+
+
+def _undecided(search: SearchResult) -> Why | None:
+    """Why the test of the base decides nothing; None where it does."""
+    readings, fitted = len(search.world.samples), len(search.base.free)
+    if readings < fitted + search.examiner.settings.verdict.spare_readings:
+        return Why(Reason.FEW_READINGS, readings=readings, fitted=fitted)
+    if search.missing_effect_test.test.runs_differ:
+        return Why(Reason.RUNS_DIFFER)
+    if not search.base_is_adequate and not search.missing_effect_test.rejected:
+        return Why(Reason.TEST_BLIND)
+    return None
+
+
+def _unseen(search: SearchResult, evidence: dict[str, Evidence]) -> Why | None:
+    """Why an adequate base does not show that nothing is missing; None where it does."""
+    ratio_p, settings = search.missing_effect_test.test.ratio_p, search.examiner.settings.verdict
+    if not search.examiner.flip_groups.trusted and ratio_p < settings.ratio_p:
+        return Why(Reason.FEW_LOOPS)
+    blind = _faint(search, evidence)
+    if blind:
+        return Why(Reason.FAINT, blind)
+    return Why(Reason.ONLY_MOTIONS) if search.moving_only else None
+
+
+def _faint(search: SearchResult, evidence: dict[str, Evidence]) -> tuple[str, ...]:
+    """Effects that could hide in these data at more than the noise of a reading."""
+    noise = float(np.median(search.world.samples.sigma[search.world.in_newtons]))
+    return tuple(e.name for e in evidence.values() if e.detection_limit is not None and e.detection_limit > noise)
+
+
+def _evidence(search: SearchResult, name: str, passed: Mapping[frozenset[str], Why]) -> Evidence:
+    world, examiner, added = search.world, search.examiner, frozenset([name])
+    fit, seen = search.fits.get(added), search.missing_effect_test.of(name)
+    if fit is None:
+        needs = world.lacking(world.with_added([name]))
+        other = Reason.NO_NUMBER if added in search.numberless else Reason.NOT_FITTED
+        return Evidence(name, why=Why(Reason.NEEDS, needs) if needs else Why(other))
+    adequacy = search.adequacy_tests.get(added)
+    return Evidence(
+        name,
+        p_value=seen.p_value,
+        rmse=world.rmse(fit.rows),
+        held_out_rmse=world.rmse(examiner.left_out(fit)),
+        detection_limit=seen.limit,
+        absorbed_share=seen.absorbed,
+        similar=seen.similar,
+        estimate=estimate(world, fit, name),
+        adequate=added in search.adequate,
+        why=passed.get(added, adequacy.why if adequacy else None if seen.limit else Why(Reason.NOT_SEEN)),
+    )
+
+
+def _explanation(search: SearchResult, added: frozenset[str], passed: Mapping[frozenset[str], Why]) -> Explanation:
+    world, fit, adequacy = search.world, search.fits[added], search.adequacy_tests.get(added)
+    groups = search.examiner.groups
+    glance = len(added) > 1 and adequacy is None
+    before, after = (search.examiner.left_out(t, glance) for t in (search.base, fit))
+    fall, error = difference(before, after, groups)
+    return Explanation(
+        tuple(sorted(added)),
+        world.rmse(fit.rows),
+        world.rmse(after),
+        fall / max(error, 1e-300),
+        adequacy.test.p if adequacy and adequacy.test else float("nan"),
+        added in search.adequate,
+        passed.get(added, adequacy.why if adequacy else Why(Reason.FAR_WORSE)),
+        plausible(world, added, fit),
+        estimates(world, fit, sorted(added)) if added in search.adequate else {},
+    )

@@ -1,0 +1,54 @@
+"""Why an effect is not tested, not adequate or not named, and why nothing is decided, in words."""
+
+from fitting.diagnosis.outcomes import Reason, Screened, Why
+from fitting.diagnosis.record import Diagnosis
+
+SENTENCES = {
+    Reason.NO_FORCE: "cannot be tested: no force was measured",
+    Reason.NO_NUMBER: "cannot be tested: gives no number on these data",
+    Reason.NOT_FITTED: "cannot be tested",
+    Reason.NOT_SEEN: "these data cannot see it",
+    Reason.FAR_WORSE: "not tested: others leave far less",
+    Reason.LARGE_MISFIT: "leaves many times the noise",
+    Reason.MOST_LEFT: "leaves most of the error, many times the noise",
+    Reason.NO_GAIN: "does not lower the error on runs left out",
+    Reason.BETTERED: "one more effect brings the error far down",
+    Reason.PREDICTS_WORSE: "explains the data, but foretells runs left out worse than others",
+    Reason.RIVAL_SEEN: "explains the data, but others are seen in what it leaves",
+    Reason.RUNS_DIFFER: "loops say that something is missing, but what differs from run to run would look the same: "
+    "record each state in more runs",
+    Reason.TEST_BLIND: "an added effect lowers the error, but the test does not see that one is missing",
+    Reason.FEW_LOOPS: "too few loops to flip, and the noise model alone says that something is missing",
+    Reason.ONLY_MOTIONS: "these motions do not show a break-away or a standstill: record a loop as well",
+}
+SETS = {2: "pairs", 3: "triples"}
+
+
+def why_text(why: Why | None) -> str:
+    """A reason as part of a sentence; empty where there is none."""
+    if why is None:
+        return ""
+    names = ", ".join(why.names)
+    about = {
+        Reason.NEEDS: f"cannot be tested: needs {' and '.join(why.names)}",
+        Reason.AT_BOUND: f"{names} ends at its bound",
+        Reason.CONTRADICTS: f"contradicts what was measured: {names}",
+        Reason.SPECIAL_CASE: f"explains the data, and so does its special case {' + '.join(why.names)}",
+        Reason.FEW_READINGS: f"{why.readings} readings cannot judge a model with {why.fitted} fitted numbers: "
+        "record more",
+        Reason.FAINT: f"too little of it would show: {names}",
+    }
+    if why.p_value is not None:
+        return f"something is still missing (p = {why.p_value:.2g})"
+    return about.get(why.reason) or SENTENCES[why.reason]
+
+
+def notes_of(d: Diagnosis) -> list[str]:
+    """Why nothing is decided, how many sets were refitted, and what reading the data noted."""
+    return [*([why_text(d.why)] if d.why else []), *map(screened_text, d.screened), *d.notes]
+
+
+def screened_text(screened: Screened) -> str:
+    """How many pairs or triples were fitted, of how many."""
+    sets = f"{screened.refitted} of {screened.possible:,} {SETS[screened.size]}"
+    return f"{sets} refitted, the rest pruned by a linear look"
