@@ -124,11 +124,11 @@ def _(found):
     tested = sorted((e for e in found.effects.values() if e.held_out_rmse), key=lambda e: e.held_out_rmse)
     rows = "\n".join(f"| `{e.name}` | {e.held_out_rmse:.2f} | {'yes' if e.adequate else 'no'} |" for e in tested)
     mo.md(f"""
-    | with this effect added | error on runs left out [N] | explains the data |
+    | with this effect added | error on held-out runs [N] | explains the data |
     |---|---|---|
     {rows}
 
-    The verdict: **{found.verdict}**: `{found.explanations[0][0]}`. "Runs left out" means that each run was foretold
+    The verdict: **{found.verdict}**: `{found.explanations[0][0]}`. "Held-out runs" means that each run was predicted
     from the others, so that a candidate cannot win by bending itself to fit.
     """)
     return

@@ -99,7 +99,7 @@ def _(found):
     >
     > {leading_text(found) or ""}
 
-    The bars are errors on runs **left out** of the fit. The test behind the verdict rests on: {found.rests_on}. If
+    The bars are errors on runs that were **held out** of the fit. The test behind the verdict rests on: {found.rests_on}. If
     nothing were missing, whole loops of the error could have their signs flipped and look the same; here they do
     not (p = {found.p_value:.2g}).
     """)

@@ -97,7 +97,7 @@ def _(found):
         f"| `{e.name}` | {e.held_out_rmse:.2f} | {'yes' if e.adequate else 'no'} |" for e in found.effects.values()
     )
     mo.md(f"""
-    | with this effect added | error on runs left out [N] | explains the data |
+    | with this effect added | error on held-out runs [N] | explains the data |
     |---|---|---|
     {rows}
 

@@ -20,7 +20,7 @@ def _():
     mo.md("""
     # 6. Posterior: what is known, and how well
 
-    A fit gives one value and an error bar. But parameters hang together: a little more radius can be made up for by a
+    A fit gives one value and an error bar. But parameters hang together: a little more radius can be compensated by a
     little less braid angle. The posterior is all the values that the data allow, and how probable each is. It is drawn
     here by emcee, with walkers that compare models with data some ten thousand times. At the end you will have seen an interval that
     holds the truth, and a wrong model whose intervals are not to be believed, and that says so.
@@ -55,7 +55,7 @@ def _(best, known):
         for name, q in known.parameters.items()
     )
     mo.md(f"""
-    The dark areas hold half of all that the data allow, the light ones nine tenths. **Tilted areas are tied
+    The dark areas hold half of all that the data allow, the light ones nine tenths. **Tilted areas are correlated
     parameters**: radius and angle are known together much better than apart.
 
     | parameter | 5 % | median | 95 % | the fit | the truth |

@@ -106,15 +106,15 @@ def _():
 def _(best, task):
     _looser = (replace(task.constraints[0], max=1.1e5), *task.constraints[1:])
     relaxed = design(replace(task, constraints=_looser))
-    foretold = best.constraints[0].multiplier * 0.1e5
+    predicted = best.constraints[0].multiplier * 0.1e5
     gained = relaxed.value - best.value
-    return foretold, gained
+    return gained, predicted
 
 
 @app.cell(hide_code=True)
-def _(best, foretold, gained):
+def _(best, gained, predicted):
     mo.md(f"""
-    Foretold: {foretold:+.1f} N. Gained: {gained:+.1f} N. {"; ".join(price_text(best))}.
+    Predicted: {predicted:+.1f} N. Gained: {gained:+.1f} N. {"; ".join(price_text(best))}.
     """)
     return
 
@@ -144,11 +144,11 @@ def _(impossible):
 
 
 @app.cell(hide_code=True)
-def _(best, foretold, gained, impossible):
+def _(best, gained, impossible, predicted):
     _held = [m.quantity for m in (*best.constraints, *best.variables) if m.active]
     answer = f"""
     The best muscle has a braid angle of {np.degrees(float(best.muscle.braid_angle)):.2f} deg and a wall of
-    {1e3 * float(best.muscle.wall_thickness):.3f} mm; it pulls {best.value:.0f} N. Held by: {", ".join(_held)}. A limit of 1.1 bar in place of 1 brings {gained:.1f} N ({foretold:.1f} N foretold).
+    {1e3 * float(best.muscle.wall_thickness):.3f} mm; it pulls {best.value:.0f} N. Held by: {", ".join(_held)}. A limit of 1.1 bar in place of 1 brings {gained:.1f} N ({predicted:.1f} N predicted).
     Outcome of the impossible wish: {impossible.outcome}; fighting: {", ".join(impossible.fighting)}.
     """
     if not mo.running_in_notebook():

@@ -118,7 +118,7 @@ def _():
     ## How it is done
 
     One problem holds every rival; what is not asked for has no stiffness. A law is fitted to a whole map, and again
-    without each contraction in turn, to see how well it foretells what it has not seen. A gain is believed when it
+    without each contraction in turn, to see how well it predicts what it has not seen. A gain is believed when it
     exceeds its own error (over the contractions, of which there are only four or five) by the factor of Student's t.
     """)
     return
@@ -163,7 +163,7 @@ class Judged:
         return self._by_map(self.rows)
 
     @property
-    def foretold(self):
+    def predicted(self):
         """Root mean square at contractions left out, on each map."""
         return self._by_map(self.unseen)
 
@@ -272,7 +272,7 @@ def table(maps, judged):
     heads = "".join(f"{one.name}: fit | left out | geometry missed by |" for one in maps)
     lines = [f"| error, % of full scale | {heads}", "|---" * (1 + 3 * len(maps)) + "|"]
     for law, one in judged.items():
-        cells = zip(one.error, one.foretold, one.missed, strict=True)
+        cells = zip(one.error, one.predicted, one.missed, strict=True)
         lines.append(f"| {law} | " + " ".join(f"{a:.2f} | {b:.2f} | {c:.1f} sd |" for a, b, c in cells))
     return "\n".join(lines)
 

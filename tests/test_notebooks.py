@@ -64,7 +64,7 @@ ANSWERS = {
     "7_design": [
         ("braid angle of # deg and a wall of # mm; it pulls # N", [15.52, 0.862, 1513], 0.6),
         ("Held by: minimum_pressure, burst_pressure", [], 0),
-        ("brings # N (# N foretold)", [106.7, 111.2], 2),
+        ("brings # N (# N predicted)", [106.7, 111.2], 2),
         ("wish: infeasible; fighting: minimum_pressure, burst_pressure, stroke", [], 0),
     ],
     "which_rubber": [

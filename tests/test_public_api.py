@@ -41,6 +41,7 @@ PYTHON = {
     "mckibben_jax.Read.read": "self, signal, time",
     "mckibben_jax.model": "muscle, *effects",
     "mckibben_jax.contributions": "given, run",
+    "mckibben_jax.with_effects": "present, added",
     "mckibben_jax.release": "model, *, load, pressure, times, start=, mass=, step=",
     "mckibben_jax.step_response": "model, *, load, pressure, times, start=, mass=, step=",
     "mckibben_jax.laws.review.lookup": "number",
@@ -71,7 +72,6 @@ PYTHON = {
     "fitting.discover": (
         "experiments, effects, *, candidates=, fix=, free=, own=, seed=, start=, rules=, on_step=, progress="
     ),
-    "mckibben_jax.with_effects": "present, added",
     "fitting.plan": "diagnosis, experiments, *, known=, fix=, free=, own=, seed=",
     "fitting.sample": (
         "fit, experiments=, *, seed=, walkers=, ensembles=, max_steps=, limit_s=, rows=, priors=, noise=, "

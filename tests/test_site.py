@@ -56,6 +56,13 @@ def test_every_command_is_there_with_its_options(pages):
                 assert p.opts[0] in section, f"{name} {p.opts[0]}"
 
 
+def test_a_function_that_a_module_is_named_after_is_documented_itself(pages):
+    page = pages["python.md"]
+    assert "::: mckibben_jax.model.model\n    options:\n      heading: mckibben_jax.model\n" in page
+    assert "::: mckibben_jax.parameter.parameter\n" in page
+    assert page.count("## fitting\n") == page.count("## mckibben_jax\n") == 1
+
+
 def test_every_numbered_notebook_is_named(pages):
     for path in (ROOT / "notebooks").glob("[0-9]_*.py"):
         assert f"`notebooks/{path.name}`" in pages["notebooks.md"]

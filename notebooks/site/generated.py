@@ -163,8 +163,15 @@ def python_page() -> str:
         if name.split(".")[0] != package:
             package = name.split(".")[0]
             told += [f"## {package}"]
-        told += [f"::: {name}"]
+        told += [entry(name)]
     return "\n\n".join(told) + "\n"
+
+
+def entry(name: str) -> str:
+    """The place of a name's docstring: a function that a module is named after stands in that module."""
+    if not (ROOT / f"{name.replace('.', '/')}.py").exists():
+        return f"::: {name}"
+    return f"::: {name}.{name.split('.')[-1]}\n    options:\n      heading: {name}\n      toc_label: {name}"
 
 
 # Notebooks -------------------------------------------------------------------------------------------------------------
