@@ -25,8 +25,8 @@ if TYPE_CHECKING:
     from fitting.hill.hill import curves as hill_curves  # noqa: F401
     from fitting.hill.hill import releases as quick_releases  # noqa: F401
     from fitting.least_squares.evaluate import evaluate as evaluate
-    from fitting.least_squares.fit import Fit as Fit
     from fitting.least_squares.fit import fit as fit
+    from fitting.least_squares.record import Fit as Fit
     from fitting.library.library import named as effects_named  # noqa: F401
     from fitting.library.line import defined as effect_from_line  # noqa: F401
     from fitting.model_files.model_file import read_model as read_model

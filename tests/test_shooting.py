@@ -10,7 +10,7 @@ from stick_slip import G
 
 from fitting.least_squares.fit import fit, fit_problem, free_names
 from fitting.least_squares.search import rows_and_slopes
-from fitting.least_squares.shooting import begun_by_shooting, shooting, with_shots
+from fitting.least_squares.shooting import begin_by_shooting, shooting, with_shots
 from fitting.least_squares.subset import subset_of
 from fitting.problem.residuals import problem
 from fitting.problem.unknowns import unknowns
@@ -102,7 +102,7 @@ def test_where_nothing_moves_the_search_begins_as_without(tmp_path):
     given, samples = problem([still], layout)
     subset = subset_of(layout, layout.start, free_names(layout))
     begin = np.full((2, len(free_names(layout))), 0.3)
-    assert begun_by_shooting(given, subset, begin, 8) is begin
+    assert begin_by_shooting(given, subset, begin, 8) is begin
     one = fit_problem(layout, given, samples, layout.start, free_names(layout), starts=2)
     two = fit_problem(layout, given, samples, layout.start, free_names(layout), starts=2, shooting=8)
     assert one.values == two.values

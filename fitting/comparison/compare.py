@@ -11,7 +11,7 @@ from fitting.comparison.fingerprint import Fingerprint, exponents
 from fitting.comparison.parity import Cells, cells, pressure_bins
 from fitting.comparison.repeats import Pair, drift, noise_floor, repeated
 from fitting.least_squares.evaluate import rmse_at_pressures
-from fitting.least_squares.fit import Fit
+from fitting.least_squares.record import Fit
 from fitting.problem.residuals import Samples
 from fitting.recordings.noise import noise_of, source_of_noise
 from fitting.recordings.records import MOVING_TESTS, Experiment, NoiseSource, Recording

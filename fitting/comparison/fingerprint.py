@@ -12,7 +12,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from fitting.least_squares.decomposed import svd
-from fitting.least_squares.fit import Fit
+from fitting.least_squares.record import Fit
 from fitting.problem.residuals import Samples
 
 MOST_ROWS = 4000

@@ -18,8 +18,8 @@ from fitting.diagnosis.settings import DIAGNOSIS, DiagnosisSettings
 from fitting.diagnosis.universe import CandidateFit, Universe, universe
 from fitting.diagnosis.verdict import diagnosis_of
 from fitting.errors import InputError
-from fitting.least_squares.fit import Fit
 from fitting.least_squares.fit import fit as fit_model
+from fitting.least_squares.record import Fit
 from fitting.precision import require_x64
 from fitting.problem.residuals import thinned
 from fitting.recordings.inverse_dynamics import as_force

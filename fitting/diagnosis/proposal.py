@@ -20,8 +20,8 @@ from threadpoolctl import threadpool_limits
 from fitting.diagnosis.proposal_terms import STATES, Term, line_of, terms
 from fitting.diagnosis.record import Diagnosis
 from fitting.errors import InputError
-from fitting.least_squares.fit import Fit
 from fitting.least_squares.held_out import difference, folds
+from fitting.least_squares.record import Fit
 from fitting.library.line import VARIABLES, defined_name
 from mckibben_jax.state import State
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from fitting.diagnosis.flip_groups import RestsOn
 from fitting.diagnosis.outcomes import Screened, Verdict, Why
-from fitting.least_squares.fit import Fit
+from fitting.least_squares.record import Fit
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,7 @@ from fitting.diagnosis.examine import Examiner
 from fitting.diagnosis.outcomes import Reason, Screened
 from fitting.diagnosis.universe import CandidateFit, Universe
 from fitting.least_squares.decomposed import lstsq
-from fitting.least_squares.fit import Fit
+from fitting.least_squares.record import Fit
 
 LEVELS = {2: "pairs", 3: "triples"}
 Progress = Callable[[str, float], None]

@@ -14,7 +14,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from fitting.errors import InputError
-from fitting.least_squares.fit import Fit
+from fitting.least_squares.record import Fit
 from fitting.problem.points import reached
 from fitting.problem.residuals import thinned
 from fitting.recordings.noise import noise_of

@@ -13,8 +13,8 @@ from fitting.diagnosis.outcomes import Reason, Why
 from fitting.diagnosis.settings import FITS, FitSettings
 from fitting.full_names import listed
 from fitting.least_squares.absent import as_good_as_absent
-from fitting.least_squares.held_out import REFIT_BELOW, left_out_rows
-from fitting.least_squares.search import Solved, solve
+from fitting.least_squares.held_out import HELD_OUT, left_out_rows
+from fitting.least_squares.search import SearchResult, solve
 from fitting.least_squares.subset import Subset
 from fitting.least_squares.uncertainty import at_bound
 from fitting.problem.residuals import LIGHT, Problem, Samples, problem
@@ -143,7 +143,7 @@ class Universe:
         rows, slopes = all_rows[self.real], all_slopes[self.real]
         return CandidateFit(effects, vector, names, rows, slopes, all_rows[count:], all_slopes[count:], ends)
 
-    def _held(self, subset: Subset, at: int, found: Solved) -> bool:
+    def _held(self, subset: Subset, at: int, found: SearchResult) -> bool:
         """Whether the data hold one free parameter at the end of its range, or would as soon have it inside."""
         place = np.asarray(found.place).copy()
         place[at] = np.clip(place[at], self.settings.inside, 1 - self.settings.inside)
@@ -186,7 +186,7 @@ class Universe:
 
     def left_out(self, fit: CandidateFit, group: np.ndarray, glance: bool = False) -> np.ndarray:
         """The rows of a fit on groups of rows left out: refitted where there are few, else in one step from the fit."""
-        if glance or len(self.samples) > REFIT_BELOW:
+        if glance or len(self.samples) > HELD_OUT.refit_below:
             return left_out_rows(fit.rows, fit.slopes, fit.prior_rows, fit.prior_slopes, group)
         rows = fit.rows.copy()
         for g in np.unique(group):

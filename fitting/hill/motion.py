@@ -8,7 +8,8 @@ import jax.numpy as jnp
 import numpy as np
 
 from fitting.hill.hill import Curves, releases
-from fitting.least_squares.fit import Fit, fit
+from fitting.least_squares.fit import fit
+from fitting.least_squares.record import Fit
 from fitting.study.task import Task
 from mckibben_jax.effects import Hill
 from mckibben_jax.model import with_effects

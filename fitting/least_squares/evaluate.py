@@ -5,11 +5,11 @@ from collections.abc import Sequence
 import jax.numpy as jnp
 import numpy as np
 
-from fitting.least_squares.fit import Fit, seen
-from fitting.least_squares.held_out import REFIT_BELOW, folds, left_out_rows
-from fitting.least_squares.search import rows_and_slopes, solve
+from fitting.least_squares.fit import constrained
+from fitting.least_squares.held_out import HELD_OUT, folds, left_out_rows
+from fitting.least_squares.record import Fit, record_fit
+from fitting.least_squares.search import evaluate_subset, solve
 from fitting.least_squares.subset import subset_of
-from fitting.least_squares.uncertainty import at_bound, clusters, covariances, ties
 from fitting.precision import require_x64
 from fitting.problem.no_number import refuse_no_number
 from fitting.problem.residuals import LIGHT, problem
@@ -33,42 +33,17 @@ def evaluate(
     layout = unknowns(experiments, effects, own)
     given, samples = problem(experiments, layout)
     vector = np.array([values.get(name, start) for name, start in zip(layout.names, layout.start, strict=True)])
-    names = seen(given, subset_of(layout, vector, free), tuple(free)) if free else ()
+    names = constrained(given, subset_of(layout, vector, free), tuple(free)) if free else ()
     subset = subset_of(layout, vector, names)
-    if names:
-        rows, slopes = map(np.asarray, rows_and_slopes(given, subset, subset.place(subset.full)))
-    else:
-        rows = np.asarray(given.rows(subset.full, subset.switches, None))
-        slopes = np.zeros((len(rows), 0))
-    refuse_no_number(rows[: len(samples)], samples, experiments)
-    place = subset.place(subset.full)
-    per_unit = slopes / np.asarray(subset.slope(place))
-    count = len(samples)
-    covariance, robust = covariances(per_unit[:count], rows[:count], per_unit[count:], clusters(samples, per_unit))
-    return Fit(
-        layout=layout,
-        problem=given,
-        samples=samples,
-        free=names,
-        held=tuple(name for name in free if name not in names),
-        vector=vector,
-        switches=np.asarray(subset.switches),
-        residual=rows[:count] * samples.sigma,
-        slopes=per_unit,
-        covariance=covariance,
-        robust=robust,
-        at_bound=at_bound(names, np.asarray(place)),
-        tied=ties(names, slopes),
-        converged=True,
-        starts="evaluated, not fitted",
-        failures=(),
-    )
+    at, held = evaluate_subset(given, subset), tuple(name for name in free if name not in names)
+    refuse_no_number(np.asarray(at.rows)[: len(samples)], samples, experiments)
+    return record_fit(layout, given, samples, subset, names, at, held=held, starts="evaluated, not fitted")
 
 
 def left_out(fit: Fit) -> np.ndarray:
     """The residual of each run under the parameters fitted without it, as the fit's samples."""
     count, group = len(fit.samples), folds(fit.samples)
-    if count < REFIT_BELOW and fit.free:
+    if count < HELD_OUT.refit_below and fit.free:
         return _refitted(fit, group) * fit.samples.sigma
     priors = np.asarray(fit.problem.prior_rows(jnp.asarray(fit.vector)))
     rows = left_out_rows(fit.residual / fit.samples.sigma, fit.slopes[:count], priors, fit.slopes[count:], group)

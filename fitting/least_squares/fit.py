@@ -3,74 +3,34 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-import jax
 import jax.numpy as jnp
 import numpy as np
 from scipy.stats import qmc
 
 from fitting.full_names import listed
 from fitting.least_squares.absent import as_good_as_absent
-from fitting.least_squares.search import Ended, Solved, rows_and_slopes, solve
+from fitting.least_squares.record import Fit, record_fit
+from fitting.least_squares.search import SearchEnd, SearchResult, evaluate_subset, on_the_host, rows_and_slopes, solve
 from fitting.least_squares.subset import Subset, subset_of
-from fitting.least_squares.uncertainty import at_bound, clusters, covariances, ties
 from fitting.precision import require_x64
 from fitting.problem.no_number import refuse_no_number, state_at
 from fitting.problem.residuals import Problem, Samples, problem
 from fitting.problem.unknowns import Unknowns, unknowns
 
-BLIND = 1e-7  # of the strongest column: a parameter whose whole range moves the rows by less cannot be seen
-FAR = 5.0  # times the noise: motions so far off call for a better search, or for a better model
-COARSE = 4  # times longer steps of integration while a search looks around
-LOOKS = 4  # places at which to see whether the data can see a parameter
-
 
 @dataclass(frozen=True)
-class Fit:
-    """A fitted model with all that is known of how well it is known. Arrays over `free` are in that order."""
+class FitSettings:
+    """Settings of a fit. All were chosen: nobody has derived them."""
 
-    layout: Unknowns
-    problem: Problem
-    samples: Samples
-    free: tuple[str, ...]
-    held: tuple[str, ...]  # asked to vary, but these data cannot see them
-    vector: np.ndarray
-    switches: np.ndarray
-    residual: np.ndarray  # model minus measurement in the recording's unit, as `samples`
-    slopes: np.ndarray  # rows over free, in standard deviations per unit of the parameter
-    covariance: np.ndarray
-    robust: np.ndarray
-    at_bound: tuple[str, ...]
-    tied: dict[str, tuple[str, ...]]
-    converged: bool
-    starts: str
-    failures: tuple[str, ...]
+    blind: float = 1e-7  # of the strongest column's norm: a parameter whose whole range moves the rows by less is held
+    far: float = 5.0  # standard deviations, rms: a fit of motions that misses by more is warned of
+    coarse: float = 4.0  # times longer steps of integration while a search looks around
+    looks: int = 4  # places at which to see whether the data constrain a parameter
+    spread: float = 0.6  # of a range over which further starts are spread, from `spread_from`
+    spread_from: float = 0.02  # of a range
 
-    @property
-    def rmse(self) -> float:
-        """Root mean square error of the samples that measure force, N (of positions, m, where there are only those)."""
-        return float(np.sqrt(np.mean(self.residual[self.problem.of_force(self.samples)] ** 2)))
 
-    @property
-    def cost(self) -> float:
-        """What the fit has minimised: the sum of squares, in standard deviations, of measurements and priors."""
-        priors = np.asarray(self.problem.prior_rows(jnp.asarray(self.vector)))
-        return float(np.sum((self.residual / self.samples.sigma) ** 2) + np.sum(priors**2))
-
-    @property
-    def values(self) -> dict[str, float]:
-        """Every unknown by its full name, SI."""
-        return dict(zip(self.layout.names, map(float, self.vector), strict=True))
-
-    def model(self, dataset: int = 0):
-        """The fitted model of one data set."""
-        return self.layout.model(jnp.asarray(self.vector), dataset)
-
-    def error(self, name: str, robust: bool = True) -> float:
-        """Standard error of a free parameter, SI; NaN for one that did not vary."""
-        if name not in self.free:
-            return float("nan")
-        i = self.free.index(name)
-        return float(np.sqrt((self.robust if robust else self.covariance)[i, i]))
+SETTINGS = FitSettings()
 
 
 def free_names(layout: Unknowns, fix: Sequence[str] = (), free: Sequence[str] = ()) -> tuple[str, ...]:
@@ -83,12 +43,13 @@ def free_names(layout: Unknowns, fix: Sequence[str] = (), free: Sequence[str] = 
     return tuple(name for name in chosen if not listed(name, fix))
 
 
-def seen(given: Problem, subset: Subset, names: Sequence[str]) -> tuple[str, ...]:
-    """Those of the free names that move the measured rows at all."""
+def constrained(given: Problem, subset: Subset, names: Sequence[str]) -> tuple[str, ...]:
+    """Those of the free names that the data constrain: along which the rows of the measurements change at all."""
     count = sum(int(block.keep.size) for block in given.blocks)
     _, slopes = rows_and_slopes(given, subset, jnp.clip(subset.place(subset.full), 0.01, 0.99))
     moves = np.linalg.norm(np.nan_to_num(np.asarray(slopes)[:count], posinf=0.0, neginf=0.0), axis=0)
-    return tuple(name for name, move in zip(names, moves, strict=True) if move > BLIND * max(moves.max(), 1e-300))
+    least = SETTINGS.blind * max(moves.max(), 1e-300)
+    return tuple(name for name, move in zip(names, moves, strict=True) if move > least)
 
 
 def starting_places(layout: Unknowns, subset: Subset, names: Sequence[str], count: int, seed: int) -> np.ndarray:
@@ -105,7 +66,7 @@ def starting_places(layout: Unknowns, subset: Subset, names: Sequence[str], coun
     places = [np.asarray(subset.place(jnp.asarray(vector))) for vector in [np.asarray(subset.full), *declared]]
     spread = qmc.Sobol(max(len(at), 1), rng=seed).random_base2(6) if len(at) else np.zeros((0, 0))
     own = np.array([layout.entries[i].name.startswith("muscle.") for i in at], bool)
-    more = [np.where(own, places[0], 0.02 + 0.6 * row) for row in spread]
+    more = [np.where(own, places[0], SETTINGS.spread_from + SETTINGS.spread * row) for row in spread]
     return np.array([*places, *more][: max(count, 1)])
 
 
@@ -156,39 +117,46 @@ def fit_problem(
 ) -> Fit:
     """Fit the named unknowns of a problem that is laid out; `known` are those whose values were fitted before."""
     asked = tuple(names)
-    if not asked:
-        return _evaluated(layout, given, samples, vector)
-    names = _seen_somewhere(layout, given, vector, asked, seed)
+    names = _constrained_somewhere(layout, given, vector, asked, seed) if asked else ()
     held = tuple(name for name in asked if name not in names)
     if not names:
-        return replace(_evaluated(layout, given, samples, vector), held=held)
+        return _not_fitted(layout, given, samples, vector, held)
     subset = subset_of(layout, vector, names)
     begin, told = starting_places(layout, subset, names, starts, seed), ""
-    search = given.coarser(COARSE)
+    search = given.coarser(SETTINGS.coarse)
     begin = _from_known(search, layout, subset, names, known, begin)
     first = begin[0]
     if shooting > 1:
-        from fitting.least_squares.shooting import begun_by_shooting  # diffrax is only needed where something moves
+        from fitting.least_squares.shooting import begin_by_shooting  # diffrax is only needed where something moves
 
-        begin = begun_by_shooting(search, subset, begin, shooting)
+        begin = begin_by_shooting(search, subset, begin, shooting)
         told = f"multiple shooting, {shooting} stretches a run, from {starts} starts; from its best ends "
     none = np.zeros(len(begin), bool)
-    found = jax.tree.map(np.asarray, solve(search, subset, jnp.asarray(begin), look=none))
-    ends, moves = found.ends, any(block.steps for block in given.blocks)
-    if moves and np.isfinite(found.cost):
-        # the best end goes on with short steps; the others only look, so that nothing is compiled again
-        again = jnp.asarray(np.broadcast_to(found.place, begin.shape))
-        looked = np.arange(len(begin)) > 0
-        found = jax.tree.map(np.asarray, solve(given, subset, again, look=looked))
-        found = replace(found, ends=replace(found.ends, converged=found.ends.converged & ~looked))
-        found = _no_higher(given, subset, first, found) if known else found
-    if not np.isfinite(found.cost):
-        lost = _evaluated(layout, given, samples, np.asarray(subset.vector(jnp.asarray(begin[0]))))
-        told, failures = told + _told(ends), _failures(given, subset, samples, ends, begin)
-        return replace(lost, held=held, converged=False, starts=told, failures=failures)
-    fit = _conclude(layout, given, samples, subset, names, held, found)
-    doubts = _doubts(fit, ends) if moves and not told else ()
-    return replace(fit, starts=told + _told(ends), failures=(*_failures(given, subset, samples, ends, begin), *doubts))
+    result = on_the_host(solve(search, subset, jnp.asarray(begin), look=none))
+    ends, moves = result.ends, any(block.steps for block in given.blocks)
+    if moves and np.isfinite(result.cost):
+        result = _search_further(given, subset, result, len(begin))
+        result = _no_higher(given, subset, first, result) if known else result
+    told, failures = told + _starts_text(ends), _failures(given, subset, samples, ends, begin)
+    if not np.isfinite(result.cost):
+        lost = _not_fitted(layout, given, samples, np.asarray(subset.vector(jnp.asarray(begin[0]))), held)
+        return replace(lost, converged=False, starts=told, failures=failures)
+    fit = record_fit(
+        layout, given, samples, subset, names, result.best, held=held, converged=_converged(result), starts=told
+    )
+    warnings = _warnings(fit, ends) if moves and shooting <= 1 else ()
+    return replace(fit, failures=(*failures, *warnings))
+
+
+def _search_further(given: Problem, subset: Subset, result: SearchResult, count: int) -> SearchResult:
+    """The best end of a search with long steps of integration, searched further with short ones.
+
+    Of `count` searches all but the first only look, so that nothing is compiled again.
+    """
+    again = jnp.asarray(np.broadcast_to(result.place, (count, len(result.place))))
+    looked = np.arange(count) > 0
+    result = on_the_host(solve(given, subset, again, look=looked))
+    return replace(result, ends=replace(result.ends, converged=result.ends.converged & ~looked))
 
 
 def _from_known(
@@ -203,72 +171,40 @@ def _from_known(
     return np.concatenate([place[None], begin])[: len(begin)]
 
 
-def _no_higher(given: Problem, subset: Subset, first: np.ndarray, found: Solved) -> Solved:
+def _no_higher(given: Problem, subset: Subset, first: np.ndarray, result: SearchResult) -> SearchResult:
     """The end of a search that looked around with long steps or by shooting, or a lower one near where it began."""
-    again = jnp.asarray(np.broadcast_to(first, (len(found.ends.cost), len(first))))
+    again = jnp.asarray(np.broadcast_to(first, (len(result.ends.cost), len(first))))
     there = solve(given, subset, again, look=np.ones(len(again), bool))
-    if not float(there.cost) < float(found.cost):
-        return found
-    return jax.tree.map(np.asarray, solve(given, subset, again, look=np.arange(len(again)) > 0))
+    if not float(there.cost) < float(result.cost):
+        return result
+    return on_the_host(solve(given, subset, again, look=np.arange(len(again)) > 0))
 
 
-def _seen_somewhere(
+def _constrained_somewhere(
     layout: Unknowns, given: Problem, vector: np.ndarray, asked: tuple[str, ...], seed: int
 ) -> tuple[str, ...]:
-    """Those that the data can see, at the start or at other places to begin from.
+    """Those that the data constrain, at the start or at other places to begin from.
 
     A muscle may be stuck at the start, and a stop of the stroke lie beyond all that was measured.
     """
     subset = subset_of(layout, vector, asked)
-    found = set(seen(given, subset, asked))
+    found = set(constrained(given, subset, asked))
     if len(found) < len(asked):
-        for place in starting_places(layout, subset, asked, LOOKS, seed)[1:]:
-            found |= set(seen(given, replace(subset, full=subset.vector(jnp.asarray(place))), asked))
+        for place in starting_places(layout, subset, asked, SETTINGS.looks, seed)[1:]:
+            found |= set(constrained(given, replace(subset, full=subset.vector(jnp.asarray(place))), asked))
     return tuple(name for name in asked if name in found)
 
 
-def _evaluated(layout: Unknowns, given: Problem, samples: Samples, vector: np.ndarray) -> Fit:
-    rows = np.asarray(given.rows(jnp.asarray(vector), layout.templates[0].switches))[: len(samples)]
-    none = np.zeros((0, 0))
-    slopes = np.zeros((len(samples), 0))
-    residual, switches = rows * samples.sigma, np.asarray(layout.templates[0].switches)
-    return Fit(
-        layout, given, samples, (), (), vector, switches, residual, slopes, none, none, (), {}, True, "not fitted", ()
-    )
+def _not_fitted(layout: Unknowns, given: Problem, samples: Samples, vector: np.ndarray, held: tuple[str, ...]) -> Fit:
+    """The record of a model in which nothing varies."""
+    subset = subset_of(layout, vector, ())
+    return record_fit(layout, given, samples, subset, (), evaluate_subset(given, subset), held=held)
 
 
-def _conclude(
-    layout: Unknowns,
-    given: Problem,
-    samples: Samples,
-    subset: Subset,
-    names: tuple[str, ...],
-    held: tuple[str, ...],
-    found: Solved,
-) -> Fit:
-    place = jnp.asarray(found.place)
-    rows, slopes = np.asarray(found.rows), np.asarray(found.slopes)
-    per_unit = slopes / np.asarray(subset.slope(place))
-    data, priors = per_unit[: len(samples)], per_unit[len(samples) :]
-    covariance, robust = covariances(data, rows[: len(samples)], priors, clusters(samples, per_unit))
-    return Fit(
-        layout=layout,
-        problem=given,
-        samples=samples,
-        free=tuple(names),
-        held=held,
-        vector=np.asarray(subset.vector(place)),
-        switches=np.asarray(subset.switches),
-        residual=rows[: len(samples)] * samples.sigma,
-        slopes=per_unit,
-        covariance=covariance,
-        robust=robust,
-        at_bound=at_bound(names, np.asarray(place)),
-        tied=ties(names, slopes),
-        converged=bool(np.any(found.ends.converged & _best(found.ends)) or _flat(rows, slopes, np.asarray(place))),
-        starts=_told(found.ends),
-        failures=(),
-    )
+def _converged(result: SearchResult) -> bool:
+    """Whether a search that ended as low as the best has converged, or no direction leads down from where it ended."""
+    best = result.ends.converged & _best(result.ends)
+    return bool(np.any(best)) or _flat(*map(np.asarray, (result.rows, result.slopes, result.place)))
 
 
 def _flat(rows: np.ndarray, slopes: np.ndarray, place: np.ndarray) -> bool:
@@ -279,34 +215,34 @@ def _flat(rows: np.ndarray, slopes: np.ndarray, place: np.ndarray) -> bool:
     return bool(np.all(np.abs(inward) < 1e-5 * scale))
 
 
-def _told(found: Ended) -> str:
-    best = np.min(found.cost)
+def _starts_text(ends: SearchEnd) -> str:
+    best = np.min(ends.cost)
     if not np.isfinite(best):
-        return f"none of {len(found.cost)} starts gave finite numbers"
-    return f"{len(found.cost)} starts: {int(np.sum(_best(found)))} reached the same best point"
+        return f"none of {len(ends.cost)} starts gave finite numbers"
+    return f"{len(ends.cost)} starts: {int(np.sum(_best(ends)))} reached the same best point"
 
 
-def _best(found: Ended) -> np.ndarray:
+def _best(ends: SearchEnd) -> np.ndarray:
     """Which searches ended as low as the best."""
-    return np.asarray(found.cost <= np.min(found.cost) * (1 + 1e-4) + 1e-6)
+    return np.asarray(ends.cost <= np.min(ends.cost) * (1 + 1e-4) + 1e-6)
 
 
-def _doubts(fit: Fit, found: Ended) -> tuple[str, ...]:
-    """Motions that are missed by far: by a model that lacks something, or by a search that was caught on its way."""
+def _warnings(fit: Fit, ends: SearchEnd) -> tuple[str, ...]:
+    """A warning where motions are missed by far: the model lacks something, or the search was caught on its way."""
     moving = np.array([block.steps > 0 for block in fit.problem.blocks])[fit.samples.recording]
     off = float(np.sqrt(np.mean((fit.residual / fit.samples.sigma)[moving] ** 2)))
-    if not off > FAR:
+    if not off > SETTINGS.far:
         return ()
-    reached = f"{int(np.sum(_best(found)))} of {len(found.cost)} starts ended there"
+    reached = f"{int(np.sum(_best(ends)))} of {len(ends.cost)} starts ended there"
     return (
         f"the motions are missed by {off:.0f} times their noise, and {reached}: the model lacks something, or the "
         "search was caught in a poor neighbourhood; a fit with --shooting 8 tells which",
     )
 
 
-def _failures(given: Problem, subset: Subset, samples: Samples, found: Ended, begin: np.ndarray) -> tuple[str, ...]:
+def _failures(given: Problem, subset: Subset, samples: Samples, ends: SearchEnd, begin: np.ndarray) -> tuple[str, ...]:
     told = []
-    for i in np.flatnonzero(~np.isfinite(found.cost)):
+    for i in np.flatnonzero(~np.isfinite(ends.cost)):
         rows, _ = rows_and_slopes(given, subset, jnp.asarray(begin[i]))
         bad = np.flatnonzero(~np.isfinite(np.asarray(rows)[: len(samples)]))
         if len(bad):

@@ -1,24 +1,34 @@
 """How well a model predicts runs that it has not seen."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
 from fitting.problem.residuals import Samples
 
-FOLDS = 10
-REFIT_BELOW = 500  # samples: of few points each group weighs much, and one step from the whole fit misjudges
+
+@dataclass(frozen=True)
+class HeldOutSettings:
+    """Settings of the error on held-out runs. All were chosen."""
+
+    folds: int = 10  # groups at most, where there are more than three times as many runs or loops
+    fewest_groups: int = 4  # of whole runs, or of whole loops: fewer are cut finer
+    refit_below: int = 500  # samples: each group of few points weighs much, and one step from the whole fit misjudges
+
+
+HELD_OUT = HeldOutSettings()
 
 
 def folds(samples: Samples) -> np.ndarray:
     """Which left-out group each row belongs to: whole runs, else whole loops, else points of nearly one contraction."""
     for keys in ((samples.run,), (samples.run, samples.loop)):
         numbers = np.unique(np.stack(keys), axis=1, return_inverse=True)[1]
-        if 4 <= numbers.max() + 1 < max(len(samples) / 3, 5):
-            return numbers % FOLDS if numbers.max() + 1 > 3 * FOLDS else numbers
+        if HELD_OUT.fewest_groups <= numbers.max() + 1 < max(len(samples) / 3, 5):
+            return numbers % HELD_OUT.folds if numbers.max() + 1 > 3 * HELD_OUT.folds else numbers
     at = np.round(samples.contraction, 3)
     numbers = np.unique(at, return_inverse=True)[1]
-    return numbers % FOLDS
+    return numbers % HELD_OUT.folds
 
 
 def left_out_rows(

@@ -1,11 +1,12 @@
 """One search, and many that share a compiled function: which effects are there and what varies are arguments of it."""
 
 from collections.abc import Callable
-from typing import Any, Protocol
+from typing import Any, NamedTuple, Protocol
 
 import equinox as eqx
 import jax
 import jax.numpy as jnp
+import numpy as np
 import optimistix as optx
 from jaxtyping import ArrayLike
 
@@ -13,7 +14,7 @@ from fitting.compiled.traced import kept
 from fitting.least_squares.box import BoxLevenbergMarquardt
 from fitting.least_squares.subset import Subset
 
-MAX_STEPS = 150
+MAX_STEPS = 150  # of one search: chosen
 
 
 class Residuals(Protocol):
@@ -67,7 +68,24 @@ def _with_slopes(evaluate: Callable) -> Callable:
     return rows
 
 
-class Ended(eqx.Module):
+class Evaluated(NamedTuple):
+    """A place in the unit box, with all rows and their slopes (rows, free) there."""
+
+    place: jax.Array
+    rows: jax.Array
+    slopes: jax.Array
+
+
+def evaluate_subset(given: Residuals, subset: Subset) -> Evaluated:
+    """Rows and slopes at the values in `subset.full`."""
+    place = subset.place(subset.full)
+    if place.size:
+        return Evaluated(place, *rows_and_slopes(given, subset, place))
+    rows = given.rows(subset.full, subset.switches, None)
+    return Evaluated(place, rows, jnp.zeros((rows.size, 0)))
+
+
+class SearchEnd(eqx.Module):
     """Where one search ended: place in the unit box, half the sum of squares, and whether it converged."""
 
     place: jax.Array
@@ -76,20 +94,25 @@ class Ended(eqx.Module):
     steps: jax.Array
 
 
-class Solved(eqx.Module):
+class SearchResult(eqx.Module):
     """Every search's end (leading axis: starts), and rows and slopes at the best of them."""
 
-    ends: Ended
+    ends: SearchEnd
     place: jax.Array
     cost: jax.Array
     rows: jax.Array
     slopes: jax.Array
 
+    @property
+    def best(self) -> "Evaluated":
+        """Rows and slopes at the best end."""
+        return Evaluated(self.place, self.rows, self.slopes)
 
-@kept(like=Solved(Ended(HERE, HERE, HERE, HERE), HERE, HERE, HERE, HERE))
+
+@kept(like=SearchResult(SearchEnd(HERE, HERE, HERE, HERE), HERE, HERE, HERE, HERE))
 def solve(
     given: Residuals, subset: Subset, starts: jax.Array, steps: int = MAX_STEPS, look: ArrayLike = False
-) -> Solved:
+) -> SearchResult:
     """Search from each start (starts, free) in turn; a loop over starts, for on a CPU it beats a batch of solvers.
 
     `look`, which may be traced and one for each start, ends each search at its start: rows and slopes there, without
@@ -97,7 +120,7 @@ def solve(
     starts.
     """
 
-    def one(best: tuple, begin: tuple[jax.Array, jax.Array]) -> tuple[tuple, Ended]:
+    def one(best: tuple, begin: tuple[jax.Array, jax.Array]) -> tuple[tuple, SearchEnd]:
         start, look = begin
         solver = BoxLevenbergMarquardt(jnp.zeros_like(start), jnp.ones_like(start), look=look)
         fn = lambda at, args: rows(*args, at)  # noqa: E731
@@ -105,7 +128,7 @@ def solve(
         info = found.state.f_info  # type: ignore[attr-defined]
         cost = 0.5 * jnp.sum(info.residual**2)
         cost = jnp.where(jnp.isfinite(cost), cost, jnp.inf)
-        end = Ended(found.value, cost, found.result == optx.RESULTS.successful, found.stats["num_steps"])
+        end = SearchEnd(found.value, cost, found.result == optx.RESULTS.successful, found.stats["num_steps"])
         mine = (found.value, cost, info.residual, info.jac.as_matrix())
         return jax.tree.map(lambda a, b: jnp.where(cost < best[1], b, a), best, mine), end
 
@@ -114,4 +137,9 @@ def solve(
     count, free = given.count, starts.shape[1]
     nowhere = (starts[0], jnp.asarray(jnp.inf), jnp.full(count, jnp.nan), jnp.full((count, free), jnp.nan))
     best, ends = jax.lax.scan(one, nowhere, (starts, jnp.broadcast_to(look, len(starts))))
-    return Solved(ends, *best)
+    return SearchResult(ends, *best)
+
+
+def on_the_host(result: SearchResult) -> SearchResult:
+    """The same with plain arrays."""
+    return jax.tree.map(np.asarray, result)

@@ -12,7 +12,7 @@ and what it carries from one stretch into later ones is left out of the slopes.
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import equinox as eqx
 import jax
@@ -28,11 +28,19 @@ from fitting.recordings.motion_signals import smooth
 from fitting.recordings.records import MOVING_TESTS
 from mckibben_jax.motion.motion import Nodes
 
-LOOSENESS = (0.03, 0.003, 0.0003)  # what a gap of one standard deviation is, of travel and largest speed
-STEPS = 50  # of each search
-KEPT = 3  # best ends of the first search, with which the later ones go on
-NEAREST = 9  # samples about a node that say where the muscle is and how fast
-LEAST_TRAVEL = 1e-4  # in contraction
+
+@dataclass(frozen=True)
+class ShootingSettings:
+    """Settings of multiple shooting. All were chosen."""
+
+    looseness: tuple[float, ...] = (0.03, 0.003, 0.0003)  # a gap of one standard deviation, of travel and largest speed
+    steps: int = 50  # of each search
+    kept: int = 3  # best ends of the first search, with which the later ones go on
+    nearest: int = 9  # samples about a node from which the place and the speed of the muscle are read
+    least_travel: float = 1e-4  # in contraction
+
+
+SETTINGS = ShootingSettings()
 
 
 class Shots(eqx.Module):
@@ -110,19 +118,21 @@ def shooting(given: Problem, stretches: int) -> Shooting | None:
         leading.append(np.repeat(np.where(np.arange(nodes) == 0, -1, from_node).reshape(-1), 2))
         before += runs * nodes
     rows = np.concatenate([*behind, np.full(given.prior_at.size, -1), *leading])
-    return Shooting(given, shots, jnp.asarray(rows), jnp.asarray(LOOSENESS[0]))
+    return Shooting(given, shots, jnp.asarray(rows), jnp.asarray(SETTINGS.looseness[0]))
 
 
-def begun_by_shooting(given: Problem, subset: Subset, begin: np.ndarray, stretches: int) -> np.ndarray:
+def begin_by_shooting(given: Problem, subset: Subset, begin: np.ndarray, stretches: int) -> np.ndarray:
     """Where the plain search had better begin (starts, free), in the unit box; `begin` itself where nothing moves."""
     problem = shooting(given, stretches)
     if problem is None:
         return begin
     wider = with_shots(subset, [each for each in problem.shots if each is not None])
     places = np.concatenate([begin, np.full((len(begin), problem.size), 0.5)], axis=1)
-    for looseness in LOOSENESS:
-        ends = solve(replace(problem, looseness=jnp.asarray(looseness)), wider, jnp.asarray(places), STEPS).ends
-        order = np.argsort(np.asarray(ends.cost))[:KEPT]
+    for looseness in SETTINGS.looseness:
+        ends = solve(
+            replace(problem, looseness=jnp.asarray(looseness)), wider, jnp.asarray(places), SETTINGS.steps
+        ).ends
+        order = np.argsort(np.asarray(ends.cost))[: SETTINGS.kept]
         places = np.asarray(ends.place)[order]
     return np.concatenate([places[:, : begin.shape[1]], begin[:1]])
 
@@ -161,13 +171,13 @@ def _nodes(block: Block, run: int, count: int) -> tuple[np.ndarray, np.ndarray, 
     """After which steps stretches of one run begin, where it was measured to be there, and its travel and speed."""
     time, place = _measured(block, run)
     begin, stride = _clock(block, run)
-    way = np.cumsum(np.abs(np.diff(smooth(place, NEAREST), prepend=place[0])))
+    way = np.cumsum(np.abs(np.diff(smooth(place, SETTINGS.nearest), prepend=place[0])))
     share = (time - begin) / (time[-1] - begin) + way / max(way[-1], 1e-12)
     step = np.round((np.interp(2 * np.arange(1, count) / count, share, time) - begin) / stride)
     for j in range(count - 1):  # each at least a step behind the one before, and the last before the end
         step[j] = np.clip(step[j], step[j - 1] + 1 if j else 1, _taken(block) - count + 1 + j)
     seen = np.array([_local(time, place, at) for at in begin + stride * step])
-    travel = max(float(np.ptp(place)), LEAST_TRAVEL)
+    travel = max(float(np.ptp(place)), SETTINGS.least_travel)
     speed = max(float(np.abs(seen[:, 1]).max()), travel / (time[-1] - begin))
     return step, seen, np.broadcast_to([travel, speed], seen.shape)
 
@@ -194,7 +204,7 @@ def _taken(block: Block) -> int:
 
 def _local(time: np.ndarray, place: np.ndarray, at: float) -> np.ndarray:
     """Place and rate at a time, from a parabola through the nearest readings."""
-    near = np.argsort(np.abs(time - at))[:NEAREST]
+    near = np.argsort(np.abs(time - at))[: SETTINGS.nearest]
     line = np.polynomial.Polynomial.fit(time[near], place[near], min(2, len(near) - 1))
     return np.array([line(at), line.deriv()(at)])
 

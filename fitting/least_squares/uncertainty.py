@@ -1,26 +1,38 @@
-"""How well a fit knows what it fitted: covariance, what is at its bound, what can make up for what."""
+"""How well a fit knows its parameters: covariance, which are at a bound, which are strongly correlated."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
 from fitting.problem.residuals import Samples
 
-ENOUGH_RUNS = 8  # fewer say too little about what runs share
-ALONE = 0.9  # of what is known of a direction: a cluster that gives so much cannot be judged by the others
+
+@dataclass(frozen=True)
+class ErrorSettings:
+    """Settings of standard errors. Where no source is named they were chosen."""
+
+    enough_runs: int = 8  # fewer say too little about what runs share
+    alone: float = 0.9  # share of the information on a direction: a cluster with more cannot be judged by others
+    collinearity: float = 20.0  # index above which parameters are strongly correlated (Brun, Reichert & Kuensch 2001)
+    large_part: float = 0.3  # part of a parameter in a weak direction (a unit vector) from which it counts as in it
+    at_end: float = 1e-6  # of a range: closer to an end than this is at the end
+
+
+SETTINGS = ErrorSettings()
 
 
 def clusters(samples: Samples, slopes: np.ndarray) -> np.ndarray:
-    """Number of the cluster that each row belongs to, in which errors are alike: its run; its closed loop where runs
-    are few, or where its run alone decides a parameter.
+    """Number (rows,) of the cluster that each row belongs to, within which errors are correlated.
 
-    `slopes` (rows, and those of priors if any; k) are those of the free parameters in standard deviations. Left at what
-    a run wants that alone decides something, its errors show in its loops only; not in points of a static curve, each
-    of which is a loop, for these err together.
+    A cluster is a run; it is a closed loop where runs are few, or where one run alone decides a parameter. The fit then
+    follows that run, so that its errors show in the differences between its loops alone. Where runs are
+    many, points of a static curve, each of which is a loop of its own, stay in their run: they err together.
+    `slopes` (rows, and those of priors if any; k) are those of the free parameters in standard deviations.
     """
     runs = np.unique(samples.run, return_inverse=True)[1]
     loops = np.unique(np.stack([samples.run, samples.loop]), axis=1, return_inverse=True)[1]
-    if runs.max(initial=-1) + 1 < ENOUGH_RUNS:
+    if runs.max(initial=-1) + 1 < SETTINGS.enough_runs:
         return loops
     root = _root_of_inverse(slopes.T @ slopes)
     data = slopes[: len(runs)] @ root
@@ -30,7 +42,7 @@ def clusters(samples: Samples, slopes: np.ndarray) -> np.ndarray:
 
 def _by_loops(data: np.ndarray, loops: np.ndarray) -> bool:
     """Whether a run alone decides something, and has loops of more than one point to judge that by."""
-    return len(np.unique(loops)) < len(loops) and np.linalg.norm(data, 2) ** 2 > ALONE
+    return len(np.unique(loops)) < len(loops) and np.linalg.norm(data, 2) ** 2 > SETTINGS.alone
 
 
 def covariances(
@@ -47,7 +59,7 @@ def covariances(
     root = _root_of_inverse(data.T @ data / variance + known)  # coordinates in which the first covariance is 1
     scores, shares = _by_cluster(data @ root / np.sqrt(variance), rows / np.sqrt(variance), cluster)
     strength, along = np.linalg.eigh(shares)
-    grown = np.einsum("gji,gj->gi", along, scores) / (1 - np.clip(strength, 0.0, ALONE))
+    grown = np.einsum("gji,gj->gi", along, scores) / (1 - np.clip(strength, 0.0, SETTINGS.alone))
     left_out = np.einsum("gij,gj->gi", along, grown)
     plain = root @ root.T
     robust = root @ (left_out.T @ left_out + root.T @ known @ root) @ root.T
@@ -73,19 +85,19 @@ def _root_of_inverse(matrix: np.ndarray) -> np.ndarray:
 
 def at_bound(names: Sequence[str], place: np.ndarray) -> tuple[str, ...]:
     """Those of the free names that ended at an end of their range."""
-    return tuple(name for name, p in zip(names, place, strict=True) if p < 1e-6 or p > 1 - 1e-6)
+    return tuple(name for name, p in zip(names, place, strict=True) if p < SETTINGS.at_end or p > 1 - SETTINGS.at_end)
 
 
-def ties(names: Sequence[str], slopes: np.ndarray, index: float = 20.0) -> dict[str, tuple[str, ...]]:
-    """Which parameters can make up for each other: collinearity index above 20 (Brun, Reichert & Kuensch 2001)."""
+def ties(names: Sequence[str], slopes: np.ndarray) -> dict[str, tuple[str, ...]]:
+    """Which parameters are strongly correlated, not separately identifiable: collinearity index above 20."""
     if len(names) < 2:
         return {}
     unit = slopes / np.maximum(np.linalg.norm(slopes, axis=0), 1e-300)
     strength, direction = np.linalg.eigh(unit.T @ unit)
     tied: dict[str, set[str]] = {}
     for value, vector in zip(strength, direction.T, strict=True):
-        if value < 1 / index**2:
-            group = [name for name, share in zip(names, vector, strict=True) if abs(share) > 0.3]
+        if value < 1 / SETTINGS.collinearity**2:
+            group = [name for name, share in zip(names, vector, strict=True) if abs(share) > SETTINGS.large_part]
             for name in group:
                 tied.setdefault(name, set()).update(other for other in group if other != name)
     return {name: tuple(sorted(others)) for name, others in tied.items() if others}

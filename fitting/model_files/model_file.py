@@ -12,7 +12,7 @@ from tomlkit.items import InlineTable, Table
 
 from fitting import full_names, units
 from fitting.errors import InputError, unknown_name
-from fitting.least_squares.fit import Fit
+from fitting.least_squares.record import Fit
 from fitting.library.library import library, with_line
 from fitting.library.line import Defined, defined_name
 from fitting.problem.priors import Prior, stated_priors

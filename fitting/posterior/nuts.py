@@ -10,7 +10,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from fitting.errors import InputError
-from fitting.least_squares.fit import Fit
+from fitting.least_squares.record import Fit
 from fitting.posterior.record import Posterior, unsettled
 from fitting.posterior.sample import begun
 from fitting.posterior.summary import concluded

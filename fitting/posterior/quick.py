@@ -8,7 +8,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from fitting.least_squares.fit import Fit
+from fitting.least_squares.record import Fit
 from fitting.posterior.evaluation import log_probs
 from fitting.posterior.moves import TAILS, around_mode, log_around_mode
 from fitting.posterior.record import Posterior, arviz

@@ -13,7 +13,7 @@ import emcee
 import numpy as np
 
 from fitting import units
-from fitting.least_squares.fit import Fit
+from fitting.least_squares.record import Fit
 from fitting.posterior.predict import Band
 from fitting.posterior.target import Posed
 

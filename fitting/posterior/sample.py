@@ -24,7 +24,7 @@ import emcee
 import numpy as np
 
 from fitting.errors import InputError
-from fitting.least_squares.fit import Fit
+from fitting.least_squares.record import Fit
 from fitting.posterior.evaluation import log_probs
 from fitting.posterior.moves import MOVES, Snooker
 from fitting.posterior.noise import PARTS

@@ -7,7 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from fitting import full_names
-from fitting.least_squares.fit import Fit
+from fitting.least_squares.record import Fit
 from fitting.least_squares.subset import Subset, subset_of
 from fitting.posterior.evaluation import BATCH, at_mode, log_probs
 from fitting.posterior.noise import PARTS, Chosen, Noise, chosen, noise_of_rows

@@ -11,7 +11,7 @@ from fitting.diagnosis.between_runs import Nuisance
 from fitting.diagnosis.flip_groups import flip_groups, rests_on_in_words
 from fitting.diagnosis.missing_effect import Ground, missing_effect_test
 from fitting.diagnosis.working_noise import noise_from
-from fitting.least_squares.fit import Fit
+from fitting.least_squares.record import Fit
 from fitting.least_squares.uncertainty import clusters
 from fitting.posterior.evaluation import prior_curvature, slopes_at
 from fitting.posterior.predict import bands

@@ -1,6 +1,6 @@
 """What speaks against a posterior although its chains may be perfect, and what else there is to know of it."""
 
-from fitting.least_squares.fit import Fit
+from fitting.least_squares.record import Fit
 from fitting.posterior.record import Missing, Quantity
 from fitting.posterior.target import Posed
 

@@ -11,7 +11,7 @@ from fitting.comparison.compare import Comparison
 from fitting.comparison.fingerprint import Fingerprint
 from fitting.diagnosis.flip_groups import rests_on_in_words
 from fitting.diagnosis.record import Diagnosis, Evidence, Explanation
-from fitting.least_squares.fit import Fit
+from fitting.least_squares.record import Fit
 from fitting.model_files.model_file import state_of
 from fitting.report.text.attempts import attempts_result
 from fitting.report.text.noise import NOISE_TEXT

@@ -9,7 +9,7 @@ from fitting.comparison.compare import Comparison, compare
 from fitting.diagnosis.step_rules import RULES
 from fitting.errors import InputError, unknown_name
 from fitting.least_squares.evaluate import left_out_rmse
-from fitting.least_squares.fit import Fit
+from fitting.least_squares.record import Fit
 from fitting.library.library import named
 from fitting.study.stages import Stage
 from fitting.study.task import Task, check_needs, fitted

@@ -9,7 +9,7 @@ from fitting.comparison.compare import Comparison, compare
 from fitting.diagnosis.discover import WORTH_IT, Step, discover
 from fitting.diagnosis.record import Diagnosis
 from fitting.least_squares.evaluate import evaluate
-from fitting.least_squares.fit import Fit
+from fitting.least_squares.record import Fit
 from fitting.library.library import named
 from fitting.progress import Progress
 from fitting.recordings.records import force_was_measured

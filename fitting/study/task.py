@@ -11,7 +11,8 @@ import jax.numpy as jnp
 from fitting import full_names, units
 from fitting.errors import InputError, unknown_name
 from fitting.least_squares.evaluate import evaluate
-from fitting.least_squares.fit import Fit, fit, free_names
+from fitting.least_squares.fit import fit, free_names
+from fitting.least_squares.record import Fit
 from fitting.library.library import library, named
 from fitting.model_files.model_file import ModelFile, check_range, read_model
 from fitting.problem.priors import Prior

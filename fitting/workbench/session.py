@@ -16,7 +16,7 @@ from fitting.comparison.compare import Comparison, compare
 from fitting.diagnosis.record import Diagnosis
 from fitting.errors import InputError
 from fitting.least_squares.evaluate import left_out_rmse
-from fitting.least_squares.fit import Fit
+from fitting.least_squares.record import Fit
 from fitting.library.library import with_line
 from fitting.library.line import defined_name
 from fitting.report.page.parts import as_text

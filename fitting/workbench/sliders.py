@@ -7,7 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from fitting import units
-from fitting.least_squares.fit import Fit
+from fitting.least_squares.record import Fit
 from fitting.problem.residuals import Problem, Samples, problem
 from fitting.problem.unknowns import Unknowns
 from fitting.study.task import Task

@@ -26,7 +26,8 @@ from fitting.diagnosis.examine import Examiner
 from fitting.diagnosis.search import Search
 from fitting.diagnosis.settings import DIAGNOSIS
 from fitting.diagnosis.universe import universe
-from fitting.least_squares.fit import Fit, fit, free_names
+from fitting.least_squares.fit import fit, free_names
+from fitting.least_squares.record import Fit
 from fitting.least_squares.search import rows_and_slopes
 from fitting.least_squares.subset import subset_of
 from fitting.problem.residuals import problem, thinned

@@ -22,7 +22,7 @@ from motion_rivals import ANGLE, IRON, LENGTH, PRESSURE, RAYON, G, Values, compi
 from scipy.optimize import least_squares
 
 from fitting.least_squares.search import rows_and_slopes, solve
-from fitting.least_squares.shooting import begun_by_shooting
+from fitting.least_squares.shooting import begin_by_shooting
 from fitting.least_squares.subset import subset_of
 from fitting.problem.residuals import problem
 from fitting.problem.unknowns import unknowns
@@ -236,7 +236,7 @@ def test_a_fit_of_six_releases_in_seven_parameters(benchmark, numba_rates):
         return jax.block_until_ready(solve(given, subset, jnp.asarray(begin)))
 
     def shot(begin):
-        return plain(begun_by_shooting(given, subset, begin, 8))
+        return plain(begin_by_shooting(given, subset, begin, 8))
 
     ends, seconds = {}, {}
     for name, search in (("library", plain), ("library_shooting", shot)):

@@ -11,7 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from fitting.least_squares.fit import Fit, fit
+from fitting.least_squares.fit import fit
+from fitting.least_squares.record import Fit
 from fitting.posterior.quick import quick_look
 from fitting.posterior.record import Posterior
 from fitting.posterior.sample import sample

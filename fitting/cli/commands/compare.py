@@ -9,7 +9,7 @@ from fitting.cli.run import CommandRun, start
 
 if TYPE_CHECKING:
     from fitting.diagnosis.similarity import Knowable
-    from fitting.least_squares.fit import Fit
+    from fitting.least_squares.record import Fit
 
 
 @click.command("compare", cls=Command)

@@ -9,7 +9,7 @@ from fitting.cli.options import CHAINS, Command, data_argument, fit_options, out
 from fitting.cli.run import CommandRun, check_place, check_places, start
 
 if TYPE_CHECKING:
-    from fitting.least_squares.fit import Fit
+    from fitting.least_squares.record import Fit
     from fitting.posterior.sample import Posterior
     from fitting.progress import Progress
 

@@ -20,7 +20,7 @@ from fitting.cli.run import CommandRun, start
 from fitting.errors import InputError
 
 if TYPE_CHECKING:
-    from fitting.least_squares.fit import Fit
+    from fitting.least_squares.record import Fit
     from fitting.report.page.parts import Section
 
 PAGE = "mckibben_report.html"

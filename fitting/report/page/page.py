@@ -8,7 +8,7 @@ import numpy as np
 from fitting.comparison.compare import Comparison
 from fitting.comparison.compare import Table as ErrorTable
 from fitting.diagnosis.record import Diagnosis
-from fitting.least_squares.fit import Fit
+from fitting.least_squares.record import Fit
 from fitting.model_files.model_file import state_of
 from fitting.report.page.diagnosis import alike, effects, meanings, tried
 from fitting.report.page.parts import Grid, Line, Section, pictures_style, render_page

@@ -6,7 +6,7 @@ import numpy as np
 from rich.console import RenderableType
 
 from fitting.diagnosis.similarity import Knowable
-from fitting.least_squares.fit import Fit
+from fitting.least_squares.record import Fit
 from fitting.report.text.layout import line, lines
 
 KNOWN = 0.1  # of its range: a combination of numbers with less error than this is known from the data

@@ -3,7 +3,7 @@
 from rich.console import RenderableType
 from rich.text import Text
 
-from fitting.least_squares.fit import Fit
+from fitting.least_squares.record import Fit
 from fitting.report.results import shown_names
 from fitting.report.text.amounts import amount, with_error
 from fitting.report.text.layout import columns, line, lines, spaced

@@ -1,0 +1,102 @@
+"""A fitted model as a record: its values, how well they are known, and how the search for them ended."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import jax.numpy as jnp
+import numpy as np
+
+from fitting.least_squares.search import Evaluated
+from fitting.least_squares.subset import Subset
+from fitting.least_squares.uncertainty import at_bound, clusters, covariances, ties
+from fitting.problem.residuals import Problem, Samples
+from fitting.problem.unknowns import Unknowns
+
+
+@dataclass(frozen=True)
+class Fit:
+    """A fitted model with all that is known of how well it is known. Arrays over `free` are in that order."""
+
+    layout: Unknowns
+    problem: Problem
+    samples: Samples
+    free: tuple[str, ...]
+    held: tuple[str, ...]  # asked to vary, but these data cannot see them
+    vector: np.ndarray
+    switches: np.ndarray
+    residual: np.ndarray  # model minus measurement in the recording's unit, as `samples`
+    slopes: np.ndarray  # rows over free, in standard deviations per unit of the parameter
+    covariance: np.ndarray
+    robust: np.ndarray
+    at_bound: tuple[str, ...]
+    tied: dict[str, tuple[str, ...]]
+    converged: bool
+    starts: str
+    failures: tuple[str, ...]
+
+    @property
+    def rmse(self) -> float:
+        """Root mean square error of the samples that measure force, N (of positions, m, where there are only those)."""
+        return float(np.sqrt(np.mean(self.residual[self.problem.of_force(self.samples)] ** 2)))
+
+    @property
+    def cost(self) -> float:
+        """What the fit has minimised: the sum of squares, in standard deviations, of measurements and priors."""
+        priors = np.asarray(self.problem.prior_rows(jnp.asarray(self.vector)))
+        return float(np.sum((self.residual / self.samples.sigma) ** 2) + np.sum(priors**2))
+
+    @property
+    def values(self) -> dict[str, float]:
+        """Every unknown by its full name, SI."""
+        return dict(zip(self.layout.names, map(float, self.vector), strict=True))
+
+    def model(self, dataset: int = 0):
+        """The fitted model of one data set."""
+        return self.layout.model(jnp.asarray(self.vector), dataset)
+
+    def error(self, name: str, robust: bool = True) -> float:
+        """Standard error of a free parameter, SI; NaN for one that did not vary."""
+        if name not in self.free:
+            return float("nan")
+        i = self.free.index(name)
+        return float(np.sqrt((self.robust if robust else self.covariance)[i, i]))
+
+
+def record_fit(
+    layout: Unknowns,
+    given: Problem,
+    samples: Samples,
+    subset: Subset,
+    names: Sequence[str],
+    at: Evaluated,
+    *,
+    held: tuple[str, ...] = (),
+    converged: bool = True,
+    starts: str = "not fitted",
+    failures: tuple[str, ...] = (),
+) -> Fit:
+    """The record of a model in which `names` vary, where it was evaluated: every `Fit` is made here.
+
+    Rows and slopes have to be finite numbers, unless nothing varies.
+    """
+    place, rows, slopes = map(np.asarray, at)
+    count, per_unit = len(samples), slopes / np.asarray(subset.slope(at.place))
+    covariance, robust = covariances(per_unit[:count], rows[:count], per_unit[count:], clusters(samples, per_unit))
+    return Fit(
+        layout=layout,
+        problem=given,
+        samples=samples,
+        free=tuple(names),
+        held=held,
+        vector=np.asarray(subset.vector(at.place)),
+        switches=np.asarray(subset.switches),
+        residual=rows[:count] * samples.sigma,
+        slopes=per_unit,
+        covariance=covariance,
+        robust=robust,
+        at_bound=at_bound(names, place),
+        tied=ties(names, slopes),
+        converged=converged,
+        starts=starts,
+        failures=failures,
+    )
