@@ -21,7 +21,7 @@ from fitting.errors import InputError
 from fitting.least_squares.fit import fit
 from fitting.model_files.model_file import is_edited, write_model
 from fitting.posterior.sample import sample
-from fitting.posterior.store import copied
+from fitting.posterior.store import copy_store
 from fitting.recordings.experiment import read_experiment
 from fitting.recordings.template import write_muscle_file
 from fitting.report.results import write_json
@@ -240,7 +240,7 @@ def test_chains_of_a_killed_run_are_read_as_they_were_before_its_last_block(tmp_
     place.mkdir()
     hot_journal(kept)
     assert (tmp_path / f"{CHAINS}-journal").stat().st_size > 0
-    with closing(sqlite3.connect(copied(kept, place))) as copy:
+    with closing(sqlite3.connect(copy_store(kept, place))) as copy:
         found = copy.execute("SELECT number, arrays FROM block ORDER BY number").fetchall()
     assert found == [(1, b"\x01" * 300_000), (2, b"\x02" * 300_000)]
 

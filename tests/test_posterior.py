@@ -14,12 +14,13 @@ from scipy import stats
 from fitting.errors import InputError
 from fitting.least_squares.fit import fit
 from fitting.posterior.evaluation import slopes_at
-from fitting.posterior.moves import SCALE, TAILS, log_around_mode
-from fitting.posterior.noise import chosen, noise_of_rows
+from fitting.posterior.moves import log_around_mode
+from fitting.posterior.noise import choose_noise, noise_of_rows
 from fitting.posterior.quick import quick_look
 from fitting.posterior.record import Missing
-from fitting.posterior.sample import Snooker, begun, describe, sample, save, to_json
-from fitting.posterior.setup import thinned_about
+from fitting.posterior.sample import Snooker, describe, sample, save, to_json
+from fitting.posterior.settings import MOVE
+from fitting.posterior.setup import set_up, thin_to_shares
 from fitting.posterior.summary import cut_off
 from fitting.posterior.warnings import notes
 from fitting.recordings.records import Experiment, Recording, Run
@@ -203,7 +204,7 @@ def test_the_noise_is_chosen_from_the_residual(errors, parts):
 
 def noise_found(experiments, effects):
     found = fit(experiments, effects, starts=2)
-    return chosen(found.residual / found.samples.sigma, found.samples)
+    return choose_noise(found.residual / found.samples.sigma, found.samples)
 
 
 def test_alike_neighbours_count_less():
@@ -247,7 +248,7 @@ def test_a_misfit_above_the_stated_noise_is_warned_of():
 def test_a_test_that_was_not_made_is_said():
     """Positions alone are not tested for anything missing; silence would read as a clean bill."""
     found, _ = straight_line()
-    what, tested = begun(found), Missing(0.5, 0.01, False, "signs of loops")
+    what, tested = set_up(found), Missing(0.5, 0.01, False, "signs of loops")
     assert not any("was not tested" in note for note in notes(found, what, (), tested, 9))
     assert any("was not tested" in note for note in notes(found, what, (), None, 9))
 
@@ -270,7 +271,7 @@ def test_thinning_keeps_the_noise_and_widens_what_is_independent():
 def test_slopes_by_differences_are_the_slopes():
     """Of a wandering point near the mode, against jax's own derivative."""
     found, _ = straight_line()
-    target = begun(found).target
+    target = set_up(found).target
     z = np.array([0.3, -0.7, 0.4])
     exact = np.asarray(jax.jacfwd(target.log_prob)(z))
     np.testing.assert_allclose(slopes_at(target, z).all, exact, atol=2e-3)
@@ -281,7 +282,7 @@ def test_readings_of_a_motion_stay_when_loops_are_thinned():
     run = dataclasses.replace(loop.runs[0], load=np.full(len(loop.runs[0]), 100.0), time=loop.runs[0].time / 1e3)
     release = Recording("release.csv", "quick release", (run,), 1e-4)
     both = dataclasses.replace(loops(IdealCylinder()), recordings=(release, loop))
-    slim = thinned_about(both, {True: 1.0, False: 0.2})
+    slim = thin_to_shares(both, {True: 1.0, False: 0.2})
     assert [rec.test for rec in slim.recordings] == ["quick release", "loop"]
     assert len(slim.recordings[0].runs[0]) == len(run)
     assert len(slim.recordings[1].runs[0]) < 0.4 * len(loop.runs[0])
@@ -330,7 +331,7 @@ def test_the_snooker_move_leaves_a_normal_distribution_as_it_is():
 
 def test_draws_around_the_mode_have_the_density_of_students_t():
     z = np.random.default_rng(0).standard_normal((50, 4))
-    theirs = stats.multivariate_t(np.zeros(4), SCALE**2 * np.eye(4), df=TAILS).logpdf(z)
+    theirs = stats.multivariate_t(np.zeros(4), MOVE.scale**2 * np.eye(4), df=MOVE.tails).logpdf(z)
     np.testing.assert_allclose(np.diff(log_around_mode(z)), np.diff(theirs), atol=1e-12)
 
 

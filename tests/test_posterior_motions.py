@@ -6,7 +6,7 @@ from stick_slip import G
 
 from fitting.least_squares.fit import fit
 from fitting.posterior.quick import quick_look
-from fitting.posterior.setup import posed, with_coarser_steps
+from fitting.posterior.setup import set_up, with_coarser_steps
 from fitting.recordings.experiment import read_experiment
 from fitting.study.courses import release_courses
 from fitting.study.simulate import write_data_set
@@ -30,7 +30,7 @@ def released(tmp_path_factory):
 
 def test_longer_steps_still_reach_the_end_of_the_motion(released):
     experiment, found = released
-    target = posed(found, [experiment], 4000).target
+    target = set_up(found, [experiment], 4000).target
     fine = with_coarser_steps(target, 1)
     at = np.zeros(len(target.centre))
     rows, coarse = (np.asarray(each.parts(at)[2]) for each in (fine, with_coarser_steps(fine, 2)))

@@ -11,6 +11,7 @@ from scipy import stats
 from fitting.posterior.nuts import sample_nuts
 from fitting.posterior.quick import quick_look
 from fitting.posterior.sample import sample
+from fitting.posterior.settings import MoveSettings
 from tests.calibration.cases import GROUPS, Case, judged
 from tests.calibration.page import inside, page
 from tests.test_posterior import straight_line
@@ -127,7 +128,7 @@ def test_readings_lie_in_the_band_as_often_as_they_should():
 
 def test_the_quick_look_fails_its_own_check_where_it_must(monkeypatch):
     """Draws from far too narrow a proposal, rightly weighted: a few of them carry everything."""
-    monkeypatch.setattr("fitting.posterior.moves.SCALE", 0.1)
+    monkeypatch.setattr("fitting.posterior.moves.MOVE", MoveSettings(scale=0.1))
     posterior = quick_look(straight_line()[0], draws=1000)
     assert not posterior.settled
     assert "fails its own check" in posterior.warnings[0]

@@ -12,12 +12,8 @@ import jax
 import numpy as np
 from scipy.optimize import minimize
 
+from fitting.posterior.settings import DENSITY
 from fitting.posterior.target import Target
-
-BATCH = 16  # points: more at once gain nothing on a CPU
-WEAKEST = 0.05  # curvature along an axis of which the mode knows nothing
-STEP, BEND = 0.02, 0.1  # of the differences that give slope and curvature, in standard deviations
-WALK = 60  # steps of the search for the mode
 
 
 class Parts(NamedTuple):
@@ -49,7 +45,7 @@ _parts = _compiled(Target.parts)
 
 
 def log_probs(target: Target, batch: int) -> Callable[[np.ndarray], np.ndarray]:
-    """Log-densities of many points, always `batch` of them in one compiled call (`BATCH` where something moves)."""
+    """Log-densities of many points, always `batch` of them in one compiled call (where something moves: 16)."""
     leaves, structure = jax.tree.flatten(target)  # once: for small data it costs as much as the rows
     if target.moves:
         return lambda points: _parts_of(structure, leaves, points).value
@@ -64,7 +60,7 @@ def parts_at(target: Target, z: np.ndarray) -> Parts:
 
 
 def _parts_of(structure: Any, leaves: list[jax.Array], z: np.ndarray) -> Parts:
-    found = [jax.tree.map(np.asarray, _parts(structure, leaves, part)) for part in _batches(z, BATCH)]
+    found = [jax.tree.map(np.asarray, _parts(structure, leaves, part)) for part in _batches(z, DENSITY.batch)]
     return Parts(*(np.concatenate(part)[: len(z)] for part in zip(*found, strict=True)))
 
 
@@ -91,17 +87,17 @@ class Slopes(NamedTuple):
 
 def slopes_at(target: Target, z: np.ndarray) -> Slopes:
     """The log-density at one point, and how it changes."""
-    count, nudges = len(z), STEP * np.eye(len(z))
+    count, nudges = len(z), DENSITY.step * np.eye(len(z))
     found = parts_at(target, np.concatenate([z[None], z + nudges, z - nudges]))
     up, down = slice(1, count + 1), slice(count + 1, None)
-    terms, prior = ((part[up] - part[down]) / (2 * STEP) for part in (found.terms, found.prior))
+    terms, prior = ((part[up] - part[down]) / (2 * DENSITY.step) for part in (found.terms, found.prior))
     return Slopes(float(found.value[0]), terms, prior)
 
 
 def _curvature(slope: Callable[[np.ndarray], np.ndarray], z: np.ndarray) -> np.ndarray:
     """How sharply a function bends down, from its slopes around z."""
-    nudges = BEND * np.eye(len(z))
-    found = np.stack([slope(z + nudge) - slope(z - nudge) for nudge in nudges]) / (-2 * BEND)
+    nudges = DENSITY.bend * np.eye(len(z))
+    found = np.stack([slope(z + nudge) - slope(z - nudge) for nudge in nudges]) / (-2 * DENSITY.bend)
     return np.nan_to_num(0.5 * (found + found.T))
 
 
@@ -120,8 +116,8 @@ def at_mode(target: Target) -> tuple[np.ndarray, np.ndarray]:
         fine = np.isfinite(found.value) and np.all(np.isfinite(found.all))
         return (-found.value, -found.all) if fine else (1e300, np.zeros(size))
 
-    z = minimize(down, np.zeros(size), jac=True, method="BFGS", options={"maxiter": WALK, "gtol": 1e-2}).x
+    z = minimize(down, np.zeros(size), jac=True, method="BFGS", options={"maxiter": DENSITY.walk, "gtol": 1e-2}).x
     strength, along = np.linalg.eigh(_curvature(lambda at: slopes_at(target, at).all, z))
-    strength = np.maximum(strength, WEAKEST)
+    strength = np.maximum(strength, DENSITY.weakest)
     axes = np.asarray(target.axes)
     return np.asarray(target.centre) + axes @ z, axes @ (along / np.sqrt(strength))

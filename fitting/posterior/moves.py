@@ -6,8 +6,7 @@ from typing import Any
 import emcee
 import numpy as np
 
-TAILS = 5.0  # degrees of freedom of the draws: heavier than those of a posterior, so that walkers leave any place
-SCALE = 1.1  # of the draws, relative to the curvature
+from fitting.posterior.settings import MOVE
 
 
 class Snooker(emcee.moves.RedBlueMove):
@@ -39,13 +38,13 @@ class FromMode(emcee.moves.RedBlueMove):
 
     def get_proposal(self, sample: np.ndarray, complement: Any, random: Any) -> tuple[np.ndarray, np.ndarray]:
         """Proposed places, and the log of the factor in the acceptance."""
-        proposed = around_mode(random.randn(*sample.shape), random.chisquare(TAILS, len(sample)))
+        proposed = around_mode(random.randn(*sample.shape), random.chisquare(MOVE.tails, len(sample)))
         return proposed, log_around_mode(sample) - log_around_mode(proposed)
 
 
 def around_mode(normal: np.ndarray, chi_square: np.ndarray) -> np.ndarray:
     """Student's t from normal deviates (points, coordinates) and chi-square ones (points,)."""
-    return SCALE * normal * np.sqrt(TAILS / chi_square)[:, None]
+    return MOVE.scale * normal * np.sqrt(MOVE.tails / chi_square)[:, None]
 
 
 def log_around_mode(z: np.ndarray) -> np.ndarray:
@@ -53,7 +52,7 @@ def log_around_mode(z: np.ndarray) -> np.ndarray:
 
     scipy's takes apart the matrix of the scales at every call, which costs as much as all else that a step does.
     """
-    return -0.5 * (TAILS + z.shape[1]) * np.log1p(np.sum(z**2, axis=1) / (TAILS * SCALE**2))
+    return -0.5 * (MOVE.tails + z.shape[1]) * np.log1p(np.sum(z**2, axis=1) / (MOVE.tails * MOVE.scale**2))
 
 
 Moves = list[tuple[emcee.moves.Move, float]]

@@ -17,15 +17,11 @@ import jax.numpy as jnp
 import numpy as np
 from scipy.optimize import minimize
 
+from fitting.posterior.settings import NOISE
 from fitting.problem.residuals import Samples
 
 KINDS = (("size",), ("size", "run"), ("size", "remembered", "memory"), ("size", "remembered", "memory", "run"))
 PARTS = ("size", "remembered", "memory", "run")
-SIZE_SPAN = np.log(1e3)  # how far the size may be from the residual's, up or down
-SHORTEST = 0.3  # readings: a memory below this is white noise
-LONGEST = 3.0  # runs: a memory above this is an offset
-FEW_READINGS, FEW_RUNS = 30, 3  # below which nothing can be said about memory, about runs
-EDGE = 1e-4  # of a share: where searches stay inside
 
 
 class Noise(eqx.Module):
@@ -99,13 +95,13 @@ def innovations(
 
 
 @dataclass(frozen=True)
-class Chosen:
+class RecordingNoise:
     """The noise of one recording: its components, and their most likely values."""
 
     parts: tuple[str, ...]
     values: tuple[float, ...]
 
-    def told(self, label: str) -> str:
+    def text(self, label: str) -> str:
         """In words."""
         if self.parts == ("size",):
             return f"noise of {label}: white (the residual shows nothing else)"
@@ -120,30 +116,32 @@ class Chosen:
         return f"noise of {label}: {', '.join(words)}{rest}; chosen from the residual by BIC"
 
 
-def chosen(rows: np.ndarray, samples: Samples, parts: Sequence[tuple[str, ...]] | None = None) -> tuple[Chosen, ...]:
+def choose_noise(
+    rows: np.ndarray, samples: Samples, parts: Sequence[tuple[str, ...]] | None = None
+) -> tuple[RecordingNoise, ...]:
     """The noise of each recording that its residual speaks for; of these `parts` where they are given."""
     numbers = np.unique(samples.recording)
     return tuple(
-        _chosen(rows[mask], samples.where(mask), KINDS if parts is None else (parts[i],))
+        _choose(rows[mask], samples.where(mask), KINDS if parts is None else (parts[i],))
         for i, mask in enumerate(samples.recording == number for number in numbers)
     )
 
 
-def _chosen(rows: np.ndarray, samples: Samples, offered: Sequence[tuple[str, ...]]) -> Chosen:
+def _choose(rows: np.ndarray, samples: Samples, offered: Sequence[tuple[str, ...]]) -> RecordingNoise:
     known = len(offered) == 1
     found = []
     for parts in offered:
         if known or _sensible(parts, samples):
             values, log_likelihood = _most_likely(rows, samples, parts)
-            found.append((log_likelihood - 0.5 * len(parts) * np.log(len(rows)), Chosen(parts, values)))
+            found.append((log_likelihood - 0.5 * len(parts) * np.log(len(rows)), RecordingNoise(parts, values)))
     return max(found, key=lambda one: one[0])[1]
 
 
 def _sensible(parts: tuple[str, ...], samples: Samples) -> bool:
     runs = len(np.unique(samples.run))
     alone = len(samples) == runs
-    return ("memory" not in parts or (len(samples) >= FEW_READINGS and not alone)) and (
-        "run" not in parts or (runs >= FEW_RUNS and not alone)
+    return ("memory" not in parts or (len(samples) >= NOISE.few_readings and not alone)) and (
+        "run" not in parts or (runs >= NOISE.few_runs and not alone)
     )
 
 
@@ -172,7 +170,7 @@ def _most_likely(rows: np.ndarray, samples: Samples, parts: tuple[str, ...]) -> 
         value, slope = _cost(noise, measured, jnp.asarray(whole(at)))
         return float(value), np.asarray(slope)[free]
 
-    bounds = [(EDGE, 1 - EDGE)] * len(parts)
+    bounds = [(NOISE.edge, 1 - NOISE.edge)] * len(parts)
     starts = np.array([[0.5, 0.9, 0.3, 0.2], [0.5, 0.5, 0.7, 0.2]])[:, free]
     ends = [minimize(cost, start, jac=True, method="L-BFGS-B", bounds=bounds) for start in starts]
     best = min(ends, key=lambda end: end.fun)
@@ -217,7 +215,7 @@ def noise_of_rows(samples: Samples, parts: Sequence[tuple[str, ...]], sizes: Seq
 
 
 def _ends(size: float, longest: int) -> dict[str, tuple[float, float]]:
-    middle = np.log(max(size, 1e-10))
-    memory = (np.log(SHORTEST), np.log(max(LONGEST * longest, 10.0)))
-    return {"size": (middle - SIZE_SPAN, middle + SIZE_SPAN), "remembered": (0.0, 1.0), "memory": memory,
+    middle, span = np.log(max(size, 1e-10)), np.log(NOISE.size_span)
+    memory = (np.log(NOISE.shortest), np.log(max(NOISE.longest * longest, 10.0)))
+    return {"size": (middle - span, middle + span), "remembered": (0.0, 1.0), "memory": memory,
             "run": (0.0, 1.0)}  # fmt: skip

@@ -11,15 +11,13 @@ import numpy as np
 
 from fitting.errors import InputError
 from fitting.least_squares.record import Fit
-from fitting.posterior.record import Posterior, unsettled
-from fitting.posterior.sample import begun
-from fitting.posterior.summary import concluded
+from fitting.posterior.record import Posterior, convergence_warnings
+from fitting.posterior.settings import NUTS, SAMPLER
+from fitting.posterior.setup import set_up
+from fitting.posterior.summary import summarise
 from fitting.posterior.target import Target
 from fitting.problem.priors import Prior
 from fitting.recordings.records import Experiment
-
-CHAINS, WARM_UP, DRAWS = 4, 300, 1000
-PIECE = 50  # draws between looks at the clock
 
 
 def _density(target: Target) -> Callable[[jax.Array], jax.Array]:
@@ -58,9 +56,9 @@ def sample_nuts(
     experiments: Sequence[Experiment] = (),
     *,
     seed: int = 0,
-    draws: int = DRAWS,
+    draws: int = NUTS.draws,
     limit_s: float = 600.0,
-    rows: int = 4000,
+    rows: int = SAMPLER.rows,
     priors: dict[str, Prior] | None = None,
     noise: Sequence[tuple[str, ...]] | None = None,
     progress: Callable[[str, float], None] | None = None,
@@ -68,33 +66,36 @@ def sample_nuts(
     """The posterior of a fit's free parameters by four chains of NUTS; other arguments as in `sample`."""
     deadline = time.monotonic() + limit_s
     compiled = _compiled()
-    what = begun(fit, experiments, rows, priors, noise)
+    setup = set_up(fit, experiments, rows, priors, noise)
     progress = progress or (lambda *_: None)
     chains = []
-    for number, key in enumerate(jax.random.split(jax.random.key(seed), CHAINS)):
-        progress(f"warm-up of chain {number + 1} of {CHAINS}", 0.0)
+    for number, key in enumerate(jax.random.split(jax.random.key(seed), NUTS.chains)):
+        progress(f"warm-up of chain {number + 1} of {NUTS.chains}", 0.0)
         key, first, second = jax.random.split(key, 3)
-        start = 2 * jax.random.normal(first, (len(what.names),))
-        chains.append(_Chain(key, *compiled.begin(what.target, second, start)))
-    z, diverged = np.zeros((CHAINS, 0, len(what.names))), 0
+        start = NUTS.spread * jax.random.normal(first, (len(setup.names),))
+        chains.append(_Chain(key, *compiled.begin(setup.target, second, start)))
+    z, diverged = np.zeros((NUTS.chains, 0, len(setup.names))), 0
     while z.shape[1] < draws and (z.shape[1] == 0 or time.monotonic() < deadline):
-        parts = [chain.grown(compiled, what.target, z.shape[1]) for chain in chains]
+        parts = [chain.grown(compiled, setup.target, z.shape[1]) for chain in chains]
         z = np.concatenate([z, np.stack([part for part, _ in parts])], axis=1)
         diverged += sum(count for _, count in parts)
-        progress(f"{z.shape[1]} draws of {CHAINS} chains", z.shape[1] / draws)
+        progress(f"{z.shape[1]} draws of {NUTS.chains} chains", z.shape[1] / draws)
     late = z.shape[1] < draws
     ended = f"after {limit_s:g} s ({z.shape[1]} steps)" if late else f"after {z.shape[1]} steps"
     z = z[:, :draws, None]
-    doubted = (*unsettled(what.names, what.target.natural(z), ended), *_divergent(diverged, z.shape[1]))
-    return concluded(fit, experiments, what, z, ended, "nuts (BlackJAX)", seed, unreliable=doubted)
+    warnings = (
+        *convergence_warnings(setup.names, setup.target.natural(z), ended),
+        *_divergent(diverged, z.shape[1]),
+    )
+    return summarise(fit, experiments, setup, z, ended, "nuts (BlackJAX)", seed, unreliable=warnings)
 
 
 def _divergent(count: int, draws: int) -> tuple[str, ...]:
     if not count:
         return ()
     return (
-        f"{count} of {CHAINS * draws} steps of NUTS diverged: the posterior has a sharp corner that it may not have "
-        "entered; compare with emcee",
+        f"{count} of {NUTS.chains * draws} steps of NUTS diverged: the posterior has a sharp corner that it may not "
+        "have entered; compare with emcee",
     )
 
 
@@ -113,7 +114,7 @@ class _Chain:
 
     def grown(self, compiled: _Compiled, target: Target, at: int) -> tuple[np.ndarray, int]:
         """Further draws (step, coordinate), and how many of them diverged."""
-        keys = jax.random.split(jax.random.fold_in(self.key, at), PIECE)
+        keys = jax.random.split(jax.random.fold_in(self.key, at), NUTS.piece)
         self.state, (z, diverged) = compiled.on(target, self.settings, self.state, keys)
         return np.asarray(z), int(np.sum(diverged))
 
@@ -128,7 +129,7 @@ def _compiled() -> _Compiled:
     @jax.jit
     def begin(target: Target, key: jax.Array, start: jax.Array) -> tuple[Any, Any]:
         tuned = blackjax.window_adaptation(blackjax.nuts, _density(target))
-        return tuned.run(key, start, num_steps=WARM_UP)[0]  # pyright: ignore[reportCallIssue]
+        return tuned.run(key, start, num_steps=NUTS.warm_up)[0]  # pyright: ignore[reportCallIssue]
 
     @jax.jit
     def on(target: Target, settings: Any, state: Any, keys: jax.Array) -> tuple[Any, Any]:

@@ -7,11 +7,9 @@ import numpy as np
 
 from fitting.posterior.evaluation import parts_at
 from fitting.posterior.noise import PARTS
-from fitting.posterior.target import Posed
+from fitting.posterior.settings import SUMMARY
+from fitting.posterior.target import PosteriorProblem
 from fitting.recordings.records import Experiment
-
-DRAWS = 200
-LEVELS = (0.05, 0.5, 0.95)
 
 
 @dataclass(frozen=True)
@@ -35,27 +33,29 @@ class Band:
         return float(np.mean((self.measured >= self.low) & (self.measured <= self.high)))
 
 
-def bands(what: Posed, z: np.ndarray, random: np.random.Generator, experiments: Sequence[Experiment]) -> list[Band]:
+def bands(
+    setup: PosteriorProblem, z: np.ndarray, random: np.random.Generator, experiments: Sequence[Experiment]
+) -> list[Band]:
     """The band of each run, from some of the draws z (draws, coordinates)."""
-    some = z[random.choice(len(z), DRAWS, replace=len(z) < DRAWS)]
-    samples = what.samples
-    model = parts_at(what.target, some).rows * samples.sigma + samples.measured
-    shown = model + random.standard_normal(model.shape) * _sizes(what, some) * samples.sigma
-    low, middle, high = np.quantile(shown, LEVELS, axis=0)
+    some = z[random.choice(len(z), SUMMARY.band_draws, replace=len(z) < SUMMARY.band_draws)]
+    samples = setup.samples
+    model = parts_at(setup.target, some).rows * samples.sigma + samples.measured
+    shown = model + random.standard_normal(model.shape) * _sizes(setup, some) * samples.sigma
+    low, middle, high = np.quantile(shown, SUMMARY.levels, axis=0)
     found = []
     names = [(rec.file, run.name) for e in experiments for rec in e.recordings for run in rec.runs]
     for run in np.unique(samples.run):
         mine = samples.run == run
         recording = int(samples.recording[mine][0])
         file, name = names[run] if run < len(names) else (f"recording {recording + 1}", str(run))
-        unit = "N" if what.target.problem.blocks[recording].of_force else "m"
+        unit = "N" if setup.target.problem.blocks[recording].of_force else "m"
         parts = (samples.position, samples.measured, low, middle, high)
         found.append(Band(recording, int(run), file, name, unit, *(part[mine] for part in parts)))
     return found
 
 
-def _sizes(what: Posed, z: np.ndarray) -> np.ndarray:
+def _sizes(setup: PosteriorProblem, z: np.ndarray) -> np.ndarray:
     """Standard deviation of every reading's error in units of its noise, (draws, readings)."""
-    noise = what.target.natural(z)[:, what.target.free :]
-    at = np.asarray(what.target.noise.which)[PARTS.index("size")]
-    return noise[:, at][:, np.asarray(what.target.noise.recording)]
+    noise = setup.target.natural(z)[:, setup.target.free :]
+    at = np.asarray(setup.target.noise.which)[PARTS.index("size")]
+    return noise[:, at][:, np.asarray(setup.target.noise.recording)]

@@ -10,16 +10,13 @@ import numpy as np
 
 from fitting.least_squares.record import Fit
 from fitting.posterior.evaluation import log_probs
-from fitting.posterior.moves import TAILS, around_mode, log_around_mode
+from fitting.posterior.moves import around_mode, log_around_mode
 from fitting.posterior.record import Posterior, arviz
-from fitting.posterior.sample import begun
-from fitting.posterior.summary import concluded
+from fitting.posterior.settings import MOVE, QUICK
+from fitting.posterior.setup import set_up
+from fitting.posterior.summary import summarise
 from fitting.problem.priors import Prior
 from fitting.recordings.records import Experiment
-
-DRAWS, BATCH = 4000, 100
-KHAT, ENOUGH = 0.7, 400.0
-QUICK_ROWS = 2000
 
 
 def quick_look(
@@ -27,32 +24,32 @@ def quick_look(
     experiments: Sequence[Experiment] = (),
     *,
     seed: int = 0,
-    draws: int = DRAWS,
-    rows: int = QUICK_ROWS,
+    draws: int = QUICK.draws,
+    rows: int = QUICK.rows,
     priors: dict[str, Prior] | None = None,
     noise: Sequence[tuple[str, ...]] | None = None,
 ) -> Posterior:
     """The posterior of a fit's free parameters from weighted draws around its mode; arguments as in `sample`."""
-    what = begun(fit, experiments, rows, priors, noise)
+    setup = set_up(fit, experiments, rows, priors, noise)
     random = np.random.default_rng(seed)
-    z = around_mode(random.standard_normal((draws, len(what.names))), random.chisquare(TAILS, draws))
-    log_weight = log_probs(what.target, BATCH)(z) - log_around_mode(z)
+    z = around_mode(random.standard_normal((draws, len(setup.names))), random.chisquare(MOVE.tails, draws))
+    log_weight = log_probs(setup.target, QUICK.batch)(z) - log_around_mode(z)
     log_weight = np.where(np.isfinite(log_weight), log_weight, -1e10)
     smoothed, khat = arviz().psislw(log_weight)
     weight = np.exp(np.asarray(smoothed))
     weight /= weight.sum()
     effective = 1 / np.sum(weight**2)
-    told = _told(float(khat), effective, draws)
+    messages = _warnings_of(float(khat), effective, draws)
     picked = z[random.choice(draws, draws, p=weight)]
-    found = concluded(fit, experiments, what, picked[None, :, None], "", "quick look", seed, unreliable=told)
+    found = summarise(fit, experiments, setup, picked[None, :, None], "", "quick look", seed, unreliable=messages)
     return found.of_independent(effective, float(khat))
 
 
-def _told(khat: float, effective: float, draws: int) -> tuple[str, ...]:
+def _warnings_of(khat: float, effective: float, draws: int) -> tuple[str, ...]:
     """What speaks against the weights."""
-    if khat < KHAT and effective > ENOUGH:
+    if khat < QUICK.khat and effective > QUICK.effective:
         return ()
     return (
-        f"the quick look fails its own check: k-hat {khat:.2f} (wanted: below {KHAT}), {draws} draws are worth "
-        f"{effective:.0f} (wanted: {ENOUGH:.0f}); leave --quick out",
+        f"the quick look fails its own check: k-hat {khat:.2f} (wanted: below {QUICK.khat}), {draws} draws are worth "
+        f"{effective:.0f} (wanted: {QUICK.effective:.0f}); leave --quick out",
     )

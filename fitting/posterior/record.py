@@ -15,9 +15,9 @@ import numpy as np
 from fitting import units
 from fitting.least_squares.record import Fit
 from fitting.posterior.predict import Band
-from fitting.posterior.target import Posed
+from fitting.posterior.settings import SAMPLER
+from fitting.posterior.target import PosteriorProblem
 
-CORRELATION_TIMES, RHAT = 50, 1.01  # a chain is long enough from here on, and ensembles agree below this
 OVERHEAD = 200_000  # bytes of a netCDF file besides the draws
 
 
@@ -142,34 +142,35 @@ def _rhat(chains: np.ndarray) -> float:
     return float(arviz().rhat(halves(chains)))
 
 
-def settled(chains: np.ndarray) -> bool:
+def is_settled(chains: np.ndarray) -> bool:
     """Whether the chains are longer than 50 correlation times and the ensembles agree."""
-    long = chains.shape[1] > CORRELATION_TIMES * correlation_steps(chains)
-    return long and all(_rhat(chains[..., i]) < RHAT for i in range(chains.shape[-1]))
+    long = chains.shape[1] > SAMPLER.correlation_times * correlation_steps(chains)
+    return long and all(_rhat(chains[..., i]) < SAMPLER.rhat for i in range(chains.shape[-1]))
 
 
-def unsettled(names: tuple[str, ...], chains: np.ndarray, ended: str) -> tuple[str, ...]:
-    """What is missing for the chains to be trusted."""
-    told = []
-    steps, time = chains.shape[1], correlation_steps(chains)
-    if not steps > CORRELATION_TIMES * time:
+def convergence_warnings(names: tuple[str, ...], chains: np.ndarray, ended: str) -> tuple[str, ...]:
+    """Why the chains cannot be trusted yet: too short, or ensembles that disagree."""
+    messages = []
+    steps, time, wanted = chains.shape[1], correlation_steps(chains), SAMPLER.correlation_times
+    if not steps > wanted * time:
         times = steps / time
-        more = f"; about {math.ceil(CORRELATION_TIMES / times)} times as many steps are needed" if times > 0 else ""
-        told.append(f"stopped {ended}: the chain is {times:.0f} correlation times long, not {CORRELATION_TIMES}{more}")
-    apart = [f"{name} {r:.3f}" for i, name in enumerate(names) if not (r := _rhat(chains[..., i])) < RHAT]
+        more = f"; about {math.ceil(wanted / times)} times as many steps are needed" if times > 0 else ""
+        messages.append(f"stopped {ended}: the chain is {times:.0f} correlation times long, not {wanted}{more}")
+    apart = [f"{name} {r:.3f}" for i, name in enumerate(names) if not (r := _rhat(chains[..., i])) < SAMPLER.rhat]
     if apart:
-        told.append(f"stopped {ended}: the ensembles do not agree yet, R-hat {', '.join(apart)} (wanted: {RHAT})")
-    return tuple(told)
+        values = f"R-hat {', '.join(apart)} (wanted: {SAMPLER.rhat})"
+        messages.append(f"stopped {ended}: the ensembles do not agree yet, {values}")
+    return tuple(messages)
 
 
-def quantities(fit: Fit, what: Posed, chains: np.ndarray, robust: np.ndarray) -> dict[str, Quantity]:
+def quantities(fit: Fit, setup: PosteriorProblem, chains: np.ndarray, robust: np.ndarray) -> dict[str, Quantity]:
     """Quantiles and their trustworthiness by name; `robust` multiplies the standard deviations."""
     unit = {entry.name: entry.unit for entry in fit.layout.entries}
     found = {}
-    for i, name in enumerate(what.names):
+    for i, name in enumerate(setup.names):
         one, apart = chains[..., i].reshape(-1), halves(chains[..., i])
         q05, median, q95 = map(float, np.quantile(one, (0.05, 0.5, 0.95)))
-        sd, prior = float(np.std(one)), what.priors.get(name)
+        sd, prior = float(np.std(one)), setup.priors.get(name)
         found[name] = Quantity(
             median=median,
             q05=q05,
@@ -181,7 +182,7 @@ def quantities(fit: Fit, what: Posed, chains: np.ndarray, robust: np.ndarray) ->
             robust_error=float(robust[i]) * sd,
             unit=unit.get(name, "1"),
             prior="" if prior is None else prior.told(unit[name]),
-            contraction=float("nan") if prior is None else 1 - (sd / what.spreads[name]) ** 2,
+            contraction=float("nan") if prior is None else 1 - (sd / setup.spreads[name]) ** 2,
         )
     return found
 
@@ -218,7 +219,7 @@ def describe(posterior: Posterior) -> str:
     lines = ["  ".join([row[0].ljust(widths[0]), *map(str.rjust, row[1:], widths[1:])]) for row in rows]
     lines += ["", *(f"WARNING  {text}" for text in posterior.warnings)]
     lines += [] if posterior.warnings else ["TRUSTED  nothing speaks against these intervals"]
-    return "\n".join([*lines, f"90 % band holds {inside_in_words(posterior)}", *posterior.notes])
+    return "\n".join([*lines, f"90 % band holds {inside_text(posterior)}", *posterior.notes])
 
 
 def table_rows(parameters: dict[str, Quantity]) -> list[tuple[str, ...]]:
@@ -241,7 +242,7 @@ def figures(width: float) -> int:
     return max(0, 1 - math.floor(math.log10(width))) if width > 0 and math.isfinite(width) else 4
 
 
-def inside_in_words(posterior: Posterior) -> str:
+def inside_text(posterior: Posterior) -> str:
     """How often the readings lie where they should."""
     shares = {}
     for band in posterior.bands:

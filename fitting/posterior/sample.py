@@ -23,27 +23,18 @@ from pathlib import Path
 import emcee
 import numpy as np
 
-from fitting.errors import InputError
 from fitting.least_squares.record import Fit
 from fitting.posterior.evaluation import log_probs
 from fitting.posterior.moves import MOVES, Snooker
 from fitting.posterior.noise import PARTS
-from fitting.posterior.record import Posterior, describe, effective_samples, save, settled, to_json
-from fitting.posterior.setup import posed
+from fitting.posterior.record import Posterior, describe, effective_samples, is_settled, save, to_json
+from fitting.posterior.settings import SAMPLER
+from fitting.posterior.setup import set_up
 from fitting.posterior.store import Arrays, Store
-from fitting.posterior.summary import concluded
-from fitting.posterior.target import Posed
-from fitting.precision import require_x64
+from fitting.posterior.summary import summarise
+from fitting.posterior.target import PosteriorProblem
 from fitting.problem.priors import Prior
 from fitting.recordings.records import Experiment
-
-ROWS = 4000  # readings that are enough; more are thinned
-ENSEMBLES = 4  # walkers of one ensemble are not independent chains, ensembles are
-SPREAD = 2.0  # standard deviations of the mode over which walkers start: wider than the answer, so that R-hat can tell
-STRIDE, PATIENCE = 50, 2.0  # steps, and seconds, between looks at the clock
-WARM_UP = 150  # steps from which the shape of the posterior is learnt; not kept
-FIRST_CHECK = 200  # steps before the first look at the chains
-RULES = "2"  # of sampling: chains grown under other rules are not gone on with
 
 Progress = Callable[[int, float], None]
 __all__ = ["Posterior", "Snooker", "describe", "sample", "save", "store_for", "to_json"]
@@ -55,10 +46,10 @@ def sample(
     *,
     seed: int = 0,
     walkers: int | None = None,
-    ensembles: int = ENSEMBLES,
+    ensembles: int = SAMPLER.ensembles,
     max_steps: int = 20_000,
     limit_s: float = 600.0,
-    rows: int = ROWS,
+    rows: int = SAMPLER.rows,
     priors: dict[str, Prior] | None = None,
     noise: Sequence[tuple[str, ...]] | None = None,
     chains: str | None = None,
@@ -75,48 +66,36 @@ def sample(
     posterior, unless time ran out.
     """
     deadline = time.monotonic() + limit_s
-    what = begun(fit, experiments, rows, priors, noise)
-    count = walkers or max(32, 2 * (2 * len(what.names) // 2 + 1))
+    setup = set_up(fit, experiments, rows, priors, noise)
+    count = walkers or max(SAMPLER.fewest_walkers, 2 * (2 * len(setup.names) // 2 + 1))
     plan = _Plan(seed, count, max(ensembles, 2), max_steps, deadline, progress)
-    store = None if chains is None else store_for(chains, what, experiments, plan.rules)
+    store = None if chains is None else store_for(chains, setup, experiments, plan.rules)
     if store and again:
         store.forget()
-    what, warm = _frame(what, store, plan)
-    z, steps, late = _grown(what, plan, store and store.at("main"), warm, (min(FIRST_CHECK, max_steps), max_steps))
+    setup, warm = _frame(setup, store, plan)
+    z, steps, late = _grow(
+        setup, plan, store and store.at("main"), warm, (min(SAMPLER.first_check, max_steps), max_steps)
+    )
     timed = late and limit_s > 0  # without any time nothing is sampled: the chains are read as they are
     ended = f"after {limit_s:g} s ({steps} steps)" if timed else f"after {steps} steps"
-    return concluded(fit, experiments, what, _kept(z), ended, "emcee", seed)
+    return summarise(fit, experiments, setup, _without_burn_in(z), ended, "emcee", seed)
 
 
-def begun(
-    fit: Fit,
-    experiments: Sequence[Experiment] = (),
-    rows: int = ROWS,
-    priors: dict[str, Prior] | None = None,
-    noise: Sequence[tuple[str, ...]] | None = None,
-) -> Posed:
-    """What is to be sampled."""
-    require_x64()
-    if not fit.free:
-        raise InputError("nothing varies in this model", cure="free a parameter, for example --free muscle.radius")
-    return posed(fit, experiments, rows, priors, noise)
-
-
-def store_for(path: str, what: Posed, experiments: Sequence[Experiment], rules: Sequence[int]) -> Store:
+def store_for(path: str, setup: PosteriorProblem, experiments: Sequence[Experiment], rules: Sequence[int]) -> Store:
     """The place of just this run in a file of chains."""
-    subset, noise = what.target.subset, what.target.noise
+    subset, noise = setup.target.subset, setup.target.noise
     fixed = np.delete(np.asarray(subset.full), np.asarray(subset.free))
     known = {
-        "rules": [RULES, emcee.__version__, *map(int, rules)],
+        "rules": [SAMPLER.rules, emcee.__version__, *map(int, rules)],
         "data": sorted(e.sha256 for e in experiments),
-        "rows": len(what.samples),
-        "names": what.names,
-        "effects": [f"{type(e)} {getattr(e, 'line', '')}" for e in what.target.problem.templates[0].effects],
+        "rows": len(setup.samples),
+        "names": setup.names,
+        "effects": [f"{type(e)} {getattr(e, 'line', '')}" for e in setup.target.problem.templates[0].effects],
         "fixed": [f"{value:.9g}" for value in fixed],
         "ends": [f"{value:.9g}" for end in (subset.lower, subset.upper) for value in np.asarray(end)[subset.free]],
-        "priors": {name: [p.kind, f"{p.first:.9g}", f"{p.second:.9g}"] for name, p in what.priors.items()},
+        "priors": {name: [p.kind, f"{p.first:.9g}", f"{p.second:.9g}"] for name, p in setup.priors.items()},
         "noise": [len(noise.lower), *PARTS],
-        "steps": [block.steps for block in what.target.problem.blocks],
+        "steps": [block.steps for block in setup.target.problem.blocks],
     }
     return Store(Path(path), hashlib.sha256(json.dumps(known, sort_keys=True).encode()).hexdigest()[:32])
 
@@ -141,62 +120,65 @@ class _Plan:
         return self.seed, self.walkers, self.ensembles
 
 
-def _frame(what: Posed, store: Store | None, plan: _Plan) -> tuple[Posed, np.ndarray]:
+def _frame(setup: PosteriorProblem, store: Store | None, plan: _Plan) -> tuple[PosteriorProblem, np.ndarray]:
     """The problem in coordinates that a warm-up has whitened, and where its walkers ended."""
     kept = store and store.frame()
     if kept:
-        return what.moved(kept["centre"], kept["axes"]), kept["walkers"]
+        return setup.in_coordinates(kept["centre"], kept["axes"]), kept["walkers"]
     random = np.random.default_rng((plan.seed, 0))
-    start = SPREAD * random.standard_normal((plan.ensembles, plan.walkers, len(what.names)))
-    steps = min(WARM_UP, plan.max_steps)
-    z, _, late = _grown(what, plan, store and store.at("warm-up"), start, (steps, steps), 1)
-    moved, walkers = _whitened(what, z)
+    start = SAMPLER.spread * random.standard_normal((plan.ensembles, plan.walkers, len(setup.names)))
+    steps = min(SAMPLER.warm_up, plan.max_steps)
+    z, _, late = _grow(setup, plan, store and store.at("warm-up"), start, (steps, steps), 1)
+    whitened, walkers = _whiten(setup, z)
     if store and not late:
-        target = moved.target
+        target = whitened.target
         store.begin({"centre": np.asarray(target.centre), "axes": np.asarray(target.axes), "walkers": walkers})
-    return moved, walkers
+    return whitened, walkers
 
 
-def _whitened(what: Posed, z: np.ndarray) -> tuple[Posed, np.ndarray]:
+def _whiten(setup: PosteriorProblem, z: np.ndarray) -> tuple[PosteriorProblem, np.ndarray]:
     """Coordinates in which the second half of a warm-up has mean 0 and unit spread, and its last walkers in these."""
     late = z[:, z.shape[1] // 2 :].reshape(-1, z.shape[-1])
     centre, factor = late.mean(axis=0), np.linalg.cholesky(np.cov(late.T) + 1e-9 * np.eye(z.shape[-1]))
-    axes = np.asarray(what.target.axes)
-    moved = what.moved(np.asarray(what.target.centre) + axes @ centre, axes @ factor)
-    return moved, np.linalg.solve(factor, (z[:, -1].reshape(-1, z.shape[-1]) - centre).T).T.reshape(z[:, -1].shape)
+    axes = np.asarray(setup.target.axes)
+    whitened = setup.in_coordinates(np.asarray(setup.target.centre) + axes @ centre, axes @ factor)
+    return whitened, np.linalg.solve(factor, (z[:, -1].reshape(-1, z.shape[-1]) - centre).T).T.reshape(z[:, -1].shape)
 
 
-def _grown(
-    what: Posed, plan: _Plan, store: Store | None, start: np.ndarray, checks: tuple[int, int], salt: int = 2
+def _grow(
+    setup: PosteriorProblem, plan: _Plan, store: Store | None, start: np.ndarray, checks: tuple[int, int], salt: int = 2
 ) -> tuple[np.ndarray, int, bool]:
     """Chains z (ensemble, step, walker, coordinate), their steps, and whether time ran out before they were enough."""
     blocks = store.blocks() if store else []
     parts = [block["chain"] for block in blocks]
-    walkers = [_sampler(what, plan, (number, salt), blocks[-1] if blocks else None) for number in range(plan.ensembles)]
+    walkers = [
+        _sampler(setup, plan, (number, salt), blocks[-1] if blocks else None) for number in range(plan.ensembles)
+    ]
     at = [emcee.State(place) for place in (parts[-1][:, -1] if parts else start)]
     steps, (check, most) = sum(part.shape[1] for part in parts), checks
-    stride = 4
+    stride = SAMPLER.first_stride
     while True:
         late = time.monotonic() > plan.deadline and steps > 0
         while check < steps and check < most:
-            check = min(int(1.3 * check) + 1, most)
+            check = min(int(SAMPLER.check_growth * check) + 1, most)
         if late or steps >= check:
             z = np.concatenate(parts, axis=1)
-            natural = what.target.natural(_kept(z))
+            natural = setup.target.natural(_without_burn_in(z))
             if plan.progress:
                 plan.progress(steps, effective_samples(natural))
-            if late or steps >= most or settled(natural):
+            if late or steps >= most or is_settled(natural):
                 return z, steps, late and steps < most
-            check = min(int(1.3 * steps) + 1, most)
-        begun, taken = time.monotonic(), min(stride, check - steps)
+            check = min(int(SAMPLER.check_growth * steps) + 1, most)
+        started, taken = time.monotonic(), min(stride, check - steps)
         for sampler in walkers:
             sampler.reset()
-        at = _run(walkers, at, taken, what.target.moves)
+        at = _run(walkers, at, taken, setup.target.moves)
         parts.append(np.stack([np.asarray(sampler.get_chain()) for sampler in walkers]))
         steps += taken
         if store:
             store.append(len(parts), {"chain": parts[-1], **_states(walkers)})
-        stride = int(np.clip(PATIENCE * taken / (time.monotonic() - begun), 4, STRIDE))
+        wanted = SAMPLER.patience * taken / (time.monotonic() - started)
+        stride = int(np.clip(wanted, SAMPLER.first_stride, SAMPLER.stride))
 
 
 def _run(
@@ -210,9 +192,11 @@ def _run(
         return list(pool.map(one, walkers, at))
 
 
-def _sampler(what: Posed, plan: _Plan, which: tuple[int, int], block: Arrays | None) -> emcee.EnsembleSampler:
-    log_prob = log_probs(what.target, -(-plan.walkers // 2))
-    sampler = emcee.EnsembleSampler(plan.walkers, len(what.names), log_prob, moves=MOVES(), vectorize=True)
+def _sampler(
+    setup: PosteriorProblem, plan: _Plan, which: tuple[int, int], block: Arrays | None
+) -> emcee.EnsembleSampler:
+    log_prob = log_probs(setup.target, -(-plan.walkers // 2))
+    sampler = emcee.EnsembleSampler(plan.walkers, len(setup.names), log_prob, moves=MOVES(), vectorize=True)
     number = which[0]
     if block is None:
         seed = np.random.SeedSequence((plan.seed, *which))
@@ -232,6 +216,6 @@ def _states(walkers: Sequence[emcee.EnsembleSampler]) -> Arrays:
     return found
 
 
-def _kept(chain: np.ndarray) -> np.ndarray:
+def _without_burn_in(chain: np.ndarray) -> np.ndarray:
     """What is kept of chains (ensemble, step, ...): all but the first quarter."""
-    return chain[:, chain.shape[1] // 4 :]
+    return chain[:, chain.shape[1] // SAMPLER.burn_in :]

@@ -7,36 +7,42 @@ import jax.numpy as jnp
 import numpy as np
 
 from fitting import full_names
+from fitting.errors import InputError
 from fitting.least_squares.record import Fit
 from fitting.least_squares.subset import Subset, subset_of
-from fitting.posterior.evaluation import BATCH, at_mode, log_probs
-from fitting.posterior.noise import PARTS, Chosen, Noise, chosen, noise_of_rows
-from fitting.posterior.target import Posed, Target
+from fitting.posterior.evaluation import at_mode, log_probs
+from fitting.posterior.noise import PARTS, Noise, RecordingNoise, choose_noise, noise_of_rows
+from fitting.posterior.settings import DENSITY, SAMPLER
+from fitting.posterior.target import PosteriorProblem, Target
+from fitting.precision import require_x64
 from fitting.problem.positions import steps_of
 from fitting.problem.priors import Prior, check_overlap, spread, together, uniform
 from fitting.problem.residuals import Problem, Samples, problem, thinned
 from fitting.recordings.records import Experiment, Recording
 
-INSIDE = 1e-6  # of a range: how near its ends a search may begin
-COARSER = (4, 2)  # times as long a step as the fit's, tried in this order where a motion is integrated
-ALIKE = 0.1  # standard deviation of the log-density's change over draws below which a longer step will do
 
-
-def posed(
+def set_up(
     fit: Fit,
-    experiments: Sequence[Experiment],
-    rows: int,
+    experiments: Sequence[Experiment] = (),
+    rows: int = SAMPLER.rows,
     stated: dict[str, Prior] | None = None,
     noise: Sequence[tuple[str, ...]] | None = None,
-) -> Posed:
-    """The posterior of a fit's free parameters, in coordinates whitened by the curvature at its mode."""
-    given, samples = slimmed(fit, experiments, rows)
+) -> PosteriorProblem:
+    """The posterior of a fit's free parameters, in coordinates whitened by the curvature at its mode.
+
+    `stated` are priors by full name; `noise` gives the components of each recording's noise, else chosen from the
+    residual. InputError where no parameter varies.
+    """
+    require_x64()
+    if not fit.free:
+        raise InputError("nothing varies in this model", cure="free a parameter, for example --free muscle.radius")
+    given, samples = thin_readings(fit, experiments, rows)
     priors = {name: _prior(fit, name, stated or {}) for name in fit.free}
-    subset = _narrowed(subset_of(fit.layout, fit.vector, fit.free), fit, priors)
+    subset = _narrow(subset_of(fit.layout, fit.vector, fit.free), fit, priors)
     place = subset.place(subset.full)
-    at = among(fit.samples, samples)
+    at = positions_in(fit.samples, samples)
     residual, slopes = (fit.residual / fit.samples.sigma)[at], fit.slopes[at] * np.asarray(subset.slope(place))
-    found = chosen(residual, samples, noise)
+    found = choose_noise(residual, samples, noise)
     components = noise_of_rows(samples, [one.parts for one in found], [one.values[0] for one in found])
     spreads = {name: _spread(fit, name, prior) for name, prior in priors.items()}
     begin = _logits(np.asarray(place), slopes, found, components, samples)
@@ -46,31 +52,31 @@ def posed(
     names = (*fit.free, *(f"noise.{part}@{label}" for one, label in zip(found, labels, strict=True)
                           for part in PARTS if part in one.parts))  # fmt: skip
     idle = tuple(name for name in stated or {} if not any(name in (f, full_names.common(f)) for f in fit.free))
-    told = [rec.noise is not None for experiment in experiments for rec in experiment.recordings]
-    good_to = tuple(len(told) == len(every) and told[number] for number in np.unique(samples.recording))
-    whole = Posed(target, samples, found, labels, names, priors, spreads, idle, stated=good_to)
-    return _well_integrated(whole) if target.moves else whole.moved(*at_mode(target))
+    known = [rec.noise is not None for experiment in experiments for rec in experiment.recordings]
+    good_to = tuple(len(known) == len(every) and known[number] for number in np.unique(samples.recording))
+    whole = PosteriorProblem(target, samples, found, labels, names, priors, spreads, idle, stated=good_to)
+    return _with_longest_steps(whole) if target.moves else whole.in_coordinates(*at_mode(target))
 
 
-def among(every: Samples, some: Samples) -> np.ndarray:
+def positions_in(every: Samples, some: Samples) -> np.ndarray:
     """Where each of some samples stands among all."""
     place = {key: i for i, key in enumerate(zip(every.run.tolist(), every.row.tolist(), strict=True))}
     return np.array([place[key] for key in zip(some.run.tolist(), some.row.tolist(), strict=True)], int)
 
 
-def _well_integrated(what: Posed) -> Posed:
+def _with_longest_steps(setup: PosteriorProblem) -> PosteriorProblem:
     """The same at its mode, motions integrated in steps as long as the density allows."""
-    moved = what.moved(*at_mode(with_coarser_steps(what.target, COARSER[0])))
-    fine = moved.target
-    z = np.random.default_rng(0).standard_normal((BATCH, len(what.names)))
-    exact = log_probs(fine, BATCH)(z)
-    for times in COARSER:
+    at_its_mode = setup.in_coordinates(*at_mode(with_coarser_steps(setup.target, DENSITY.coarser[0])))
+    fine = at_its_mode.target
+    z = np.random.default_rng(0).standard_normal((DENSITY.batch, len(setup.names)))
+    exact = log_probs(fine, DENSITY.batch)(z)
+    for times in DENSITY.coarser:
         coarse = with_coarser_steps(fine, times)
-        change = float(np.std(log_probs(coarse, BATCH)(z) - exact))
-        if change < ALIKE:  # not so where it is no number
-            told = f"motions take steps {times} times as long as in the fit: the log-density moves by {change:.2f}"
-            return dataclasses.replace(moved, target=coarse, integration=told)
-    return moved
+        change = float(np.std(log_probs(coarse, DENSITY.batch)(z) - exact))
+        if change < DENSITY.same:  # not so where it is no number
+            text = f"motions take steps {times} times as long as in the fit: the log-density moves by {change:.2f}"
+            return dataclasses.replace(at_its_mode, target=coarse, integration=text)
+    return at_its_mode
 
 
 def with_coarser_steps(target: Target, times: int) -> Target:
@@ -94,7 +100,7 @@ def _spread(fit: Fit, name: str, prior: Prior) -> float:
     return spread(prior, entry.lower, entry.upper)
 
 
-def _narrowed(subset: Subset, fit: Fit, priors: dict[str, Prior]) -> Subset:
+def _narrow(subset: Subset, fit: Fit, priors: dict[str, Prior]) -> Subset:
     """Ranges without what a prior excludes."""
     lower, upper = np.array(subset.lower), np.array(subset.upper)
     log = np.array(subset.logarithmic)
@@ -104,7 +110,7 @@ def _narrowed(subset: Subset, fit: Fit, priors: dict[str, Prior]) -> Subset:
     return dataclasses.replace(subset, lower=jnp.asarray(lower), upper=jnp.asarray(upper), logarithmic=jnp.asarray(log))
 
 
-def slimmed(fit: Fit, experiments: Sequence[Experiment], rows: int) -> tuple[Problem, Samples]:
+def thin_readings(fit: Fit, experiments: Sequence[Experiment], rows: int) -> tuple[Problem, Samples]:
     """The fit's data, or every k-th of its readings where there are more than `rows` and `experiments` are given.
 
     The noise of a reading stays what it was for all of them. Readings of a motion stay unless they are more than half
@@ -118,10 +124,10 @@ def slimmed(fit: Fit, experiments: Sequence[Experiment], rows: int) -> tuple[Pro
                      for m in (True, False))  # fmt: skip
     kept = min(moving, rows / 2)
     shares = {True: kept / max(moving, 1.0), False: (rows - kept) / max(other, 1.0)}
-    return problem([thinned_about(experiment, shares) for experiment in stated], fit.layout)
+    return problem([thin_to_shares(experiment, shares) for experiment in stated], fit.layout)
 
 
-def thinned_about(experiment: Experiment, shares: dict[bool, float]) -> Experiment:
+def thin_to_shares(experiment: Experiment, shares: dict[bool, float]) -> Experiment:
     """These shares of the readings of recordings in which something moves under a load, and of the others."""
     slim: dict[bool, Iterator[Recording]] = {}
     for moves, share in shares.items():
@@ -149,19 +155,19 @@ def _labels(given: Problem, experiments: Sequence[Experiment]) -> tuple[str, ...
 
 
 def _logits(
-    place: np.ndarray, slopes: np.ndarray, found: Sequence[Chosen], noise: Noise, samples: Samples
+    place: np.ndarray, slopes: np.ndarray, found: Sequence[RecordingNoise], noise: Noise, samples: Samples
 ) -> tuple[np.ndarray, np.ndarray]:
     """Where the search for the mode begins, and how far it may step, in logits."""
     size = np.array([one.values[0] for one in found])[np.unique(samples.recording, return_inverse=True)[1]]
     steeper = slopes / size[:, None]
     curvature = steeper.T @ steeper + 12 * np.eye(len(place))  # 1/12: the variance of a place of which nothing is known
     width = np.linalg.inv(curvature)
-    inside = np.maximum(INSIDE, np.minimum(0.5 * np.sqrt(np.diag(width)), 0.1))
+    inside = np.maximum(DENSITY.inside, np.minimum(0.5 * np.sqrt(np.diag(width)), 0.1))
     place = np.clip(place, inside, 1 - inside)
     values = np.concatenate([one.values for one in found])
     log, lower, upper = (np.asarray(part) for part in (noise.logarithmic, noise.lower, noise.upper))
     of_noise = (np.where(log, np.log(np.where(log, values, 1.0)), values) - lower) / (upper - lower)
-    whole = np.clip(np.concatenate([place, of_noise]), INSIDE, 1 - INSIDE)
+    whole = np.clip(np.concatenate([place, of_noise]), DENSITY.inside, 1 - DENSITY.inside)
     axes = np.zeros((len(whole),) * 2)
     free = len(place)
     axes[:free, :free] = np.linalg.cholesky(width) / (place * (1 - place))[:, None]

@@ -118,7 +118,7 @@ class Store:
         return InputError(f"the chains cannot be kept here ({said})", self.path, cure=cure)
 
 
-def copied(kept: Path, folder: Path) -> Path:
+def copy_store(kept: Path, folder: Path) -> Path:
     """Chains as they were after their last whole block: somebody may be writing them, or was killed at it.
 
     The copy lies in `folder`. sqlite3.Error where `kept` is no file of chains.

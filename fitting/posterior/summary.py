@@ -20,25 +20,22 @@ from fitting.posterior.record import (
     Missing,
     Posterior,
     arviz,
+    convergence_warnings,
     correlation_steps,
     quantities,
-    unsettled,
 )
-from fitting.posterior.setup import among
-from fitting.posterior.target import Posed
-from fitting.posterior.warnings import doubts, notes
+from fitting.posterior.settings import SUMMARY
+from fitting.posterior.setup import positions_in
+from fitting.posterior.target import PosteriorProblem
+from fitting.posterior.warnings import find_warnings, notes
 from fitting.problem.residuals import Samples
 from fitting.recordings.records import Experiment
 
-GATED = 3500  # readings that the test for anything missing looks at, as in a diagnosis
-REACHED = 4.0  # standard deviations of the draws within which the end has to lie
-NEAR_END, MANY = 0.01, 0.05  # more than this share of the draws so near an end of the range: the range cuts them off
 
-
-def concluded(
+def summarise(
     fit: Fit,
     experiments: Sequence[Experiment],
-    what: Posed,
+    setup: PosteriorProblem,
     z: np.ndarray,
     ended: str,
     method: str,
@@ -46,32 +43,32 @@ def concluded(
     unreliable: tuple[str, ...] | None = None,
 ) -> Posterior:
     """The record of chains z (ensemble, step, walker, coordinate); `unreliable` is what else speaks against them."""
-    natural = what.target.natural(z)
-    cluster = clusters(fit.samples, fit.slopes)[among(fit.samples, what.samples)]
-    told = unsettled(what.names, natural, ended) if unreliable is None else unreliable
-    found = quantities(fit, what, natural, robust_share(what, z, cluster))
+    natural = setup.target.natural(z)
+    cluster = clusters(fit.samples, fit.slopes)[positions_in(fit.samples, setup.samples)]
+    messages = convergence_warnings(setup.names, natural, ended) if unreliable is None else unreliable
+    found = quantities(fit, setup, natural, robust_share(setup, z, cluster))
     missing = anything_missing(fit, seed)
-    doubted = doubts(fit, found, what, missing)
+    found_warnings = find_warnings(fit, found, setup, missing)
     some, time = z.reshape(-1, z.shape[-1]), correlation_steps(natural)
     thin = natural[:, :: max(1, int(time / 2)) if np.isfinite(time) else 1]  # two steps for each correlation time
-    sensitivity = prior_sensitivity(what, thin)
+    sensitivity = prior_sensitivity(setup, thin)
     return Posterior(
         parameters={name: replace(found[name], prior_sensitivity=sensitivity.get(name, 0.0)) for name in fit.free},
-        noise={name: found[name] for name in what.names[len(fit.free) :]},
+        noise={name: found[name] for name in setup.names[len(fit.free) :]},
         held=fit.held,
-        draws=Draws(what.names, thin),
-        bands=bands(what, some, np.random.default_rng(seed), experiments),
-        readings=len(what.samples),
+        draws=Draws(setup.names, thin),
+        bands=bands(setup, some, np.random.default_rng(seed), experiments),
+        readings=len(setup.samples),
         method=method,
-        settled=not told,
+        settled=not messages,
         missing=missing,
-        warnings=(*told, *doubted),
-        notes=notes(fit, what, cut_off(what, z), missing, len(np.unique(cluster))),
-        calibrated=not doubted,
+        warnings=(*messages, *found_warnings),
+        notes=notes(fit, setup, cut_off(setup, z), missing, len(np.unique(cluster))),
+        calibrated=not found_warnings,
     )
 
 
-def robust_share(what: Posed, z: np.ndarray, cluster: np.ndarray) -> np.ndarray:
+def robust_share(setup: PosteriorProblem, z: np.ndarray, cluster: np.ndarray) -> np.ndarray:
     """Standard deviation robust to what a cluster shares, as a multiple of the posterior's, for every coordinate.
 
     The sandwich C M C: C is the posterior's covariance, M the spread of the likelihood's slopes from cluster to cluster
@@ -82,11 +79,11 @@ def robust_share(what: Posed, z: np.ndarray, cluster: np.ndarray) -> np.ndarray:
     number = np.unique(cluster, return_inverse=True)[1]
     count = number.max() + 1
     slopes = np.zeros((count, len(centre)))
-    np.add.at(slopes, number, np.nan_to_num(slopes_at(what.target, centre).terms.T))
+    np.add.at(slopes, number, np.nan_to_num(slopes_at(setup.target, centre).terms.T))
     slopes -= slopes.mean(axis=0)
     between = slopes.T @ slopes * (count / max(count - 1, 1))
-    middle = between + prior_curvature(what.target, centre)
-    axes = np.asarray(what.target.axes)
+    middle = between + prior_curvature(setup.target, centre)
+    axes = np.asarray(setup.target.axes)
     bread = axes @ spread
     plain = np.einsum("ij,ij->i", bread, axes)
     robust = np.einsum("ij,jk,ik->i", bread, middle, bread)
@@ -98,8 +95,8 @@ def anything_missing(fit: Fit, seed: int) -> Missing | None:
     force = np.array([block.of_force for block in fit.problem.blocks])[fit.samples.recording]
     if not force.any():
         return None
-    kept = np.flatnonzero(force)[:: max(1, -(-int(force.sum()) // GATED))]
-    samples = _renumbered(fit.samples.where(kept))
+    kept = np.flatnonzero(force)[:: max(1, -(-int(force.sum()) // SUMMARY.tested))]
+    samples = _renumber(fit.samples.where(kept))
     rows, slopes = (fit.residual / fit.samples.sigma)[kept], fit.slopes[kept]
     basis = omnibus.basis(samples)
     noise = noise_from(rows, np.hstack([basis.whole, slopes]), samples)
@@ -111,7 +108,7 @@ def anything_missing(fit: Fit, seed: int) -> Missing | None:
     return Missing(test.p, test.level, test.rejected, rests_on_in_words(groups.rests_on()))
 
 
-def _renumbered(samples: Samples) -> Samples:
+def _renumber(samples: Samples) -> Samples:
     """Positions counted anew, so that neighbours are one apart."""
     position = np.arange(len(samples))
     for run in np.unique(samples.run):
@@ -120,19 +117,19 @@ def _renumbered(samples: Samples) -> Samples:
     return replace(samples, position=position)
 
 
-def prior_sensitivity(what: Posed, natural: np.ndarray) -> dict[str, float]:
+def prior_sensitivity(setup: PosteriorProblem, natural: np.ndarray) -> dict[str, float]:
     """How far each parameter moves when its priors are made sharper or wider (Kallioinen et al. 2022).
 
     0 where all are uniform; above 0.05 the prior has a say.
     """
     log = np.zeros(natural.shape[:-1])
-    values = natural[..., : len(what.priors)]
-    for i, prior in enumerate(what.priors.values()):
+    values = natural[..., : len(setup.priors)]
+    for i, prior in enumerate(setup.priors.values()):
         log = log + prior.log_density(values[..., i])
     if not np.ptp(log) > 0:
         return {}
     chains = lambda a: np.moveaxis(a, 1, 2).reshape(-1, a.shape[1])  # noqa: E731
-    posterior = {name: chains(natural[..., i]) for i, name in enumerate(what.priors)}
+    posterior = {name: chains(natural[..., i]) for i, name in enumerate(setup.priors)}
     az = arviz()
     data = az.from_dict(posterior=posterior)
     data.add_groups(log_prior={"prior": chains(log)})  # `from_dict` drops a group that it does not know
@@ -140,10 +137,10 @@ def prior_sensitivity(what: Posed, natural: np.ndarray) -> dict[str, float]:
     return {name: float(found[name]) for name in posterior if np.isfinite(found[name])}
 
 
-def cut_off(what: Posed, z: np.ndarray) -> tuple[str, ...]:
+def cut_off(setup: PosteriorProblem, z: np.ndarray) -> tuple[str, ...]:
     """The parameters that an end of their range cuts off."""
-    place = what.target.places(z.reshape(-1, z.shape[-1]))[:, : what.target.free]
-    near = np.mean((place < NEAR_END) | (place > 1 - NEAR_END), axis=0)
+    place = setup.target.places(z.reshape(-1, z.shape[-1]))[:, : setup.target.free]
+    near = np.mean((place < SUMMARY.near_end) | (place > 1 - SUMMARY.near_end), axis=0)
     middle, spread = np.mean(place, axis=0), np.maximum(np.std(place, axis=0), 1e-300)
-    reached = np.minimum(middle, 1 - middle) < REACHED * spread  # small in its range is not yet cut off
-    return tuple(name for name, cut in zip(what.priors, (near > MANY) & reached, strict=True) if cut)
+    reached = np.minimum(middle, 1 - middle) < SUMMARY.reached * spread  # small in its range is not yet cut off
+    return tuple(name for name, cut in zip(setup.priors, (near > SUMMARY.many) & reached, strict=True) if cut)

@@ -12,7 +12,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from fitting.least_squares.subset import Subset
-from fitting.posterior.noise import Chosen, Noise
+from fitting.posterior.noise import Noise, RecordingNoise
 from fitting.problem.priors import Prior, Priors
 from fitting.problem.residuals import Problem, Samples
 
@@ -73,12 +73,12 @@ class Target(eqx.Module):
 
 
 @dataclasses.dataclass(frozen=True)
-class Posed:
+class PosteriorProblem:
     """What is to be sampled: the density, the readings behind it, the noise chosen, the priors as stated."""
 
     target: Target
     samples: Samples
-    noise: tuple[Chosen, ...]
+    noise: tuple[RecordingNoise, ...]
     labels: tuple[str, ...]  # of the recordings
     names: tuple[str, ...]  # of the coordinates: free parameters, then those of the noise
     priors: dict[str, Prior]  # of the free parameters
@@ -87,7 +87,7 @@ class Posed:
     integration: str = ""  # how motions are integrated, in words
     stated: tuple[bool, ...] = ()  # whether the noise of each recording is known by its owner's word
 
-    def moved(self, centre: np.ndarray, axes: np.ndarray) -> "Posed":
+    def in_coordinates(self, centre: np.ndarray, axes: np.ndarray) -> "PosteriorProblem":
         """The same in other coordinates."""
         target = dataclasses.replace(self.target, centre=jnp.asarray(centre), axes=jnp.asarray(axes))
         return dataclasses.replace(self, target=target)

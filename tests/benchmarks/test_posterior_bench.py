@@ -17,7 +17,8 @@ from fitting.posterior.evaluation import log_probs
 from fitting.posterior.moves import MOVES
 from fitting.posterior.nuts import sample_nuts
 from fitting.posterior.quick import quick_look
-from fitting.posterior.sample import begun, sample
+from fitting.posterior.sample import sample
+from fitting.posterior.setup import set_up
 from fitting.recordings.records import Experiment, Recording, Run
 from mckibben_jax.effects import (
     BladderNeoHookean,
@@ -43,7 +44,7 @@ def static():
     """A fit of three parameters to 2000 readings, and its posterior: white noise, whose size is the fourth."""
     found = fit([loops(*EFFECTS, count=250, repeats=4)], EFFECTS, starts=2)
     assert found.free == ("tip.k", "coulomb_friction.f_s", "force_offset.F_off")
-    return found, begun(found, noise=WHITE)
+    return found, set_up(found, noise=WHITE)
 
 
 def in_numpy(found):
@@ -217,7 +218,7 @@ def test_a_quick_release(benchmark):
     experiment = releases(loads, truth, times)
     effects = (IdealCylinder(), CoulombFriction(f_s=0.02), KineticFriction(ratio=7.0, v_s=truth.v_s))
     found = fit([experiment], effects, starts=1)
-    what = begun(found, noise=WHITE)
+    what = set_up(found, noise=WHITE)
     z = 0.5 * np.random.RandomState(0).randn(WALKERS, len(what.names))
     ours = log_probs(what.target, WALKERS // 2)
     ours(z)

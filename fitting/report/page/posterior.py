@@ -1,6 +1,6 @@
 """A posterior as a page that opens from disk."""
 
-from fitting.posterior.record import Posterior, Quantity, inside_in_words, table_rows
+from fitting.posterior.record import Posterior, Quantity, inside_text, table_rows
 from fitting.report.page.parts import Grid, Line, Section, render_page
 from fitting.report.pictures import figures
 from fitting.report.pictures.posterior import pairs, predicted
@@ -55,7 +55,7 @@ def posterior_sections(posterior: Posterior) -> list[Section]:
         ),
         Section(
             "Do the readings lie where they should?",
-            sentences=(f"The band holds {inside_in_words(posterior)}.", *posterior.notes),
+            sentences=(f"The band holds {inside_text(posterior)}.", *posterior.notes),
             picture=figures.as_svg(predicted(posterior), "bands"),
             caption="Measured minus predicted; the band should hold 90 % of the readings of each run.",
         ),
