@@ -52,7 +52,7 @@ else:
             "Comparison": "comparison.compare",
             "Diagnosis": "diagnosis.record",
             "Experiment": "recordings.records",
-            "Fit": "least_squares.fit",
+            "Fit": "least_squares.record",
             "InputError": "errors",
             "Posterior": "posterior.record",
             "Stage": "study.stages",

@@ -23,11 +23,11 @@ from fitting.diagnosis.working_noise import Noise as Memory
 from fitting.least_squares.fit import fit
 from fitting.planning import next_measurement as nm
 from fitting.planning.candidates import FASTER, MUCH_FASTER, NODES, grid, on_specimen, shown, simulation
-from fitting.planning.predictions import Varying
 from fitting.planning.rejection import Drawn
 from fitting.planning.separation import Outlook, Readings, of_means
 from fitting.planning.sharper import sharper
 from fitting.problem.residuals import thinned
+from fitting.problem.varying import Varying
 from fitting.recordings.experiment import read_experiment
 from fitting.report.text.layout import console
 from fitting.report.text.plan import plan_report, plan_result
@@ -277,7 +277,7 @@ def test_what_no_recording_separates_is_said(one_pressure):
     """A hung weight and an offset of the load cell are one and the same number."""
     tied = left_tied(one_pressure[2], "force_offset", "weight")
     assert nm.next_measurement(tied, [one_pressure[2]]) is None
-    task = SimpleNamespace(experiments=(one_pressure[2],), library=KNOWN, fix=(), free=(), own=(), seed=0)
+    task = SimpleNamespace(experiments=(one_pressure[2],), library=KNOWN, varying=Varying(), seed=0, asked={"seed": 0})
     plan = plan_of(task, tied)
     assert plan.tied == ((("force_offset",), ("weight",)),)
     assert plan.instruments == ("force_offset",)
@@ -304,7 +304,7 @@ def shown_words(plan):
 @pytest.mark.parametrize(("model", "named"), [(None, "folder/model.toml"), ("else where.toml", "'else where.toml'")])
 def test_a_rehearsal_names_the_model_that_was_given(one_pressure, model, named):
     tied = left_tied(one_pressure[2], "viscous_damping", "linear_spring")
-    task = SimpleNamespace(experiments=(one_pressure[2],), library=KNOWN, fix=(), free=(), own=(), seed=0)
+    task = SimpleNamespace(experiments=(one_pressure[2],), library=KNOWN, varying=Varying(), seed=0, asked={"seed": 0})
     result = plan_result(plan_of(task, tied), Request(data=("folder",), model=model).model_file)
     rehearsed = [step["simulate"] for step in result["protocol"] if step["simulate"]]
     assert rehearsed

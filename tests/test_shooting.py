@@ -8,12 +8,13 @@ import numpy as np
 import pytest
 from stick_slip import G
 
-from fitting.least_squares.fit import fit, fit_problem, free_names
+from fitting.least_squares.fit import fit, fit_problem
 from fitting.least_squares.search import rows_and_slopes
 from fitting.least_squares.shooting import begin_by_shooting, shooting, with_shots
 from fitting.least_squares.subset import subset_of
 from fitting.problem.residuals import problem
 from fitting.problem.unknowns import unknowns
+from fitting.problem.varying import Varying
 from fitting.recordings.experiment import read_experiment
 from fitting.study.courses import loop_courses, release_courses, step_courses
 from fitting.study.simulate import write_data_set
@@ -66,7 +67,7 @@ def test_slopes_from_few_tangents_are_those_along_any(releases):
     experiment = replace(releases, recordings=(recording,), priors={"muscle.length": (0.301, 0.002)})
     layout = unknowns([experiment], SLIDING)
     given, _ = problem([experiment], layout)
-    names = free_names(layout)
+    names = Varying().names(layout)
     subset = subset_of(layout, layout.start, names)
     cut = shooting(given.coarser(4), 4)
     assert cut is not None
@@ -100,11 +101,11 @@ def test_where_nothing_moves_the_search_begins_as_without(tmp_path):
     still = written(tmp_path / "loops", SLIDING[:2], "loop", loops, 0.5)
     layout = unknowns([still], SLIDING[:2])
     given, samples = problem([still], layout)
-    subset = subset_of(layout, layout.start, free_names(layout))
-    begin = np.full((2, len(free_names(layout))), 0.3)
+    subset = subset_of(layout, layout.start, Varying().names(layout))
+    begin = np.full((2, len(Varying().names(layout))), 0.3)
     assert begin_by_shooting(given, subset, begin, 8) is begin
-    one = fit_problem(layout, given, samples, layout.start, free_names(layout), starts=2)
-    two = fit_problem(layout, given, samples, layout.start, free_names(layout), starts=2, shooting=8)
+    one = fit_problem(layout, given, samples, layout.start, Varying().names(layout), starts=2)
+    two = fit_problem(layout, given, samples, layout.start, Varying().names(layout), starts=2, shooting=8)
     assert one.values == two.values
 
 

@@ -22,6 +22,7 @@ from fitting.least_squares.fit import fit as fit_model
 from fitting.least_squares.record import Fit
 from fitting.precision import require_x64
 from fitting.problem.residuals import thinned
+from fitting.problem.varying import AS_DECLARED, Varying
 from fitting.recordings.inverse_dynamics import as_force
 from fitting.recordings.records import Experiment, force_was_measured
 from mckibben_jax.effect import Effect
@@ -49,7 +50,8 @@ def diagnose(
     `start` gives values (SI, by full name) that were fitted before: the model's own fit ends no higher than there.
     `progress` is called with words and the share that is done.
     """
-    return concluded(searched(experiments, effects, candidates, fix, free, own, seed, progress, start, settings))
+    varying = Varying(fix, free, own)
+    return concluded(searched(experiments, effects, candidates, varying, seed, progress, start, settings))
 
 
 def library_candidates() -> list[Effect]:
@@ -61,16 +63,14 @@ def searched(
     experiments: Sequence[Experiment],
     effects: Sequence[Effect],
     candidates: Sequence[Effect] | None = None,
-    fix: Sequence[str] = (),
-    free: Sequence[str] = (),
-    own: Sequence[str] = (),
+    varying: Varying = AS_DECLARED,
     seed: int = 0,
     progress: Progress | None = None,
     start: Mapping[str, float] | None = None,
     settings: DiagnosisSettings = DIAGNOSIS,
 ) -> SearchResult:
     """Everything that was fitted and tested on the way to a diagnosis; arguments as there."""
-    search = prepared(experiments, effects, candidates, fix, free, own, seed, progress, start, settings)
+    search = prepared(experiments, effects, candidates, varying, seed, progress, start, settings)
     with one_thread():
         return search.run()
 
@@ -79,9 +79,7 @@ def prepared(
     experiments: Sequence[Experiment],
     effects: Sequence[Effect],
     candidates: Sequence[Effect] | None = None,
-    fix: Sequence[str] = (),
-    free: Sequence[str] = (),
-    own: Sequence[str] = (),
+    varying: Varying = AS_DECLARED,
     seed: int = 0,
     progress: Progress | None = None,
     start: Mapping[str, float] | None = None,
@@ -94,8 +92,8 @@ def prepared(
     light = [thinned(experiment, settings.samples // len(tested)) for experiment in tested]
     known = library_candidates() if candidates is None else list(candidates)
     progress("baseline", 0.0)
-    world = universe(light, effects, known, fix=fix, free=free, own=own, settings=settings.fits)
-    refit = partial(fit_model, light, effects, fix=fix, free=free, own=own, starts=6, seed=seed)
+    world = universe(light, effects, known, varying, settings=settings.fits)
+    refit = partial(fit_model, light, effects, **varying.keywords, starts=6, seed=seed)
     baseline, base = _fitted_twice(world, refit, dict(start or {}))
     with one_thread():
         examiner = Examiner(world, base, seed, settings)

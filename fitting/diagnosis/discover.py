@@ -10,6 +10,7 @@ from fitting.diagnosis.record import Diagnosis
 from fitting.diagnosis.search import Search, SearchResult
 from fitting.diagnosis.step_rules import RULES, Fitted, Objection, StepRules, objections
 from fitting.diagnosis.universe import CandidateFit
+from fitting.problem.varying import Varying
 from fitting.recordings.records import Experiment
 from mckibben_jax.effect import Effect, name_of
 from mckibben_jax.model import with_effects
@@ -69,7 +70,7 @@ def discover(
     candidates = library_candidates() if candidates is None else candidates
     known = {name_of(effect): effect for effect in (*effects, *candidates)}
     begin = partial(
-        prepared, experiments, candidates=list(known.values()), fix=fix, free=free, own=own, seed=seed,
+        prepared, experiments, candidates=list(known.values()), varying=Varying(fix, free, own), seed=seed,
         progress=progress,
     )  # fmt: skip
     steps: list[Step] = []

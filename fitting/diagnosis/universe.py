@@ -11,7 +11,6 @@ import numpy as np
 
 from fitting.diagnosis.outcomes import Reason, Why
 from fitting.diagnosis.settings import FITS, FitSettings
-from fitting.full_names import listed
 from fitting.least_squares.absent import as_good_as_absent
 from fitting.least_squares.held_out import HELD_OUT, left_out_rows
 from fitting.least_squares.search import SearchResult, solve
@@ -20,6 +19,7 @@ from fitting.least_squares.uncertainty import at_bound
 from fitting.problem.residuals import LIGHT, Problem, Samples, problem
 from fitting.problem.sizes import joined, of_standard_size, widened
 from fitting.problem.unknowns import Unknowns, unknowns
+from fitting.problem.varying import AS_DECLARED, Varying
 from fitting.recordings.records import Experiment, force_was_measured
 from mckibben_jax.effect import Effect, name_of
 from mckibben_jax.model import Model
@@ -285,10 +285,7 @@ def universe(
     experiments: Sequence[Experiment],
     effects: Sequence[Effect],
     candidates: Sequence[Effect],
-    *,
-    fix: Sequence[str] = (),
-    free: Sequence[str] = (),
-    own: Sequence[str] = (),
+    varying: Varying = AS_DECLARED,
     settings: FitSettings = FITS,
 ) -> Universe:
     """Lay out data sets with the effects of a model and all that may be missing from it."""
@@ -297,14 +294,10 @@ def universe(
     reasons = {name_of(effect): _why_not(effect, experiments) for effect in others}
     untestable = {name: why for name, why in reasons.items() if why is not None}
     testable = [effect for effect in others if name_of(effect) not in untestable]
-    layout = unknowns(experiments, [*effects, *testable], own)
+    layout = unknowns(experiments, [*effects, *testable], varying.own)
     given, samples = problem(experiments, layout)
     given, real = of_standard_size(joined(given))
-    muscle = [
-        entry.name
-        for entry in layout.entries
-        if entry.name.startswith("muscle.") and (entry.prior is not None or listed(entry.name, free))
-    ]
+    muscle = [name for name in varying.names(layout) if name.startswith("muscle.")]
     return Universe(
         layout,
         given,
@@ -313,8 +306,8 @@ def universe(
         tuple(present),
         tuple(name for name in layout.templates[0].names if name not in present),
         untestable,
-        tuple(name for name in muscle if not listed(name, fix)),
-        tuple(name for name in layout.names if listed(name, fix)),
+        tuple(muscle),
+        tuple(name for name in layout.names if varying.holds(name)),
         layout.start.copy(),
         settings,
     )

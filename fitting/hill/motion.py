@@ -1,6 +1,6 @@
 """Is there viscosity in the motion? Models without and with Hill's force, fitted to the recorded positions."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -11,14 +11,24 @@ from fitting.hill.hill import Curves, releases
 from fitting.least_squares.fit import fit
 from fitting.least_squares.record import Fit
 from fitting.study.task import Task
-from mckibben_jax.effects import Hill
+from mckibben_jax.effect import Effect
+from mckibben_jax.effects import LIBRARY
 from mckibben_jax.model import with_effects
 
-VISCOUS_BASELINE = Hill
-STARTS = 4  # of the fit to the motion, which begins from what is known
-FADED = 90.0  # m/s: Hill's b at which the force is next to nothing
-FAR = 1.5  # times the noise: there is something left for viscosity to explain
-STRAIGHT = 10.0  # times the fastest speed: with b so far up Hill's force is straight in speed to some 10 %
+CURVE = "force-velocity curve"  # what an effect declares that it gives: its parameters are a ratio a/F0 and a speed b
+
+
+@dataclass(frozen=True)
+class MotionSettings:
+    """Settings of the fits to motions. Where nothing else is said they were chosen."""
+
+    starts: int = 4  # of the fit to the motion at most: it begins from what is known
+    faded: float = 90.0  # m/s: Hill's b at which the force is next to nothing
+    far: float = 1.5  # times the noise: there is something left for viscosity to explain
+    straight: float = 10.0  # times the fastest speed: with b above it Hill's force is straight in speed to some 10 %
+
+
+SETTINGS = MotionSettings()
 
 
 @dataclass(frozen=True)
@@ -46,12 +56,13 @@ class Motions:
 
     def straight(self, fastest: float) -> bool:
         """Whether Hill's force is a plain drag, (F0 + a)/b times the speed, up to the `fastest` speed (m/s)."""
-        return any(value > STRAIGHT * fastest for name, (value, _) in self.direct.items() if name.endswith("hill.b"))
+        speeds = {entry.name for entry in self.viscous.layout.entries if entry.unit == "m/s"}
+        return any(value > SETTINGS.straight * fastest for name, (value, _) in self.direct.items() if name in speeds)
 
     @property
     def explained(self) -> bool:
         """Whether the better of the two leaves no more than noise."""
-        return min(_off(self.dry), _off(self.viscous)) < FAR
+        return min(_off(self.dry), _off(self.viscous)) < SETTINGS.far
 
 
 def motions(task: Task, read: Sequence[Curves]) -> Motions:
@@ -63,16 +74,21 @@ def motions(task: Task, read: Sequence[Curves]) -> Motions:
     """
     experiments = releases(task.experiments)
     options: dict[str, Any] = task.asked | {"shooting": task.shooting}
-    dry_effects = [effect for effect in task.effects if not isinstance(effect, VISCOUS_BASELINE)]
-    dry = fit(experiments, dry_effects, start=task.known, starts=min(task.starts, STARTS), **options)
+    dry_effects = [effect for effect in task.effects if CURVE not in effect.gives]
+    dry = fit(experiments, dry_effects, start=task.known, starts=min(task.starts, SETTINGS.starts), **options)
     curve = read[0].hill
-    begins = [(curve.curvature, FADED)]
-    begins += [(curve.curvature, curve.b)] if _off(dry) > FAR else []
+    begins = [(curve.curvature, SETTINGS.faded)]
+    begins += [(curve.curvature, curve.b)] if _off(dry) > SETTINGS.far else []
     viscous = []
     for curvature, b in begins:
-        effects = with_effects(dry_effects, [VISCOUS_BASELINE(jnp.asarray(curvature), jnp.asarray(b))])
+        effects = with_effects(dry_effects, [_force_velocity_law()(jnp.asarray(curvature), jnp.asarray(b))])
         viscous.append(fit(experiments, effects, start={**task.known, **dry.values}, starts=1, **options))
     return Motions(dry, min(viscous, key=lambda each: each.rmse))
+
+
+def _force_velocity_law() -> Callable[..., Effect]:
+    """The library's effect that gives a force-velocity curve."""
+    return next(kind for kind in LIBRARY if CURVE in kind.gives)
 
 
 def _off(found: Fit) -> float:

@@ -7,7 +7,6 @@ import jax.numpy as jnp
 import numpy as np
 from scipy.stats import qmc
 
-from fitting.full_names import listed
 from fitting.least_squares.absent import as_good_as_absent
 from fitting.least_squares.record import Fit, record_fit
 from fitting.least_squares.search import SearchEnd, SearchResult, evaluate_subset, on_the_host, rows_and_slopes, solve
@@ -16,6 +15,7 @@ from fitting.precision import require_x64
 from fitting.problem.no_number import refuse_no_number, state_at
 from fitting.problem.residuals import Problem, Samples, problem
 from fitting.problem.unknowns import Unknowns, unknowns
+from fitting.problem.varying import Varying
 
 
 @dataclass(frozen=True)
@@ -31,16 +31,6 @@ class FitSettings:
 
 
 SETTINGS = FitSettings()
-
-
-def free_names(layout: Unknowns, fix: Sequence[str] = (), free: Sequence[str] = ()) -> tuple[str, ...]:
-    """What varies unless told otherwise: the effects' parameters, and whatever has a prior."""
-    chosen = [
-        entry.name
-        for entry in layout.entries
-        if not entry.name.startswith("muscle.") or entry.prior is not None or listed(entry.name, free)
-    ]
-    return tuple(name for name in chosen if not listed(name, fix))
 
 
 def constrained(given: Problem, subset: Subset, names: Sequence[str]) -> tuple[str, ...]:
@@ -97,7 +87,7 @@ def fit(
     for name, value in (start or {}).items():
         if name in layout.names:
             vector[layout.names.index(name)] = value
-    names, known = free_names(layout, fix, free), tuple(start or ())
+    names, known = Varying(fix, free, own).names(layout), tuple(start or ())
     found = fit_problem(layout, given, samples, vector, names, known, starts=starts, seed=seed, shooting=shooting)
     refuse_no_number(found.residual, samples, experiments)
     return found

@@ -17,9 +17,10 @@ from fitting.diagnosis.diagnose import of_force
 from fitting.diagnosis.record import Diagnosis
 from fitting.diagnosis.settings import DIAGNOSIS
 from fitting.planning.candidates import Protocol, Shown, grid, in_words, on_specimen, shown, specimens
-from fitting.planning.predictions import Candidates, Explained, Varying, candidates, explained
+from fitting.planning.predictions import Candidates, Explained, candidates, explained
 from fitting.planning.separation import Outlook, Readings, noise_of_test
 from fitting.problem.residuals import thinned
+from fitting.problem.varying import AS_DECLARED, Varying
 from fitting.recordings.records import Experiment
 from mckibben_jax.effect import Effect, name_of
 from mckibben_jax.effects import LIBRARY
@@ -86,16 +87,14 @@ def next_measurement(
     experiments: Sequence[Experiment],
     *,
     known: Sequence[Effect] = (),
-    fix: Sequence[str] = (),
-    free: Sequence[str] = (),
-    own: Sequence[str] = (),
+    varying: Varying = AS_DECLARED,
     seed: int = 0,
 ) -> NextMeasurement | None:
     """The recording that would separate what a diagnosis leaves; None where nothing is left to separate.
 
-    `experiments`, `fix`, `free` and `own` as they were diagnosed; `known` are effects that the library does not have.
+    `experiments` and `varying` as they were diagnosed; `known` are effects that the library does not have.
     """
-    steps = measurements(diagnosis, experiments, known=known, fix=fix, free=free, own=own, seed=seed, most=1)
+    steps = measurements(diagnosis, experiments, known=known, varying=varying, seed=seed, most=1)
     return steps[0] if steps else None
 
 
@@ -104,9 +103,7 @@ def measurements(
     experiments: Sequence[Experiment],
     *,
     known: Sequence[Effect] = (),
-    fix: Sequence[str] = (),
-    free: Sequence[str] = (),
-    own: Sequence[str] = (),
+    varying: Varying = AS_DECLARED,
     seed: int = 0,
     most: int = 3,
 ) -> tuple[NextMeasurement, ...]:
@@ -115,7 +112,7 @@ def measurements(
     if len(rivals) < 2:
         return ()
     with threadpool_limits(1, "blas"):  # small matrices: more threads only wait for each other
-        return _measurements(diagnosis, experiments, rivals, known, Varying(fix, free, own), seed, most)
+        return _measurements(diagnosis, experiments, rivals, known, varying, seed, most)
 
 
 def _measurements(

@@ -10,30 +10,18 @@ from scipy.optimize import least_squares
 
 from fitting import full_names
 from fitting.diagnosis.discover import with_added
-from fitting.least_squares.fit import free_names
 from fitting.least_squares.search import rows_and_slopes
 from fitting.least_squares.subset import Subset, subset_of
 from fitting.planning.candidates import Protocol, Shown, recording
 from fitting.problem.residuals import Problem, Samples, problem
 from fitting.problem.unknowns import Unknowns, unknowns
+from fitting.problem.varying import AS_DECLARED, Varying
 from fitting.recordings.records import Experiment
 from mckibben_jax.effect import Effect, name_of
 
 UNIFORM = np.sqrt(12.0)  # one over the standard deviation of a place that could be anywhere in its range
 STEPS = 60
 NEAR = 1e-5  # places closer to an end of their range than this stand there
-
-
-@dataclass(frozen=True)
-class Varying:
-    """What varies and what does not, as it was diagnosed."""
-
-    fix: Sequence[str] = ()
-    free: Sequence[str] = ()
-    own: Sequence[str] = ()
-
-
-USUAL = Varying()
 
 
 @dataclass(frozen=True)
@@ -140,7 +128,7 @@ def explained(
     base: Sequence[Effect],
     added: Sequence[Effect],
     start: dict[str, float],
-    varying: Varying = USUAL,
+    varying: Varying = AS_DECLARED,
     hold: bool = False,
 ) -> Explained:
     """One explanation, fitted to what was measured from these starting values; with `hold` left at them."""
@@ -150,7 +138,7 @@ def explained(
     known = zip(layout.names, layout.start, strict=True)
     vector = np.array([start.get(name, start.get(full_names.common(name), declared)) for name, declared in known])
     vector = np.clip(vector, layout.lower, layout.upper)
-    free = tuple(free_names(layout, varying.fix, varying.free))
+    free = varying.names(layout)
     subset = subset_of(layout, vector, free)
     place = np.asarray(subset.place(subset.full))
     nothing = np.zeros(len(samples))

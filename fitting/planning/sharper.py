@@ -17,7 +17,8 @@ from fitting.planning.next_measurement import (
     prospect,
     trouble,
 )
-from fitting.planning.predictions import Explained, Varying, explained
+from fitting.planning.predictions import Explained, explained
+from fitting.problem.varying import AS_DECLARED, Varying
 from fitting.recordings.records import Experiment
 from mckibben_jax.effect import Effect, name_of
 from mckibben_jax.effects import LIBRARY
@@ -58,9 +59,7 @@ def sharper(
     experiments: Sequence[Experiment],
     *,
     known: Sequence[Effect] = (),
-    fix: Sequence[str] = (),
-    free: Sequence[str] = (),
-    own: Sequence[str] = (),
+    varying: Varying = AS_DECLARED,
     seed: int = 0,
 ) -> NextMeasurement | None:
     """The recording that makes the effects of `blind` visible, as many of the worst as one recording can."""
@@ -68,7 +67,6 @@ def sharper(
     if not wanted:
         return None
     present = diagnosis.explanations[0] if diagnosis.verdict == "missing" else ()
-    varying = Varying(fix, free, own)
     with threadpool_limits(1, "blas"):
         first = prospect(diagnosis, experiments, [present], varying, known=known, seed=seed)
         kinds = {name_of(effect): effect for effect in (*(kind() for kind in LIBRARY), *known)}

@@ -66,8 +66,7 @@ def _changed(task: Task, effects: Sequence[Effect]) -> Task:
     changed = task.with_effects(effects)
     check_needs(changed)
     names = {name for full in changed.layout.names for name in (full, full_names.common(full))}
-    kept = {field: tuple(n for n in getattr(task, field) if n in names) for field in ("fix", "free", "own")}
-    return dataclasses.replace(changed, **kept)
+    return dataclasses.replace(changed, varying=task.varying.among(names))
 
 
 def change(task: Task, changed: Task, words: str, progress: Callable[[str, float], None]) -> Change:

@@ -50,7 +50,7 @@ def following(task: Task, found: Diagnosis, progress: Progress) -> NextMeasureme
         return None
     progress("which recording would tell them apart", 0.95)
     extra = [kind() for kind in task.library.values()]
-    return next_measurement(found, task.experiments, known=extra, **task.asked)
+    return next_measurement(found, task.experiments, known=extra, varying=task.varying, seed=task.seed)
 
 
 def diagnosed(task: Task, candidates: Sequence[Effect] | None, progress: Progress) -> tuple[Diagnosis, Comparison]:
@@ -59,5 +59,5 @@ def diagnosed(task: Task, candidates: Sequence[Effect] | None, progress: Progres
         task.experiments, task.effects, candidates=candidates, start=task.known, progress=progress, **task.asked
     )
     task = in_newtons(task)  # errors of a diagnosis are in N
-    whole = evaluate(task.experiments, task.effects, found.baseline.values, task.varying(task.layout), task.own)
+    whole = evaluate(task.experiments, task.effects, found.baseline.values, task.free_names, task.varying.own)
     return found, compare(whole, task.experiments)

@@ -84,4 +84,4 @@ def on_motions(task: Task, found: Discovery, progress: Progress) -> OnMotions | 
 
 def _residual(task: Task, step: Step) -> np.ndarray:
     """What the model of a step misses on every sample; the diagnosis itself may have looked at fewer."""
-    return evaluate(task.experiments, task.effects, step.diagnosis.baseline.values, (), task.own).residual
+    return evaluate(task.experiments, task.effects, step.diagnosis.baseline.values, (), task.varying.own).residual

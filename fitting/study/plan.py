@@ -9,6 +9,7 @@ from fitting.diagnosis.record import Diagnosis
 from fitting.planning.candidates import Shown, shown
 from fitting.planning.next_measurement import NextMeasurement, measurements, remaining
 from fitting.planning.sharper import sharper
+from fitting.problem.varying import Varying
 from fitting.recordings.records import Experiment
 from fitting.study.task import Task
 from mckibben_jax.effect import Effect, name_of
@@ -59,12 +60,12 @@ def plan(
 
     `experiments`, `fix`, `free` and `own` as they were diagnosed; `known` are effects that the library does not have.
     """
-    rivals = remaining(diagnosis)
+    varying, rivals = Varying(fix, free, own), remaining(diagnosis)
     if len(rivals) > 1:
-        steps = measurements(diagnosis, experiments, known=known, fix=fix, free=free, own=own, seed=seed)
+        steps = measurements(diagnosis, experiments, known=known, varying=varying, seed=seed)
         tied = _still_tied(rivals, steps)
     else:
-        found = sharper(diagnosis, experiments, known=known, fix=fix, free=free, own=own, seed=seed)
+        found = sharper(diagnosis, experiments, known=known, varying=varying, seed=seed)
         steps, tied = ((found,) if found else ()), ()
     tested = of_force(experiments)[0][0].name
     can = shown(next(e for e in experiments if e.name == tested))

@@ -11,12 +11,13 @@ import jax.numpy as jnp
 from fitting import full_names, units
 from fitting.errors import InputError, unknown_name
 from fitting.least_squares.evaluate import evaluate
-from fitting.least_squares.fit import fit, free_names
+from fitting.least_squares.fit import fit
 from fitting.least_squares.record import Fit
 from fitting.library.library import library, named
 from fitting.model_files.model_file import ModelFile, check_range, read_model
 from fitting.problem.priors import Prior
 from fitting.problem.unknowns import Unknowns, unknowns
+from fitting.problem.varying import AS_DECLARED, Varying
 from fitting.recordings.experiment import read_experiment, read_single
 from fitting.recordings.records import TESTS, Experiment
 from fitting.study.baseline import BASELINE
@@ -33,9 +34,7 @@ class Task:
     experiments: tuple[Experiment, ...]
     effects: tuple[Effect, ...]
     known: dict[str, float]
-    fix: tuple[str, ...]
-    free: tuple[str, ...]
-    own: tuple[str, ...]
+    varying: Varying
     origin: str  # where the model comes from, in words
     library: dict[str, type[Effect]]
     starts: int
@@ -51,16 +50,17 @@ class Task:
     @property
     def layout(self) -> Unknowns:
         """Everything that may vary."""
-        return unknowns(self.experiments, self.effects, self.own)
+        return unknowns(self.experiments, self.effects, self.varying.own)
 
     @property
     def asked(self) -> dict[str, Any]:
-        """What was asked of the parameters and of chance: arguments of every function that fits."""
-        return {"fix": self.fix, "free": self.free, "own": self.own, "seed": self.seed}
+        """What was asked of the parameters and of chance: arguments of every function that users call to fit."""
+        return {**self.varying.keywords, "seed": self.seed}
 
-    def varying(self, layout: Unknowns) -> tuple[str, ...]:
-        """The names that a fit lets vary."""
-        return free_names(layout, self.fix, self.free)
+    @property
+    def free_names(self) -> tuple[str, ...]:
+        """The names of all that varies in a fit."""
+        return self.varying.names(self.layout)
 
     def with_effects(self, effects: Sequence[Effect]) -> "Task":
         """The same with another set of effects."""
@@ -76,9 +76,7 @@ def task_of(request: Request) -> Task:
         experiments=experiments,
         effects=effects,
         known=_known(stored, experiments),
-        fix=(*request.fix, *_fixed(stored, request)),
-        free=request.free,
-        own=request.own,
+        varying=Varying((*request.fix, *_fixed(stored, request)), request.free, request.own),
         origin=origin,
         library={**known, **{name_of(effect): type(effect) for effect in effects}},
         starts=max(request.starts, 1),
@@ -100,14 +98,13 @@ def cited_task(request: Request) -> Task:
         effects = read_model(request.model, known).effects
     else:
         effects = tuple(kind() for kind in (named(request.effects, known) or BASELINE))
-    return Task((), effects, {}, (), (), (), "as asked", known, 1, request.seed)
+    return Task((), effects, {}, AS_DECLARED, "as asked", known, 1, request.seed)
 
 
 def fitted(task: Task) -> Fit:
     """The task's model fitted to its data."""
-    layout = task.layout
-    if not task.varying(layout):
-        return evaluate(task.experiments, task.effects, task.known, (), task.own)
+    if not task.free_names:
+        return evaluate(task.experiments, task.effects, task.known, (), task.varying.own)
     return fit(
         task.experiments, task.effects, start=task.known, starts=task.starts, shooting=task.shooting, **task.asked
     )
@@ -115,16 +112,15 @@ def fitted(task: Task) -> Fit:
 
 def as_known(task: Task) -> tuple[Fit, tuple[str, ...]]:
     """The task's model at the values that are known; what is not known is fitted first, and named."""
-    layout = task.layout
-    free = task.varying(layout)
+    layout, free = task.layout, task.free_names
     missing = tuple(name for name in free if name not in task.known)
     if missing == free and free:
         return fitted(task), missing
     values = task.known
     if missing:
         held = tuple(name for name in layout.names if name in task.known)
-        values = fitted(dataclasses.replace(task, fix=(*task.fix, *held))).values
-    return evaluate(task.experiments, task.effects, values, free, task.own), missing
+        values = fitted(dataclasses.replace(task, varying=task.varying.fixing(*held))).values
+    return evaluate(task.experiments, task.effects, values, free, task.varying.own), missing
 
 
 # --------------------------------------------------------------------------------------------------------------- data
@@ -226,9 +222,9 @@ def _with_setting(task: Task, name: str, text: str) -> Task:
         check_range(name, value, entries[chosen[0]].lower, entries[chosen[0]].upper, unit)
     experiments = tuple(_resized(e, name, value) for e in task.experiments)
     known = {**task.known, **dict.fromkeys(chosen, value)}
-    fix = task.fix if name in task.free else (*task.fix, name)
+    varying = task.varying if name in task.varying.free else task.varying.fixing(name)
     effects = tuple(_reset(effect, name, value) for effect in task.effects)
-    return dataclasses.replace(task, experiments=experiments, known=known, fix=fix, effects=effects)
+    return dataclasses.replace(task, experiments=experiments, known=known, varying=varying, effects=effects)
 
 
 def _reset(effect: Effect, name: str, value: float) -> Effect:

@@ -70,7 +70,7 @@ def lay_out(task: Task, fit: Fit | None) -> LaidOut:
         switches = np.ones(len(layout.templates[0].effects))
     else:
         layout, given, samples, vector, switches = fit.layout, fit.problem, fit.samples, fit.vector, fit.switches
-    names = [name for name in task.varying(layout) if fit is None or name not in fit.held]
+    names = [name for name in task.free_names if fit is None or name not in fit.held]
     sliders = tuple(_slider(layout, vector, name, 0.0 if fit is None else fit.error(name)) for name in names)
     return LaidOut(layout, given, samples, vector, switches, sliders)
 

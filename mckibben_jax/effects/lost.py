@@ -205,6 +205,7 @@ class Hill(Lost):
 
     source = "Hill 1938; Kerscher et al. 2006; Tondu 2012, eqs 43-46"
     suspect = "misfit of the contracting branch alone that grows with speed and levels off"
+    gives = ("force-velocity curve",)
     a_over_F0: jax.Array = parameter(0.12, "1", "Hill's a over the isometric force", range=(0.01, 5.0), starts=(0.3,))
     b: jax.Array = parameter(0.3, "m/s", "Hill's b", range=(1e-3, 100.0), starts=(1.0,))
 

@@ -23,11 +23,12 @@ from fitting.diagnosis.between_runs import common_nuisance
 from fitting.diagnosis.examine import Examiner
 from fitting.diagnosis.missing_effect import MissingEffectTest, missing_effect_test
 from fitting.diagnosis.universe import universe
-from fitting.least_squares.fit import fit, free_names, starting_places
+from fitting.least_squares.fit import fit, starting_places
 from fitting.least_squares.search import solve
 from fitting.least_squares.subset import Subset, subset_of
 from fitting.problem.residuals import Problem, Samples, problem
 from fitting.problem.unknowns import Unknowns, unknowns
+from fitting.problem.varying import Varying
 from fitting.recordings.experiment import read_experiment
 from fitting.recordings.records import Experiment
 from mckibben_jax import effects as library
@@ -150,7 +151,7 @@ def case(folder, which: str) -> Case:
     experiment, chosen = measured(folder, which), kinds(*MODELS[which])
     layout = unknowns([experiment], chosen)
     given, samples = problem([experiment], layout)
-    names = free_names(layout, free=FREE[which])
+    names = Varying(free=FREE[which]).names(layout)
     subset = subset_of(layout, layout.start, names)
     data = as_data(experiment, samples)
     return Case(experiment, chosen, layout, given, subset, names, as_rival(layout, names, data, layout.start))

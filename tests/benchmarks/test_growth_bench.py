@@ -26,12 +26,13 @@ from fitting.diagnosis.examine import Examiner
 from fitting.diagnosis.search import Search
 from fitting.diagnosis.settings import DIAGNOSIS
 from fitting.diagnosis.universe import universe
-from fitting.least_squares.fit import fit, free_names
+from fitting.least_squares.fit import fit
 from fitting.least_squares.record import Fit
 from fitting.least_squares.search import rows_and_slopes
 from fitting.least_squares.subset import subset_of
 from fitting.problem.residuals import problem, thinned
 from fitting.problem.unknowns import unknowns
+from fitting.problem.varying import Varying
 from fitting.recordings.experiment import read_experiment
 from fitting.recordings.records import Experiment
 from mckibben_jax import effects as library
@@ -167,7 +168,7 @@ def judged(experiment: Experiment, present: Sequence, sought: Sequence[str], fix
     """What every diagnosis begins with: each effect refitted with the model, then the test; and when each was done."""
     begun = time.process_time()
     light = [thinned(experiment, DIAGNOSIS.samples)]
-    world = universe(light, present, effects_of(sought), fix=fix)
+    world = universe(light, present, effects_of(sought), Varying(fix))
     base = world.fit(frozenset(world.base), world.start)
     with one_thread():
         no_fit: Any = None  # its errors are told in the end, to which this does not come
@@ -193,7 +194,7 @@ def timed_fit(experiment: Experiment, effects: Sequence, fix=()) -> tuple[list[F
     """Rows and slopes once, a fit from one start, and the comparison."""
     layout = unknowns([experiment], effects)
     given, _ = problem([experiment], layout)
-    subset = subset_of(layout, layout.start, free_names(layout, fix))
+    subset = subset_of(layout, layout.start, Varying(fix).names(layout))
     place = subset.place(subset.full)
     found: list[Fit] = []
     return found, {
@@ -242,7 +243,7 @@ def test_parameters(benchmark, tmp_path, count):
     effects = known_but(FREED[:count])
     layout = unknowns([experiment], effects)
     fix = tuple(name for name in layout.names if name not in FREED[:count])
-    assert len(free_names(layout, fix)) == count
+    assert len(Varying(fix).names(layout)) == count
 
     def measure() -> dict[str, Times]:
         (found, *_), times = timed_fit(experiment, effects, fix)

@@ -75,14 +75,14 @@ def _posterior(run: CommandRun, fit: "Fit") -> "list[Section]":
     if not kept.is_file():
         return []
     from fitting.posterior.sample import sample
-    from fitting.posterior.store import copied
+    from fitting.posterior.store import copy_store
     from fitting.report.page.posterior import posterior_sections
     from fitting.report.text.layout import line
 
     steps = [0]
     try:
         with tempfile.TemporaryDirectory() as folder, run.progress("reading the posterior"):
-            copy = copied(kept, Path(folder))
+            copy = copy_store(kept, Path(folder))
             found = sample(fit, task.experiments, seed=task.seed, priors=task.priors, limit_s=0.0, chains=str(copy),
                            progress=lambda done, _: steps.append(done))  # fmt: skip
     except (InputError, OSError, sqlite3.Error) as error:  # the page is there without it
