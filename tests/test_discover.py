@@ -17,7 +17,7 @@ from fitting.cli.main import main
 from fitting.diagnosis import step_rules
 from fitting.diagnosis.discover import discover, proposals, worth_judging
 from fitting.diagnosis.record import Explanation, Leading
-from fitting.diagnosis.step_rules import RULES, Fitted, Reason, objections
+from fitting.diagnosis.step_rules import RULES, Fitted, Objection, Reason, denied_sizes, objections
 from fitting.diagnosis.universe import universe
 from fitting.least_squares.fit import fit
 from fitting.recordings.experiment import read_experiment
@@ -57,7 +57,7 @@ def test_a_measured_muscle_gets_its_rubber(measured):
     assert set(families.values()) == {"bladder"}
     assert steps[1].effect in ("bladder_neo_hookean", "bladder_mooney_rivlin")
     assert steps[0].diagnosis.leading.effects[0] == steps[1].effect
-    assert steps[1].rmse < 0.25 * steps[0].rmse
+    assert steps[1].rmse < 0.5 * steps[0].rmse
 
 
 def test_no_step_raises_an_error_and_each_pays(measured):
@@ -68,14 +68,29 @@ def test_no_step_raises_an_error_and_each_pays(measured):
         assert after.held_out_rmse < 0.9 * before.held_out_rmse
 
 
-def test_what_is_kept_is_sound_and_what_is_not_says_why(measured):
+def test_what_is_kept_is_the_muscle_that_was_measured(measured):
+    """The ideal cylinder alone wants twice the stated radius. No step leaves any stated size by three errors."""
     steps, _ = measured
-    assert steps[-1].diagnosis.baseline.at_bound == ()
-    tried = {attempt.effects: attempt for step in steps for attempt in step.attempts}
-    denied = {w.about for w in tried["tip",].why if w.reason == Reason.DENIES}
-    assert denied == {"muscle.radius"}  # a radius of 7 mm where 10.9 +/- 0.5 mm was measured
-    bounds = {w.about for w in tried["bladder_mooney_rivlin",].why if w.reason == Reason.BOUND}
-    assert bounds == {"bladder_mooney_rivlin.C10"}
+    priors = read_experiment(DATA / "martens2017_dmsp20").priors
+    away = [abs(steps[0].diagnosis.baseline.values[name] - mean) / sd for name, (mean, sd) in priors.items()]
+    assert max(away) > 10
+    for step in steps[1:]:
+        values = step.diagnosis.baseline.values
+        assert all(abs(values[name] - mean) <= 3 * sd for name, (mean, sd) in priors.items())
+        assert step.diagnosis.baseline.at_bound == ()
+    assert "muscle.radius" in steps[1].held
+    modulus = next(value for name, value in steps[1].diagnosis.baseline.values.items() if name.startswith("bladder"))
+    assert 0.3e6 < modulus < 3e6  # Pa: rubbers of hoses
+
+
+def test_what_is_not_kept_says_why(measured):
+    """Mooney and Rivlin's rubber has one number more than these data know."""
+    steps, _ = measured
+    attempts = [attempt for step in steps for attempt in step.attempts]
+    assert all(attempt.why for attempt in attempts)
+    for attempt in attempts:
+        if "bladder_mooney_rivlin" in attempt.effects:
+            assert {w.reason for w in attempt.why} & {Reason.BOUND, Reason.UNKNOWN, Reason.NO_GAIN}
 
 
 # ------------------------------------------------------------------------ a larger model cannot do worse than one in it
@@ -166,6 +181,12 @@ def stated_estimates(request, monkeypatch):
 GOOD = {"rmse": 5.0, "left_out": 5.0}
 
 
+def test_the_rule_on_sizes_holds_them_only_if_nothing_else_is_wrong():
+    size, value = Objection(Reason.DENIES, "muscle.radius", 4.0), Objection(Reason.UNKNOWN, "tip.k", 0.5)
+    assert denied_sizes([size, Objection(Reason.BOUND, "muscle.radius")]) == ("muscle.radius",)
+    assert denied_sizes([size, value]) == denied_sizes([Objection(Reason.RISES)]) == denied_sizes([]) == ()
+
+
 @pytest.mark.parametrize(
     ("before", "after", "reasons"),
     [
@@ -178,8 +199,7 @@ GOOD = {"rmse": 5.0, "left_out": 5.0}
         ({"bound": ["a.K"]}, GOOD | {"bound": ["a.K"]}, []),  # it was there before
         ({}, GOOD | {"denied": -3.1}, [Reason.DENIES]),
         ({}, GOOD | {"denied": 2.9}, []),
-        ({"denied": 9.0}, GOOD | {"denied": -4.0}, []),  # the smaller model denied it more
-        ({"denied": 4.0}, GOOD | {"denied": 5.0}, [Reason.DENIES]),
+        ({"denied": 9.0}, GOOD | {"denied": -4.0}, [Reason.DENIES]),  # however far the smaller one was from it
         ({}, GOOD | {"values": {"K": (5.0, 1.0), "c": (-0.9, 1.0)}}, [Reason.UNKNOWN]),
         ({}, GOOD | {"values": {"K": (5.0, 1.0), "c": (-1.1, 1.0)}}, []),
         ({"values": {"K": (0.5, 1.0)}}, GOOD | {"values": {"K": (0.5, 1.0)}}, []),  # nor was it known before
@@ -228,27 +248,31 @@ def found(small):
 
 
 def test_what_leads_is_tried_whatever_the_verdict(found):
-    assert list(proposals(replace(found, verdict="inconclusive"))) == [("a",)]
-    assert next(proposals(replace(found, verdict="not in the library"))) == ("a",)
-    assert list(proposals(replace(found, verdict="inconclusive", leading=None))) == []
-    assert list(proposals(replace(found, verdict="nothing detectable"))) == []
+    assert proposals(replace(found, verdict="inconclusive")) == [[("a",)]]
+    assert proposals(replace(found, verdict="not in the library"))[0] == [("a",)]
+    assert proposals(replace(found, verdict="inconclusive", leading=None)) == []
+    assert proposals(replace(found, verdict="nothing detectable")) == []
 
 
 def test_what_the_verdict_names_comes_first_and_its_members_before_it(found):
     named = replace(found, verdict="missing", explanations=(("a", "c"),))
-    assert list(proposals(named))[:3] == [("a",), ("c",), ("a", "c")]
+    assert proposals(named)[:2] == [[("a",), ("c",)], [("a", "c")]]
     single = replace(found, verdict="one of", explanations=(("a", "c"), ("b",)))
-    assert next(proposals(single)) == ("b",)
+    assert proposals(single)[0] == [("b",)]
 
 
 def test_two_at_once_come_after_all_that_stand_alone(found):
-    order = list(proposals(replace(found, verdict="not in the library", leading=None)))
-    assert order == [("b",), ("a",), ("c",), ("d",), ("c", "d"), ("a", "c")]
+    """And three never."""
+    order = proposals(replace(found, verdict="not in the library", leading=None))
+    assert order == [[("b",), ("a",), ("c",), ("d",)], [("c", "d"), ("a", "c")]]
+    three = replace(found, verdict="one of", explanations=(("a", "c", "d"),), leading=None)
+    assert proposals(three) == [[("a",), ("c",), ("d",)], [("c", "d"), ("a", "c")], [("b",)]]
 
 
 def test_what_does_not_pay_is_not_judged(found):
     """c removes 1 % and d less than its standard error."""
-    assert worth_judging(replace(found, verdict="not in the library")) == [("a",), ("b",), ("c", "d"), ("a", "c")]
+    judged = worth_judging(replace(found, verdict="not in the library"))
+    assert judged == [[("a",)], [("b",)], [("c", "d"), ("a", "c")]]
 
 
 # ---------------------------------------------------------------------------------------------------------- the command

@@ -1,5 +1,6 @@
 """Whether a model may take the place of a smaller one: what a step of a discovery must do, and what it may not."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 
@@ -83,7 +84,7 @@ def objections(
         *_rising(before, after, rules),
         *_few(after, rules),
         *_bounds(before, after),
-        *_denials(before, after, rules),
+        *_denials(after, rules),
         *_unknown(before, after, rules, adequate),
     )
     return (*unsound, Objection(poor)) if poor else unsound
@@ -104,11 +105,15 @@ def _bounds(before: Fitted, after: Fitted) -> tuple[Objection, ...]:
     return tuple(Objection(Reason.BOUND, n) for n in after.fit.at_bound if n not in before.fit.at_bound)
 
 
-def _denials(before: Fitted, after: Fitted, rules: StepRules) -> tuple[Objection, ...]:
-    """Stated sizes from which the larger model is too far, and farther than the smaller one."""
-    old = stated(before)
-    far = {n: z for n, z in stated(after).items() if abs(z) > max(rules.denied, abs(old.get(n, 0.0)))}
-    return tuple(Objection(Reason.DENIES, name, z) for name, z in far.items())
+def _denials(after: Fitted, rules: StepRules) -> tuple[Objection, ...]:
+    """Stated sizes from which the larger model is too far, however far the smaller one was from them."""
+    return tuple(Objection(Reason.DENIES, name, z) for name, z in stated(after).items() if abs(z) > rules.denied)
+
+
+def denied_sizes(why: Sequence[Objection]) -> tuple[str, ...]:
+    """The stated sizes that the objections are about, if they are about nothing else."""
+    sizes = tuple(dict.fromkeys(w.about for w in why if owner_of(w.about) == "muscle"))
+    return sizes if all(w.about in sizes for w in why) else ()
 
 
 def _unknown(before: Fitted, after: Fitted, rules: StepRules, adequate: bool) -> tuple[Objection, ...]:

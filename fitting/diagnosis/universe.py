@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import islice, product
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 
@@ -163,8 +164,21 @@ class Universe:
         at = self.layout.at(names)
         subset = self._subset(effects, at, smaller.vector)
         entries = [self.layout.entries[i] for i in at]
-        place = as_good_as_absent(self.problem, subset, entries, new, 1, self.settings.steps)
+
+        def search(alone: Subset, starts: jax.Array, look: np.ndarray) -> SearchResult:
+            return solve(self.problem, alone, starts, self.settings.steps, LOOK if look[0] else NO_LOOK)
+
+        place = as_good_as_absent(search, subset, entries, new, 1)
         return self.fit(effects, np.asarray(subset.vector(jnp.asarray(place)))[: len(smaller.vector)])
+
+    def holding(self, sizes: Sequence[str]) -> "Universe":
+        """The same with these stated sizes of the muscle held at what was stated."""
+        start = self.start.copy()
+        for i, entry in enumerate(self.layout.entries):
+            if entry.name in sizes and entry.prior is not None:
+                start[i] = entry.prior[0]
+        free = tuple(name for name in self.always_free if name not in sizes)
+        return replace(self, always_free=free, fixed=(*self.fixed, *sizes), start=start)
 
     def fit_all(self, sets: Sequence[tuple[frozenset[str], np.ndarray, Sequence[str]]]) -> list[CandidateFit]:
         """Fit many sets, two at a time."""

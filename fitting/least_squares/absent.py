@@ -4,43 +4,37 @@ A model that contains another can describe the data no worse, if its search does
 place it cannot: every step of the search lowers the sum of squares.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import jax.numpy as jnp
 import numpy as np
 
-from fitting.least_squares.search import MAX_STEPS, solve
+from fitting.least_squares.search import SearchResult
 from fitting.least_squares.subset import Subset
-from fitting.problem.residuals import Problem
 from fitting.problem.unknowns import Unknown
 
+Solve = Callable[[Subset, jnp.ndarray, np.ndarray], SearchResult]  # of a subset, starts (count, free) and look (count,)
 NEUTRAL = (0.0, 1.0)  # values at which a sum or a product changes nothing
 
 
 def as_good_as_absent(
-    given: Problem,
-    subset: Subset,
-    entries: Sequence[Unknown],
-    new: np.ndarray,
-    count: int,
-    steps: int = MAX_STEPS,
+    solve: Solve, subset: Subset, entries: Sequence[Unknown], new: np.ndarray, count: int
 ) -> np.ndarray:
     """The best place (free,) for the new parameters while all others stay as they are in `subset.full`.
 
     `entries` are the free unknowns in their order, `new` is a mask over them (free,). No effect has to say which values
     switch it off: the ends of the ranges, neutral numbers and declared starts are looked at, and the search of the new
-    parameters alone goes on from the best. `count` starts a call, so that one compiled function serves all.
+    parameters alone goes on from the best. `solve` takes `count` starts, as the caller's own searches do, so that
+    nothing is compiled for this.
     """
     here = np.asarray(subset.place(subset.full))
     places = _places(subset, here, entries, new)
-    alone = _only(subset, new)
-    costs = np.concatenate(
-        [np.asarray(solve(given, alone, _filled(part, count), steps, np.ones(count, bool)).ends.cost)[: len(part)]
-         for part in _parts(places, count)]
-    )  # fmt: skip
-    best = places[int(np.argmin(costs))]
-    look = np.arange(count) > 0  # the first is searched, the others only fill the array
-    found = solve(given, alone, _filled(best[None], count), steps, look)
+    alone, look = _only(subset, new), np.ones(count, bool)
+    costs = [
+        np.asarray(solve(alone, _filled(part, count), look).ends.cost)[: len(part)] for part in _parts(places, count)
+    ]
+    best = places[int(np.argmin(np.concatenate(costs)))]
+    found = solve(alone, _filled(best[None], count), np.arange(count) > 0)  # the first is searched, the others fill up
     return np.asarray(found.place) if np.isfinite(found.cost) else best
 
 

@@ -157,7 +157,8 @@ def _from_known(
     if not new.any() or new.all():
         return begin
     entries = [layout.entries[i] for i in layout.at(names)]
-    place = as_good_as_absent(search, subset, entries, new, len(begin))
+    searched = lambda alone, starts, look: solve(search, alone, starts, look=look)  # noqa: E731
+    place = as_good_as_absent(searched, subset, entries, new, len(begin))
     return np.concatenate([place[None], begin])[: len(begin)]
 
 

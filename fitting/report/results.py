@@ -196,7 +196,8 @@ def _explanation(e: Explanation) -> dict[str, Any]:
 def steps_result(stages: Sequence[Stage]) -> dict[str, Any]:
     """`discover`: one step per effect added; the first is the model that it began with.
 
-    `not_kept` are the larger models that were tried after a step, in their order, each with the reasons against it.
+    `held` are stated sizes of the muscle that are held from there on, for a free fit denies them; `not_kept` are the
+    larger models that were tried after a step, in their order, each with the reasons against it.
     """
     return {"steps": [_step(stage) for stage in stages]}
 
@@ -207,6 +208,7 @@ def _step(stage: Stage) -> dict[str, Any]:
         "rmse_N": stage.rmse,
         "held_out_rmse_N": stage.left_out,
         "verdict": stage.verdict,
+        "held": list(stage.held),
         "not_kept": attempts_result(stage.attempts),
     }
 

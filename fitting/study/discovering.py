@@ -38,10 +38,11 @@ def discovered(
     def made(step: Step) -> None:
         if stages:
             new = [kind() for kind in named(step.effect.split("+"), task.library)]
-            tasks.append(task.with_effects(with_effects(tasks[-1].effects, new)))
+            changed = task.with_effects(with_effects(tasks[-1].effects, new))
+            tasks.append(replace(changed, varying=tasks[-1].varying.fixing(*step.held)))
         words = f"+ {step.effect}" if stages else step.effect
         residual = _residual(tasks[-1], step)
-        stages.append(Stage(words, step.rmse, step.held_out_rmse, step.verdict, residual, step.attempts))
+        stages.append(Stage(words, step.rmse, step.held_out_rmse, step.verdict, residual, step.attempts, step.held))
         shown(stages[-1])
 
     last = discover(
@@ -78,7 +79,7 @@ def on_motions(task: Task, found: Discovery, progress: Progress) -> OnMotions | 
         return OnMotions(before, before)
     progress("fitting the motions themselves, after", 0.95)
     known = {**before.values, **found.comparison.fit.values}
-    after = fitted(replace(task.with_effects(found.task.effects), known=known))
+    after = fitted(replace(task.with_effects(found.task.effects), known=known, varying=found.task.varying))
     return OnMotions(before, after)
 
 

@@ -12,7 +12,8 @@ class Stage:
     """One step of a study: what was added, the error then, the verdict there, and what the model missed where.
 
     `residual` is model minus measurement of every sample that carries weight, where it is known; `attempts` are the
-    larger models that a discovery tried after this one and did not keep.
+    larger models that a discovery tried after this one and did not keep; `held` are stated sizes of the muscle that it
+    holds since this step.
     """
 
     added: str
@@ -21,3 +22,4 @@ class Stage:
     verdict: str = ""
     residual: np.ndarray | None = field(default=None, compare=False, repr=False)
     attempts: tuple[Attempt, ...] = ()
+    held: tuple[str, ...] = ()

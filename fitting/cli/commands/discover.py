@@ -27,8 +27,8 @@ def command(**options: Any) -> None:
     """Diagnose, add one effect, and again, until nothing more can be said.
 
     An effect that leads is added whatever the verdict. A step is kept if it lowers the error on runs left out by more
-    than its standard error and by a tenth, and raises no error; if no parameter ends at its bound, no stated size is
-    denied and no value is smaller than its error. What is tried and not kept is said.
+    than its standard error and by a tenth, and raises no error; if no parameter ends at its bound and no value is
+    smaller than its error. A stated size that a step would deny is held as stated. What is not kept is said.
     """
     run = start(options)
     from fitting.cli.saving import save

@@ -18,7 +18,7 @@ from fitting.report.pictures.loops import frame, key, loops_html, thinning_text
 from fitting.report.pictures.panels import panels
 from fitting.report.results import provenance, shown_names
 from fitting.report.text.amounts import amount, percent
-from fitting.report.text.attempts import attempts_text
+from fitting.report.text.attempts import attempts_text, held_text
 from fitting.report.text.comparison import NEAR_FLOOR, error_cells, error_text, judgement, kind_text, worst_text
 from fitting.report.text.diagnosis import effect_set, leading_text, measurement_text, verdict_text
 from fitting.report.text.fit import fit_warnings, range_cells, value_cells
@@ -141,7 +141,7 @@ def _fall(c: Comparison, d: Diagnosis | None, stages: Sequence[Stage], chosen: b
     judged_ones = len(shown) > 1 and any(s.verdict for s in shown)
     tables = (Grid(("added", "rms", "on runs left out", "verdict then"), rows, words=(3,)),) if judged_ones else ()
     words = ("Choose a bar: the loops below show the model with the effects up to there.",) if chosen else ()
-    words += tuple(line for stage in shown for line in attempts_text(stage.attempts, c.unit))
+    words += tuple(line for s in shown for line in (*held_text(s.held), *attempts_text(s.attempts, c.unit)))
     return Section("The error, down to the noise", sentences=words, picture=bars, tables=tables)
 
 

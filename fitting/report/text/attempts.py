@@ -17,6 +17,14 @@ def attempts_text(attempts: Sequence[Attempt], unit: str) -> list[str]:
     return [*words, f"{more} more were tried and not kept."] if more > 0 else words
 
 
+def held_text(names: Sequence[str]) -> list[str]:
+    """Which stated sizes a step holds, and how a later command does so too."""
+    if not names:
+        return []
+    named = " ".join(names)
+    return [f"A free fit would deny the stated {', '.join(names)}: held as stated from here on (--fix {named})."]
+
+
 def attempt_text(attempt: Attempt, unit: str) -> str:
     """What was tried, how far it would have brought the error, and why it was not kept."""
     errors = f"{amount(attempt.rmse, unit)}, on held-out runs {amount(attempt.held_out_rmse, unit)}"

@@ -7,7 +7,7 @@ from rich.text import Text
 
 from fitting.recordings.records import Experiment, NoiseSource
 from fitting.report.text.amounts import amount
-from fitting.report.text.attempts import attempts_text
+from fitting.report.text.attempts import attempts_text, held_text
 from fitting.report.text.layout import columns, line, lines, spaced
 from fitting.study.stages import Stage
 from fitting.study.task import Task
@@ -53,4 +53,4 @@ def step_report(stage: Stage, unit: str = "N") -> list[RenderableType]:
     """One step of a discovery, told as soon as it is made."""
     left_out = f"on held-out runs {amount(stage.left_out, unit)}"
     words = f"{stage.added}: {amount(stage.rmse, unit)}, {left_out}; {stage.verdict}"
-    return [line("STEP", words, "bold"), *lines("", attempts_text(stage.attempts, unit))]
+    return [line("STEP", words, "bold"), *lines("", [*held_text(stage.held), *attempts_text(stage.attempts, unit)])]
