@@ -38,9 +38,9 @@ ANSWERS = {
         ("shear modulus is # +/- # kPa", [320, 0.3], 1.5),
     ],
     "2_fit_your_csv": [
-        ("# readings, # N rms", [9000, 6.48], 0.02),
+        ("# readings, RMS error # N", [9000, 6.48], 0.02),
         ("f_s = # +/- #, or +/- # if", [0.0164, 0.0008, 0.00007], 2e-4),
-        ("what is odd goes as pressure to the power #", [0.7], 0.05),
+        ("the odd part grows as pressure to the power #", [0.7], 0.05),
     ],
     "3_what_is_missing": [
         ("muscle_b: found textile_friction, hidden was textile_friction: right", [], 0),

@@ -158,10 +158,11 @@ def test_the_misfit_can_be_switched_from_branches_to_parity(study):
 
 def test_terms_are_explained_and_likes_are_mapped(study, diagnosis):
     text = page(*study, diagnosis)
-    for words in ("noticed from", "imitated", "4 of 5 recordings", "Which effects look alike here"):
+    heads = ("smallest detectable size", "absorbed by other parameters", "4 of 5 recordings")
+    for words in (*heads, "Which effects are similar"):
         assert words in text
     rows = re.findall(r"<li>(.*?)</li>", text)
-    assert rows == ["<b>linear_spring</b> <span>end_stop</span> <i>at least 0.95 alike</i>"]
+    assert rows == ["<b>linear_spring</b> <span>end_stop</span> <i>similarity of at least 0.95</i>"]
 
 
 def test_who_looks_like_whom_stands_in_groups(diagnosis):

@@ -7,7 +7,7 @@ from typing import Any
 
 from fitting.diagnosis.record import Diagnosis
 from fitting.errors import InputError
-from fitting.report.page.diagnosis import NOTICED, TERMS, UNIT, meanings
+from fitting.report.page.diagnosis import ABSORBED, DETECTABLE, TERMS, UNIT, meanings
 from fitting.report.page.parts import pictures_style
 from fitting.report.pictures.fall import fall_html
 from fitting.report.text.amounts import amount
@@ -111,7 +111,7 @@ def evidence(step: Step, buttons: Mapping[str, Any]) -> str:
         *cells, note = _cells(found, name)
         told = "".join(f"<td>{html.escape(cell)}</td>" for cell in cells)
         rows.append(f'<tr><td>{button}</td>{told}<td class="words">{html.escape(note)}</td></tr>')
-    heads = ("effect", "error with it", "on runs left out", NOTICED, "most alike")
+    heads = ("effect", "error with it", "on held-out runs", DETECTABLE, "most similar effect")
     head = "".join(f'<th scope="col">{text}</th>' for text in heads) + "<td></td>"
     _, _, blind = sort_evidence(found)
     unseen = "; ".join(f"{', '.join(names)}: {why}" for why, names in blind.items())
@@ -121,7 +121,7 @@ def evidence(step: Step, buttons: Mapping[str, Any]) -> str:
 
 
 def _terms() -> str:
-    words = "".join(f"<div><dt>{term}</dt><dd>{text}</dd></div>" for term, text in TERMS if term != "imitated")
+    words = "".join(f"<div><dt>{term}</dt><dd>{text}</dd></div>" for term, text in TERMS if term != ABSORBED)
     return f'<dl class="terms">{words}</dl>'
 
 

@@ -49,7 +49,7 @@ def command(propose: bool, **options: Any) -> None:
     run.print([line("ERROR", error_text(compared))])
     run.print([line("MEASURE", " ".join(measurement_text(planned)))] if planned else [])
     after = after_diagnosis(found, run.request.again, propose)
-    run.print([paste_line("NEXT", after)] if after else [])
+    run.print([paste_line("NEXT", after.command)] if after else [])
     if form:
         run.print([line("PROPOSAL", proposal_text(form))])
         run.console.print(form.command(run.request.again), soft_wrap=True)  # to be pasted: in one line

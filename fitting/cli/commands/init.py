@@ -17,12 +17,12 @@ def command(folder: str, **options: Any) -> None:
         from fitting.cli.output import output
         from fitting.recordings.template import write_muscle_file
         from fitting.report.text.layout import line
-        from fitting.report.text.next_step import typed
+        from fitting.report.text.next_step import shell_words
 
         path = write_muscle_file(folder)
     shown = [
         line("WRITTEN", str(path)),
         line("NOW", "write a value for every '?' in it, and check what is called a guess or not used"),
-        line("NEXT", f"mckibben compare {typed([folder])}"),
+        line("NEXT", f"mckibben compare {shell_words([folder])}"),
     ]
     output(options, "mckibben init", shown, {"written": str(path)})

@@ -39,7 +39,7 @@ def command(**options: Any) -> None:
     from fitting.cli.output import output
     from fitting.compiled.prepare import prepare
     from fitting.report.text.layout import line, lines
-    from fitting.report.text.next_step import typed
+    from fitting.report.text.next_step import shell_words
 
     prepare()
     check_places(options["json"], options["html"])
@@ -50,7 +50,7 @@ def command(**options: Any) -> None:
     shown = [
         line("WRITTEN", f"{told.file} and muscle.toml beside it: {told.samples:,} samples"),
         *lines("WARNING", told.warnings),
-        line("NEXT", f"mckibben compare {typed([options['out']])} --model {typed([options['model']])}"),
+        line("NEXT", f"mckibben compare {shell_words([options['out']])} --model {shell_words([options['model']])}"),
     ]
     result = {"file": str(told.file), "samples": told.samples, "warnings": list(told.warnings)}
     output(options, "mckibben simulate", shown, result)

@@ -19,16 +19,17 @@ from mckibben_jax.effect import Effect
 from mckibben_jax.parameter import parameters
 
 MOST_EXPLAINED = 4  # effects under the verdict
-NOTICED = "noticed from"
+DETECTABLE = "smallest detectable size"
+ABSORBED = "absorbed by other parameters"
 UNIT = "N"  # of all errors of a diagnosis, whatever was measured: motions are read as force
 TERMS = (
-    ("error with it", "rms misfit left when this effect is in the model and everything is fitted again."),
-    ("on runs left out", "the same on runs that the fit had not seen: what only flatters the fit fails here."),
-    (NOTICED, "if an effect of this kind were in the muscle and its mark on these data, after the fit, were this large "
-     "(rms), the test would notice it in 4 of 5 recordings like these. Smaller ones can hide."),
-    ("imitated", "how much of the effect's mark the numbers that are fitted anyway (radius, angle, friction) can take "
-     "over. At 100 % nothing of it would show."),
-    ("most alike", "the effect whose mark has the most similar shape; 1.00 is the same shape."),
+    ("error with it", "RMS error that remains when this effect is in the model and everything is fitted again."),
+    ("on held-out runs", "the same on runs that the fit has not seen: an effect that only adds freedom fails here."),
+    (DETECTABLE, "if an effect of this kind were in the muscle and its mark on these data, after the fit, were this "
+     "large (RMS), the test would detect it in 4 of 5 recordings like these. A smaller one can stay undetected."),
+    (ABSORBED, "how much of the effect's mark the other fitted parameters (radius, angle, friction) absorb. At 100 % "
+     "the effect cannot be seen in these data."),
+    ("most similar effect", "the effect whose mark has the most similar shape; 1.00 is the same shape."),
 )  # fmt: skip
 
 
@@ -43,7 +44,15 @@ def effects(d: Diagnosis, c: Comparison, task: Task) -> Section:
     unit, known = UNIT, task.library
     floor = c.floor if c.unit == unit else d.noise_floor
     helping, idle, blind = sort_evidence(d)
-    heads = ("effect added", "error with it", "on runs left out", NOTICED, "imitated", "its size", "most alike")
+    heads = (
+        "effect added",
+        "error with it",
+        "on held-out runs",
+        DETECTABLE,
+        ABSORBED,
+        "its size",
+        "most similar effect",
+    )
     grid, others = (Grid(heads, tuple(Line(_evidence(e, unit, known), e.adequate) for e in some), words=(0, 5, 6))
                     for some in (helping, idle))  # fmt: skip
     unseen = Grid(("cannot be seen", "why"), tuple(Line((", ".join(v), k)) for k, v in blind.items()), words=(1,))
@@ -86,7 +95,7 @@ def alike(d: Diagnosis) -> Section | None:
         *(f"{classes_text(group)}: these data cannot tell them apart." for group in d.classes),
     )
     return Section(
-        "Which effects look alike here",
+        "Which effects are similar in these data",
         sentences=words if found else ("Every effect that leaves a trace in these data leaves one of its own.",),
         picture=groups_html(found, named_by(d)) if found else "",
         folded_picture=figures.as_svg(maps.alike_map(d), "alike"),
@@ -108,7 +117,7 @@ def tried(d: Diagnosis) -> Grid:
         )
         for e in d.tried
     )
-    return Grid(("effects", "rms", "on runs left out", "p", "note"), rows, words=(4,))
+    return Grid(("effects", "RMS", "on held-out runs", "p", "note"), rows, words=(4,))
 
 
 def _shown(value: float) -> str:

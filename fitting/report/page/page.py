@@ -33,10 +33,6 @@ if TYPE_CHECKING:
     from fitting.planning.next_measurement import NextMeasurement
 
 
-# of the command that comes next
-HEADINGS = {"add": "Put it into the model:", "diagnose": "Look for a form of it:", "plan": "Ask what to record:"}
-
-
 def write_page(
     path: str,
     task: Task,
@@ -90,10 +86,11 @@ def page(
 
 def _verdict(d: Diagnosis, task: Task, stages: Sequence[Stage]) -> str:
     """The verdict; what was missing may be in the model by now."""
+    if d.verdict == "missing" and _is_added(d, task):
+        names = d.explanations[0]
+        return f"{effect_set(names)} {'was' if len(names) == 1 else 'were'} missing, and is in the model now."
     said = verdict_text(d)
     added = " and ".join(stage.added.removeprefix("+ ") for stage in stages[1:])
-    if d.verdict == "missing" and _is_added(d, task):
-        return said.replace(" is missing.", " was missing, and is in the model now.")
     if not added:
         return said
     before = "With" if stages[-1].verdict else "Before"  # a verdict on the last model, or on one before it
@@ -110,8 +107,7 @@ def _typed(c: Comparison, d: Diagnosis | None, task: Task) -> tuple[str, str] | 
     if d is None:
         command = after_comparison(c, task.experiments, folders)
         return ("Which effect is missing?", command) if command else None
-    command = None if _is_added(d, task) else after_diagnosis(d, folders)
-    return (HEADINGS[command.split()[1]], command) if command else None
+    return None if _is_added(d, task) else after_diagnosis(d, folders)
 
 
 def _lead(c: Comparison, d: Diagnosis | None, stages: Sequence[Stage]) -> list[str]:
@@ -139,7 +135,7 @@ def _fall(c: Comparison, d: Diagnosis | None, stages: Sequence[Stage], chosen: b
     bars = fall_html(shown, c.floor, c.unit, choose="step" if chosen else "")
     rows = tuple(Line((s.added, amount(s.rmse, c.unit), amount(s.left_out, c.unit), s.verdict)) for s in shown)
     judged_ones = len(shown) > 1 and any(s.verdict for s in shown)
-    tables = (Grid(("added", "rms", "on runs left out", "verdict then"), rows, words=(3,)),) if judged_ones else ()
+    tables = (Grid(("added", "RMS", "on held-out runs", "verdict then"), rows, words=(3,)),) if judged_ones else ()
     words = ("Choose a bar: the loops below show the model with the effects up to there.",) if chosen else ()
     words += tuple(line for s in shown for line in (*held_text(s.held), *attempts_text(s.attempts, c.unit)))
     return Section("The error, down to the noise", sentences=words, picture=bars, tables=tables)

@@ -55,5 +55,5 @@ def groups_html(found: Sequence[Group], named: Sequence[str]) -> str:
 
 def _item(group: Group, named: Sequence[str]) -> str:
     words = (f"<b>{html.escape(n)}</b>" if n in named else f"<span>{html.escape(n)}</span>" for n in group.names)
-    how = "the same trace" if group.least > 0.9995 else f"at least {group.least:.2f} alike"
+    how = "the same trace" if group.least > 0.9995 else f"similarity of at least {group.least:.2f}"
     return f"<li>{' '.join(words)} <i>{how}</i></li>"

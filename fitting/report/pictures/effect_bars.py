@@ -21,7 +21,7 @@ def effect_bars(d: Diagnosis, floor: float, unit: str) -> str:
     rows += [_row(f"+ {effect_set(e.effects)}", e.held_out_rmse, "near", floor, top, unit) for e in several]
     rows += [_row(f"+ {e.name}", e.held_out_rmse or 0.0, _kind(e, helping), floor, top, unit) for e in shown]
     name, size = units.shown_in(unit, floor)
-    words = f"rms error on runs that were left out of the fit; dashed: the noise, {floor / size:.2g} {name}"
+    words = f"RMS error on held-out runs; dashed: the noise, {floor / size:.2g} {name}"
     words += "; green: explains the data" if several or any(e.adequate for e in shown) else ""
     return f'<fieldset class="fall"><legend>{words}</legend>{"".join(rows)}</fieldset>'
 

@@ -16,8 +16,8 @@ def fall_html(stages: Sequence[Stage], floor: float, unit: str, choose: str = ""
     top = 1.45 * max(max(stage.rmse, _left(stage), floor) for stage in stages) or 1.0
     rows = "".join(_row(stage, k, len(stages), floor, top, unit, choose) for k, stage in enumerate(stages))
     name, size = units.shown_in(unit, floor)
-    words = f"rms error; dashed: the noise, {floor / size:.2g} {name}"
-    words += "; orange mark: on runs left out" if any(stage.left_out is not None for stage in stages) else ""
+    words = f"RMS error; dashed: the noise, {floor / size:.2g} {name}"
+    words += "; orange mark: on held-out runs" if any(stage.left_out is not None for stage in stages) else ""
     return f'<fieldset class="fall"><legend>{words}</legend>{rows}</fieldset>'
 
 
@@ -29,7 +29,7 @@ def _row(stage: Stage, k: int, count: int, floor: float, top: float, unit: str, 
     width, left = (100 * value / top for value in (stage.rmse, _left(stage)))
     near = " near" if stage.rmse <= NEAR_FLOOR * floor else ""
     mark = f'<span class="left" style="left:{left:.2f}%"></span>' if left else ""
-    value = amount(stage.rmse, unit) + (f" (left out {amount(stage.left_out, unit)})" if left else "")
+    value = amount(stage.rmse, unit) + (f" (held out {amount(stage.left_out, unit)})" if left else "")
     bars = (
         f'<span class="track"><span class="bar{near}" style="width:{width:.2f}%"></span>{mark}'
         f'<span class="floor" style="left:{100 * floor / top:.2f}%"></span>'

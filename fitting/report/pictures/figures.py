@@ -45,7 +45,7 @@ def waterfall(stages: Sequence[Stage], floor: float, unit: str = "N") -> "Figure
                 left = stage.left_out / size
                 axes.plot([left, left], [row - 0.31, row + 0.31], color=VERMILION, linewidth=2)
             end = max(stage.rmse, stage.left_out or 0.0) / size
-            marked = "" if stage.left_out is None else f" (left out {stage.left_out / size:.3g})"
+            marked = "" if stage.left_out is None else f" (held out {stage.left_out / size:.3g})"
             _beside(axes, end, row, f"{stage.rmse / size:.3g} {name}{marked}")
         axes.axvline(floor / size, color=INK, linestyle=(0, (3, 2)), linewidth=1)
         _beside(axes, floor / size, -0.75, f"noise {floor / size:.2g} {name}")
@@ -53,7 +53,7 @@ def waterfall(stages: Sequence[Stage], floor: float, unit: str = "N") -> "Figure
         axes.set_ylim(len(stages) - 0.5, -0.95)
         axes.set_xlim(0, 1.4 * max(max(s.rmse, s.left_out or 0.0, floor) for s in stages) / size)
         marked = any(stage.left_out is not None for stage in stages)
-        axes.set_xlabel(f"rms error [{name}]" + ("; mark: on runs left out" if marked else ""))
+        axes.set_xlabel(f"RMS error [{name}]" + ("; mark: on held-out runs" if marked else ""))
         axes.tick_params(axis="y", length=0)
     return figure
 
@@ -95,7 +95,7 @@ def effects_picture(d: Diagnosis, floor: float, unit: str = "N") -> "Figure":
         axes.set_yticks(range(len(tested)), [e.name for e in tested])
         axes.set_ylim(len(tested) - 0.5, -0.9)
         axes.set_xlim(0, 1.15 * max([d.held_out_rmse, *(e.held_out_rmse or 0.0 for e in tested)]) / size)
-        axes.set_xlabel(f"error on runs left out, with this effect added [{name}]; green: explains the data")
+        axes.set_xlabel(f"error on held-out runs, with this effect added [{name}]; green: explains the data")
         axes.tick_params(axis="y", length=0)
     return figure
 
@@ -143,7 +143,7 @@ def _legend(figure: "Figure", shown: Sequence[Panel]) -> None:
     test = shown[0].test if shown else "loop"
     force = [panel for panel in shown if panel.unit == "N"] or shown
     seen = {int(b) for panel in force for b in np.unique(panel.run.branch[panel.run.weight > 0])}
-    entries = [Line2D([], [], marker=".", linestyle="", color=GREY, label="measured (title: rms error)")]
+    entries = [Line2D([], [], marker=".", linestyle="", color=GREY, label="measured (title: RMS error)")]
     for branch, colour in ((1, BLUE), (-1, VERMILION), (0, GREEN)):
         if branch in seen:
             words = f"model, {branch_name(branch, test)}" if len(seen) > 1 else "model"

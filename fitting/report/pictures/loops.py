@@ -157,7 +157,7 @@ def loops_html(frames: Sequence[Frame], models: Sequence[np.ndarray]) -> str:
         errors = "".join(
             f'<b class="model m{k}">{amount(one.panel.error(r), one.panel.unit, 2)}</b>' for k, r in enumerate(models)
         )
-        shown.append(one.figure(models, f"{html.escape(one.panel.label)}: off by {errors}"))
+        shown.append(one.figure(models, f"{html.escape(one.panel.label)}: RMS error {errors}"))
     return f'<div class="loops">{"".join(shown)}</div>'
 
 
@@ -170,7 +170,7 @@ def key(frames: Sequence[Frame]) -> str:
     for branch in branches:
         name = f"model, {branch_name(branch, test)}" if len(branches) > 1 else "model"
         words.append(f'<span><i class="{CLASSES[branch]}"></i>{name}</span>')
-    words.append('<span><i class="band"></i>misfit (model minus measured) that noise makes</span>')
+    words.append('<span><i class="band"></i>expected noise (±2 sigma) of the misfit, model minus measured</span>')
     return f'<div class="key">{"".join(words)}</div>'
 
 

@@ -80,7 +80,7 @@ def alike_map(d: Diagnosis) -> "Figure":
             side.set_visible(False)
         bar = figure.colorbar(mesh, ax=axes, shrink=0.7, aspect=18, pad=0.02)
         bar.outline.set_visible(False)  # type: ignore[operator]
-        bar.set_label("alike (cosine)")
+        bar.set_label("similarity (cosine)")
     return figure
 
 

@@ -36,18 +36,18 @@ def known_report(fit: Fit) -> list[RenderableType]:
     if not fit.free or not rest:
         return []
     words = "; ".join(" with ".join(names[:MOST]) for names in rest)
-    said = f"{count} of the {len(fit.free)} fitted numbers come from these data themselves; not from them: {words}"
+    said = f"{count} of {len(fit.free)} combinations of fitted parameters are determined by these data; not: {words}"
     return [line("KNOWN", said)]
 
 
 def alike_report(k: Knowable) -> list[RenderableType]:
     """Which effects look alike or are absorbed, and what would open them."""
     found = k.similarity
-    shown = lines("ALIKE", (", ".join(members) for members in found.classes))
+    shown = lines("SIMILAR", (", ".join(members) for members in found.classes))
     if not found.classes:
-        shown = [line("ALIKE", "none: every effect that leaves a trace leaves one of its own")]
+        shown = [line("SIMILAR", "none: every effect with a trace in these data can be told from the others")]
     if found.absorbed:
-        shown.append(line("ABSORBED", f"{', '.join(found.absorbed)}: what is fitted anyway makes up for them"))
+        shown.append(line("ABSORBED", f"{', '.join(found.absorbed)}: the fitted parameters absorb them"))
     if k.unseen:
         shown.append(line("NO TRACE", ", ".join(k.unseen)))
     opened = (

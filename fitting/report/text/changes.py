@@ -12,11 +12,11 @@ def change_text(found: Change, unit: str) -> str:
     """What the change did to the error, in sample and on runs left out."""
     first, last = found.stages
     words = f"{last.added}: error {amount(first.rmse, unit)} -> {amount(last.rmse, unit)}, "
-    words += f"on runs left out {amount(first.left_out, unit)} -> {amount(last.left_out, unit)}."
+    words += f"on held-out runs {amount(first.left_out, unit)} -> {amount(last.left_out, unit)}."
     gain = 1 - (last.left_out / first.left_out) ** 2 if first.left_out and last.left_out else 0.0
     if gain > 0.02:
-        return f"{words} It takes away {percent(gain)} of the squared error there."
-    return f"{words} On runs left out that is no gain: these data do not ask for the richer model."
+        return f"{words} This removes {percent(gain)} of the squared error there."
+    return f"{words} The error on held-out runs does not fall: these data do not support the larger model."
 
 
 def change_result(found: Change) -> dict[str, Any]:

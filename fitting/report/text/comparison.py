@@ -39,22 +39,22 @@ def _one_run(c: Comparison) -> list[str]:
     first, second = sorted(runs, key=lambda row: -row.rmse)[:2]
     if first.rmse < ALONE * second.rmse:
         return []
-    most = f"no other run by more than {amount(second.rmse, c.unit)}"
-    return [f"One run alone is off: {first.label} by {amount(first.rmse, c.unit)}, {most}. Look at that one first."]
+    most = f"no other run has more than {amount(second.rmse, c.unit)}"
+    return [f"One run alone has a large error: {first.label}, {amount(first.rmse, c.unit)}; {most}. Look at it first."]
 
 
 def error_text(c: Comparison) -> str:
     """How large the error is, and how large it could be for nothing but noise."""
-    of_full = f"{amount(c.rmse, c.unit)} rms, {percent(c.share)} of full scale ({amount(c.full_scale, c.unit)})"
-    return f"{of_full}; the largest is {amount(c.largest, c.unit)}. {floor_text(c)}"
+    of_full = f"RMS error {amount(c.rmse, c.unit)}, {percent(c.share)} of full scale ({amount(c.full_scale, c.unit)})"
+    return f"{of_full}; largest error {amount(c.largest, c.unit)}. {floor_text(c)}"
 
 
 def floor_text(c: Comparison) -> str:
     """The noise, and where it is known from."""
     sources = " and ".join(NOISE_TEXT[source] for source in c.noise_sources)
-    reading = f"One reading is good to {amount(c.noise, c.unit)} ({sources})"
+    reading = f"The noise of one reading is {amount(c.noise, c.unit)} ({sources})"
     if c.noise_floor is None:
-        return f"{reading}; no loop was repeated to tell more."
+        return f"{reading}; no loop was repeated, so it cannot be checked."
     return f"{reading}; repeated loops agree to {amount(c.noise_floor, c.unit)}."
 
 
@@ -67,30 +67,31 @@ def judgement(c: Comparison) -> str:
     """One sentence on whether the model is good enough."""
     readings, numbers = sum(score.count for score in c.by_recording), len(c.fit.free)
     if readings <= numbers:
-        return f"{readings} readings cannot judge a model with {numbers} fitted numbers: record more."
+        return f"{readings} readings cannot judge a model with {numbers} fitted parameters: record more."
     if not fails(c) and NoiseSource.MOTION in c.noise_sources:
         return (
-            f"Read as force, the motions are described to their noise there, {amount(c.noise, c.unit)}. That is "
-            "coarse: how far the motions themselves are missed is said by 'mckibben compare'."
+            f"Read as force, the motions are described to within their noise, {amount(c.noise, c.unit)}. That noise is "
+            "large: 'mckibben compare' gives the error of the model in the motions themselves."
         )
     if not fails(c) and c.noise_floor is None and NoiseSource.ASSUMED in c.noise_sources:
         return (
-            f"The model is within the noise that is presumed here, {amount(c.noise, c.unit)}: "
-            f"{amount(c.rmse, c.unit)} of error left. State the noise in muscle.toml to have it judged."
+            f"The RMS error of the model, {amount(c.rmse, c.unit)}, is within the noise that is assumed here, "
+            f"{amount(c.noise, c.unit)}. State the noise in muscle.toml to have the model judged."
         )
     if not fails(c):
-        return f"The model describes these data nearly to their noise: {amount(c.rmse, c.unit)} of error left."
+        return f"The model describes these data nearly to their noise: RMS error {amount(c.rmse, c.unit)}."
     times = f"{c.rmse / c.floor:.0f} times" if c.rmse > 2.5 * c.floor else f"{c.rmse / c.floor:.1f} times"
-    size = " That is small: below half a per cent of full scale." if c.negligible else ""
+    size = " The error is small: below 0.5 % of full scale." if c.negligible else ""
     guessed = not c.noise_floor and NoiseSource.NEIGHBOURS in c.noise_sources and c.rmse < SLOW * c.floor
-    doubt = " Slow noise does not show in neighbouring readings: if you know it, state noise in muscle.toml."
-    return f"The model misses these data by {amount(c.rmse, c.unit)}, {times} their noise.{size}{doubt * guessed}"
+    doubt = " Neighbouring readings do not show slow noise: if you know the noise, state it in muscle.toml."
+    error = f"The RMS error of the model is {amount(c.rmse, c.unit)}, {times} the noise of these data."
+    return f"{error}{size}{doubt * guessed}"
 
 
 def kind_text(c: Comparison) -> str:
     """What kind of thing is missing, as far as the misfit shows."""
     if not fails(c):
-        return "what is left is mostly noise and has no kind to speak of"
+        return "the misfit is mostly noise, and nothing can be read from its shape"
     traces = c.fingerprint
     return "; ".join(part for part in (_parity(traces), *_even(traces), *_odd(traces), *_drift(traces)) if part)
 
@@ -98,7 +99,7 @@ def kind_text(c: Comparison) -> str:
 def _parity(traces: Fingerprint) -> str:
     share = traces.odd_share
     if share is None:
-        return "no place was reached in both directions, so hysteresis cannot be told from the rest"
+        return "no state was reached in both directions, so hysteresis cannot be separated from the rest"
     if share > MOSTLY:
         return f"{percent(share)} of the misfit changes sign with the direction of motion (odd: hysteresis)"
     if share < 1 - MOSTLY:
@@ -111,23 +112,23 @@ def _even(traces: Fingerprint) -> list[str]:
     if n is None:
         return []
     if abs(n) < FLAT:  # the table of what is left shows otherwise: the fit hides a part that goes with pressure
-        return ["what is missing of the even part is the same at every pressure; the fit makes up for some of it"]
-    return [f"what is even goes as pressure to the power {n:.2g}{_meaning(n)}"]
+        return ["the even part of the misfit is the same at every pressure; fitted parameters absorb some of it"]
+    return [f"the even part grows as pressure to the power {n:.2g}{_meaning(n)}"]
 
 
 def _odd(traces: Fingerprint) -> list[str]:
     n, m = traces.pressure_exponent_odd, traces.speed_exponent_odd
-    words = [] if n is None else [f"what is odd goes as pressure to the power {n:.2g}{_meaning(n)}"]
+    words = [] if n is None else [f"the odd part grows as pressure to the power {n:.2g}{_meaning(n)}"]
     return words if m is None else [*words, f"and as speed to the power {m:.2g}{_meaning(m)}"]
 
 
 def _meaning(exponent: float) -> str:
-    return ": does not depend on it" if abs(exponent) < FLAT else " (in proportion)" if abs(exponent - 1) < 0.1 else ""
+    return " (independent of it)" if abs(exponent) < FLAT else " (proportional)" if abs(exponent - 1) < 0.1 else ""
 
 
 def _drift(traces: Fingerprint) -> list[str]:
     drift = traces.cycle_drift
-    return [f"{percent(drift)} of it changes from one loop to its repetition"] if drift and drift > 0.1 else []
+    return [f"{percent(drift)} of the misfit changes from one loop to its repetition"] if drift and drift > 0.1 else []
 
 
 def comparison_report(c: Comparison) -> list[RenderableType]:
@@ -153,8 +154,7 @@ def _errors_by(table: ErrorTable, unit: str) -> RenderableType:
         rows = tuple(row for row in rows if row in worst)
     top = max(row.rmse for row in rows)
     heads, cells = error_cells(rows, unit)
-    shown = columns(f"by {table.title}", *heads)
-    shown.add_column("", justify="left")
+    shown = columns(f"by {table.title}", *heads, "", words=(0, len(heads) + 1), spare=(len(heads) + 1,))
     for row, words in zip(rows, cells, strict=True):
         shown.add_row(*words, Text("█" * max(1, round(BAR * row.rmse / top)) if top > 0 else "", style="cyan"))
     if left_out:
@@ -163,7 +163,8 @@ def _errors_by(table: ErrorTable, unit: str) -> RenderableType:
 
 
 def _recordings(c: Comparison) -> RenderableType:
-    table = columns("by recording", "test", "samples", "rms", "largest", "full scale", "noise")
+    heads = ("by recording", "test", "samples", "rms", "largest", "full scale", "noise")
+    table = columns(*heads, spare=(6, 5, 4))
     several = len({score.dataset for score in c.by_recording}) > 1
     for s in c.by_recording:
         name = f"{s.dataset}, {s.file}" if several else s.file

@@ -74,18 +74,18 @@ def leading_text(d: Diagnosis, unit: str = "N") -> str | None:
         return None
     lead = d.leading
     names = " or ".join(lead.effects)
-    left = f"{amount(d.held_out_rmse, unit)} -> {amount(lead.held_out_rmse, unit)} on runs left out"
-    most = f"{names} does more than any other single effect that contradicts no measured size"
+    left = f"{amount(d.held_out_rmse, unit)} -> {amount(lead.held_out_rmse, unit)} on held-out runs"
+    most = f"{names} lowers the error more than any other single effect that contradicts no measured size"
     most = f"Mostly {names}" if lead.share > MOST else most
-    return f"{most}: {left}; it takes away {percent(lead.share)} of the squared error."
+    return f"{most}: {left}; it removes {percent(lead.share)} of the squared error."
 
 
 def p_value_text(d: Diagnosis) -> str:
-    """How sure the test is, and what that rests on."""
+    """The p-value of the test that nothing is missing, and what was flipped."""
     basis = rests_on_in_words(d.rests_on)
-    test = f"p = {d.p_value:.2g} in the test that nothing is missing (level {d.level:g}), which rests on {basis}."
+    test = f"p = {d.p_value:.2g} in the sign-flip test that nothing is missing (level {d.level:g}; {basis})."
     unseen = d.verdict in FOUND and d.p_value >= d.level
-    return test + (" It sees nothing, but the error is many times the noise." if unseen else "")
+    return test + (" The test does not reject, but the error is many times the noise." if unseen else "")
 
 
 def substitutes_text(d: Diagnosis) -> list[str]:
@@ -94,16 +94,16 @@ def substitutes_text(d: Diagnosis) -> list[str]:
     for mine, other in d.substitutes:
         found.setdefault(mine, []).append(other)
     return [
-        f"{' or '.join(others)} in place of {mine} would predict the same: these data cannot tell which it is."
+        f"{' or '.join(others)} could substitute {mine}: these data cannot tell which of them acts."
         for mine, others in found.items()
     ]
 
 
 def measurement_text(planned: "NextMeasurement") -> list[str]:
     """What to record next and why, and how surely it decides."""
-    often = f"It tells them apart in {percent(planned.power)} of the cases"
+    often = f"It separates them with a power of {percent(planned.power)}"
     if planned.power < HOPELESS:
-        often += ": no recording that was tried does better"
+        often += "; no other recording that was tried has more"
     return [f"{planned.what}: {planned.why}.", f"{often}."]
 
 
@@ -112,10 +112,10 @@ def motion_notes(d: Diagnosis, experiments: Sequence[Experiment]) -> list[str]:
     tests = {recording.test for each in experiments for recording in each.recordings}
     if not tests & {*MOVING_TESTS}:
         return []
-    both = "the errors of effects count motions read as force too; that after ERROR is of what was measured as force"
+    both = "the errors of the effects include motions read as force; the error after ERROR is of measured forces alone"
     coarse = (
-        "a motion read as force is far noisier than the motion itself: 'mckibben compare' says how far the model "
-        "misses the motions, 'mckibben add DATASET EFFECT' whether an effect that you suspect mends that"
+        "a motion read as force is far noisier than the motion itself: 'mckibben compare' gives the error in the "
+        "motions, 'mckibben add DATASET EFFECT' shows whether an effect that you suspect lowers it"
     )
     return [both] * bool(tests & {*FORCE_TESTS}) + [coarse] * (d.verdict not in FOUND)
 
@@ -125,9 +125,9 @@ def diagnosis_report(d: Diagnosis, unit: str = "N") -> list[RenderableType]:
     shown: list[RenderableType] = [line("VERDICT", verdict_text(d), "bold")]
     leading = leading_text(d, unit)
     shown += [line("LEADING", leading)] if leading else []
-    shown.append(line("SURE", p_value_text(d)))
-    shown += lines("OR ELSE", substitutes_text(d))
-    shown += lines("ALIKE", (f"{classes_text(group)}: these data cannot tell them apart" for group in d.classes))
+    shown.append(line("TEST", p_value_text(d)))
+    shown += lines("OR", substitutes_text(d))
+    shown += lines("SIMILAR", (f"{classes_text(group)}: these data cannot tell them apart" for group in d.classes))
     shown += lines("VALUES", (values_text(e) for e in named_explanations(d)[:MOST_VALUED] if e.estimate))
     shown += lines("NEAREST", (f"{effect_set(e.effects)}: {amount(e.rmse, unit)}" for e in d.nearest))
     return [*shown, *_evidence(d, unit)]
@@ -136,9 +136,8 @@ def diagnosis_report(d: Diagnosis, unit: str = "N") -> list[RenderableType]:
 def _evidence(d: Diagnosis, unit: str) -> list[RenderableType]:
     """The effects that help, in a table; the others by name."""
     helping, idle, blind = sort_evidence(d)
-    table = columns("effect added", "rms", "left out", "noticed from", "most alike", "")
-    for column in (4, 5):
-        table.columns[column].justify = "left"
+    heads = ("effect added", "RMS", "held out", "smallest detectable", "most similar", "")
+    table = columns(*heads, words=(0, 4, 5), spare=(4, 3))
     several = named_sets(d)
     for e in several:
         values = (amount(value, unit) for value in (e.rmse, e.held_out_rmse))
@@ -148,8 +147,8 @@ def _evidence(d: Diagnosis, unit: str) -> list[RenderableType]:
     shown = [spaced(table), Text()] if helping or several else []
     named = {name for names in d.explanations for name in names}
     others = ", ".join(e.name for e in idle if e.name not in {*d.faint, *named})
-    shown += [line("NOT IT", f"{others}: hardly less error on runs left out with any of them")] if others else []
-    return [*shown, *lines("NOT SEEN", (f"{', '.join(names)}: {why}" for why, names in blind.items()))]
+    shown += [line("NOT IT", f"{others}: none of them lowers the error on held-out runs")] if others else []
+    return [*shown, *lines("UNSEEN", (f"{', '.join(names)}: {why}" for why, names in blind.items()))]
 
 
 def _evidence_cells(e: Evidence, unit: str) -> tuple[str, ...]:

@@ -12,11 +12,19 @@ from fitting.report.text.layout import columns, line, lines, spaced
 def fit_warnings(fit: Fit) -> list[str]:
     """What the user must know about a fit before trusting its numbers."""
     words = [] if fit.converged else ["The search did not converge: the values below are not to be trusted."]
-    words += [f"{name} lies at an end of its range: its error means nothing." for name in fit.at_bound]
-    words += [f"{', '.join(g)} can make up for each other: the data fix them only together." for g in tied_groups(fit)]
+    words += [f"{name} lies at {_bound(fit, name)}: its error means nothing." for name in fit.at_bound]
+    words += [f"{' and '.join(g)} are strongly correlated, not separately identifiable." for g in tied_groups(fit)]
     if fit.held:
-        words.append(f"Held, because these data cannot see them: {', '.join(fit.held)}.")
+        words.append(f"Not constrained by these data, and held at their values: {', '.join(fit.held)}.")
     return words + [f"Search: {failure}" for failure in fit.failures]
+
+
+def _bound(fit: Fit, name: str) -> str:
+    """Which end of its range a parameter lies at, and where that is."""
+    entry, value = fit.layout.entries[fit.layout.names.index(name)], fit.values[name]
+    upper = entry.upper - value < value - entry.lower
+    end = amount(entry.upper if upper else entry.lower, entry.unit)
+    return f"the {'upper' if upper else 'lower'} end of its range, {end}"
 
 
 def tied_groups(fit: Fit) -> list[list[str]]:
@@ -33,16 +41,16 @@ def tied_groups(fit: Fit) -> list[list[str]]:
 
 def fit_report(fit: Fit) -> list[RenderableType]:
     """Values, errors, bounds, and what to be wary of."""
-    table = columns("parameter", "value", "+/- robust", "+/- i.i.d.", "range", "note")
-    table.columns[0].overflow, table.columns[0].no_wrap = "ellipsis", True
+    heads = ("parameter", "value", "+/- robust", "+/- i.i.d.", "range", "note")
+    table = columns(*heads, words=(0, 5), spare=(4, 3))
     for name in shown_names(fit):
         table.add_row(name, *_parameter(fit, name))
     return [spaced(table), Text(), *lines("WARNING", fit_warnings(fit), "yellow"), line("SEARCH", fit.starts)]
 
 
 def _parameter(fit: Fit, name: str) -> tuple[str, ...]:
-    note = "at its bound" if name in fit.at_bound else "tied" if name in fit.tied else ""
-    note = "held: not visible" if name in fit.held else note if name in fit.free else "fixed"
+    note = "at its bound" if name in fit.at_bound else "correlated" if name in fit.tied else ""
+    note = "held: not constrained" if name in fit.held else note if name in fit.free else "fixed"
     return *value_cells(fit, name), " .. ".join(range_cells(fit, name)), note
 
 

@@ -2,14 +2,18 @@
 
 import os
 import sys
-from collections.abc import Collection, Iterable
+from collections.abc import Collection, Iterable, Sequence
 
-from rich.console import Console, RenderableType
+from rich.cells import cell_len
+from rich.console import Console, ConsoleOptions, RenderableType, RenderResult
+from rich.measure import Measurement
 from rich.table import Table
 from rich.text import Text
 
-WIDTH = 110  # where the output is no terminal
+WIDTH = 110  # where the output is no terminal and COLUMNS is not set
 LABEL = 9
+NOTE = 16  # letters to which the last column, often a remark, may be narrowed
+UNBOUNDED = 10_000  # columns of a terminal, to measure what a table needs
 
 
 class Lasting(Console):
@@ -24,7 +28,9 @@ class Lasting(Console):
 def console(quiet: bool = False) -> Console:
     """The terminal; a file or pipe is written to at a fixed width."""
     plain = Lasting(highlight=False, markup=False, quiet=quiet)
-    return plain if plain.is_terminal else Lasting(highlight=False, markup=False, quiet=quiet, width=WIDTH)
+    if plain.is_terminal or "COLUMNS" in os.environ:
+        return plain
+    return Lasting(highlight=False, markup=False, quiet=quiet, width=WIDTH)
 
 
 def line(label: str, text: str, style: str = "") -> RenderableType:
@@ -46,17 +52,49 @@ def lines(label: str, texts: Iterable[str], style: str = "") -> list[RenderableT
     return [line(label if not number else "", text, style) for number, text in enumerate(texts)]
 
 
-def spaced(table: Table) -> RenderableType:
+class TextTable:
+    """A table without rules. Its cells are never split: where the terminal is narrow, columns that are spare go."""
+
+    def __init__(self, heads: Sequence[str], words: Collection[int], spare: Sequence[int]):
+        self.heads, self.words, self.spare = tuple(heads), words, spare
+        self.rows: list[tuple[Sequence[str | Text], str]] = []
+
+    def add_row(self, *cells: str | Text, style: str = "") -> None:
+        """One more row; cells that are not given stay empty."""
+        self.rows.append(((*cells, *[""] * (len(self.heads) - len(cells))), style))
+
+    def __rich_console__(self, console: Console, options: ConsoleOptions) -> RenderResult:
+        """The table with as many of its columns as there is room for."""
+        shown = list(range(len(self.heads)))
+        for column in self.spare:
+            if (
+                Measurement.get(console, options.update(width=UNBOUNDED), self._table(shown)).minimum
+                <= options.max_width
+            ):
+                break
+            shown.remove(column)
+        yield self._table(shown)
+
+    def _table(self, shown: Sequence[int]) -> Table:
+        table = Table(box=None, pad_edge=False, padding=(0, 2))
+        for number in shown:
+            side, last = ("left" if number in self.words else "right"), number == len(self.heads) - 1
+            widest = max(cell_len(str(cell)) for cell in (self.heads[number], *(row[number] for row, _ in self.rows)))
+            least = min(widest, NOTE) if last else widest
+            table.add_column(self.heads[number], justify=side, header_style="dim", min_width=least, overflow="fold")
+        for cells, style in self.rows:
+            table.add_row(*(cells[number] for number in shown), style=style)
+        return table
+
+
+def columns(*heads: str, words: Collection[int] = (0,), spare: Sequence[int] = ()) -> TextTable:
+    """An empty table; `words` are columns of words, which stand to the left; of `spare` ones the first goes first."""
+    return TextTable(heads, words, spare)
+
+
+def spaced(table: TextTable) -> RenderableType:
     """A table below an empty line."""
     grid = Table.grid()
     grid.add_row("")
     grid.add_row(table)
     return grid
-
-
-def columns(*heads: str, words: Collection[int] = (0,), title: str | None = None) -> Table:
-    """An empty table without rules; `words` are the columns that hold words, which stand to the left."""
-    table = Table(box=None, pad_edge=False, padding=(0, 2), title=title, title_justify="left", title_style="bold")
-    for number, head in enumerate(heads):
-        table.add_column(head, justify="left" if number in words else "right", header_style="dim", overflow="fold")
-    return table

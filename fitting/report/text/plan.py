@@ -12,7 +12,7 @@ from fitting.report.results import measurement_result
 from fitting.report.text.amounts import percent
 from fitting.report.text.diagnosis import effect_set
 from fitting.report.text.layout import columns, line, lines, paste_line
-from fitting.report.text.next_step import typed
+from fitting.report.text.next_step import shell_words
 from fitting.study.plan import SURE, Plan, Sets
 
 REST = 60.0  # s between recordings, for creep and warmth to fade
@@ -75,7 +75,7 @@ def plan_report(plan: Plan, model: str) -> list[RenderableType]:
 def _rehearsals(plan: Plan, model: str) -> list[str | None]:
     """The command that rehearses each recording; None where `mckibben simulate` cannot do it."""
     steps = enumerate(plan.steps, start=1)
-    return [simulation(s.protocol, s.repeats, plan.can, typed([model]), f"rehearsal_{n}") for n, s in steps]
+    return [simulation(s.protocol, s.repeats, plan.can, shell_words([model]), f"rehearsal_{n}") for n, s in steps]
 
 
 def _nothing(plan: Plan) -> str:

@@ -10,7 +10,9 @@ def proposal_text(found: Proposal) -> str:
     """The proposal, or why there is none, in a sentence or two."""
     fell = ""
     if found.before is not None and found.after is not None and found.fall is not None:
-        errors = f"{amount(found.before, 'N')} -> {amount(found.after, 'N')} on {found.runs} runs left out in turn"
+        errors = (
+            f"{amount(found.before, 'N')} -> {amount(found.after, 'N')} on {found.runs} runs, each held out in turn"
+        )
         fell = f"{errors}; the squared error falls by {found.fall:.1f} times its standard error"
     if found.line is None:
         return f"None: {found.reason}{f' ({fell})' if fell else ''}."

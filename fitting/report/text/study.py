@@ -12,7 +12,7 @@ from fitting.report.text.layout import columns, line, lines, spaced
 from fitting.study.stages import Stage
 from fitting.study.task import Task
 
-BAR = 24
+BAR = 12  # letters of the longest bar
 
 
 def data_text(experiments: Sequence[Experiment]) -> str:
@@ -25,7 +25,7 @@ def data_text(experiments: Sequence[Experiment]) -> str:
         for recording in e.recordings
     )
     names = " and ".join(e.name for e in experiments)
-    return f"{names}: {', '.join(tests)}; {len(runs)} runs, {weighted:,} samples that count"
+    return f"{names}: {', '.join(tests)}; {len(runs)} runs, {weighted:,} samples used"
 
 
 def opening(task: Task) -> list[RenderableType]:
@@ -39,8 +39,7 @@ def opening(task: Task) -> list[RenderableType]:
 def steps_report(stages: Sequence[Stage], unit: str = "N") -> list[RenderableType]:
     """How the error fell, step by step."""
     said = any(stage.verdict for stage in stages)
-    table = columns("", "rms", "on runs left out", "", *(["verdict then"] if said else []))
-    table.columns[3].justify = "left"
+    table = columns("", "RMS", "on held-out runs", "", *(["verdict then"] if said else []), words=(0, 3), spare=(3,))
     top = max(stage.rmse for stage in stages) or 1.0
     for stage in stages:
         bar = Text("█" * max(1, round(BAR * stage.rmse / top)), style="cyan")

@@ -6,6 +6,7 @@ from fitting.comparison.compare import Comparison
 from fitting.report.text.amounts import amount
 
 UNLIKELY = 0.3  # of full scale: no effect that is known leaves so much
+LIKELY = (0.6, 1.6)  # ratios of measured to modelled force that no wrong unit or diameter gives
 HALF = 0.5  # of the error: less must be left without the atmosphere
 
 
@@ -20,9 +21,12 @@ def _size(c: Comparison) -> list[str]:
     measured, model = c.fit.samples.measured[rows], (c.fit.samples.measured + c.fit.residual)[rows]
     if c.unit != "N" or c.share < UNLIKELY or not np.any(model):
         return []
-    times = f"{float(model @ measured / (model @ model)):.2g}"
+    ratio = float(model @ measured / (model @ model))
+    if LIKELY[0] < ratio < LIKELY[1]:
+        return []
+    times = f"{ratio:.2g}"
     return [
-        f"What was measured is on the whole {times} times what a muscle of these sizes pulls. Check units and sizes "
+        f"The measured force is on average {times} times the force of a muscle of these sizes. Check units and sizes "
         "before any effect is looked for: 0.1 is kgf taken for N, 0.25 or 4 a diameter taken for the radius or the "
         "reverse, 0.001 or 1000 a wrong prefix."
     ]
