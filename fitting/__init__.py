@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from fitting.library.library import named as effects_named  # noqa: F401
     from fitting.library.line import defined as effect_from_line  # noqa: F401
     from fitting.model_files.model_file import read_model as read_model
-    from fitting.model_files.model_file import write_model as write_model
+    from fitting.model_files.writer import write_model as write_model
     from fitting.posterior.quick import quick_look as quick_look
     from fitting.posterior.record import Posterior as Posterior
     from fitting.posterior.sample import sample as sample
@@ -78,7 +78,7 @@ else:
             "sealed_truth": "shipped",
             "simulate": "study.simulate",
             "use_64_bit": "compiled.prepare",
-            "write_model": "model_files.model_file",
+            "write_model": "model_files.writer",
             "write_muscle_file": "recordings.template",
         },
     )

@@ -93,7 +93,7 @@ def unknown_name(
     what: str, name: str, known: Iterable[str], file: str | Path | None = None, **place: Any
 ) -> InputError:
     """The error for a name that nothing answers to: with the nearest known name, or all of them."""
-    name, known = str(name), tuple(known)
+    name, known = str(name), tuple(map(str, known))
     like, inside = nearest(name, known), [k for k in known if name.lower() in k.lower()]
     meant = inside if len(inside) > 1 and len(name) > 2 else [like] if like else []
     cure = f"did you mean {' or '.join(repr(k) for k in meant)}?" if meant else f"known: {', '.join(known)}"

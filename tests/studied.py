@@ -6,6 +6,7 @@ from fitting.comparison.compare import compare
 from fitting.diagnosis.flip_groups import GroupKind, RestsOn
 from fitting.diagnosis.outcomes import Reason, Verdict, Why
 from fitting.diagnosis.record import Diagnosis, Evidence, Explanation, Leading
+from fitting.problem.estimate import Estimate
 from fitting.study.request import Request
 from fitting.study.task import fitted, task_of
 
@@ -22,7 +23,7 @@ def compared(folder):
 def spring_missing(c):
     """A diagnosis as `diagnose` would give it."""
     best = Explanation(("linear_spring",), rmse=0.31, held_out_rmse=0.32, fall=9.0, p_value=0.4, adequate=True,
-                       estimate={"linear_spring.K": (1600.0, 20.0, "N/m")})  # fmt: skip
+                       estimate={"linear_spring.K": Estimate(1600.0, 20.0, "N/m")})  # fmt: skip
     return Diagnosis(
         verdict=Verdict.MISSING, negligible=False, explanations=(("linear_spring",),),
         classes=((("weight",), ("force_offset",)),),
@@ -31,7 +32,7 @@ def spring_missing(c):
         full_scale=c.full_scale,
         effects={
             "linear_spring": Evidence("linear_spring", 0.01, 0.31, 0.32, 0.2, 0.1, {"end_stop": 0.95},
-                                      {"K": (1600.0, 20.0)}, True),
+                                      {"K": Estimate(1600.0, 20.0, "N/m")}, True),
             "viscous_damping": Evidence("viscous_damping", 0.9, c.rmse, 1.1 * c.rmse, 0.2, 0.1),
             "end_stop": Evidence("end_stop", 0.9, c.rmse, 1.1 * c.rmse, 0.2, 0.1, {"linear_spring": 0.95}),
             "mullins": Evidence("mullins", why=Why(Reason.NEEDS, ("rubber",))),

@@ -13,6 +13,7 @@ from fitting.cli.main import COMMANDS, main
 from fitting.diagnosis.flip_groups import GroupKind, RestsOn
 from fitting.diagnosis.outcomes import Verdict
 from fitting.diagnosis.record import Diagnosis, Evidence, Explanation
+from fitting.problem.estimate import Estimate
 from fitting.study import changing
 from fitting.study.request import DATA, MODEL, Request, names_of
 from fitting.study.task import fitted
@@ -212,7 +213,9 @@ def test_diagnose_writes_the_promised_keys(data, tmp_path, monkeypatch):
 
         base = fit(experiments, effects, starts=1)
         best = Explanation(("linear_spring",), rmse=0.31, held_out_rmse=0.32, fall=9.0, p_value=0.4, adequate=True)
-        evidence = Evidence("linear_spring", 0.01, 0.31, 0.32, 0.2, 0.1, {"end_stop": 0.9}, {"K": (1600.0, 20.0)}, True)
+        evidence = Evidence(
+            "linear_spring", 0.01, 0.31, 0.32, 0.2, 0.1, {"end_stop": 0.9}, {"K": Estimate(1600.0, 20.0, "N/m")}, True
+        )
         return Diagnosis(
             Verdict.MISSING, False, (("linear_spring",),), (), (), None, 0.001, 0.01,
             RestsOn(6, (GroupKind.LOOP,)), 5.0, 5.5, 0.3, 900.0,

@@ -18,7 +18,8 @@ from fitting.errors import InputError
 from fitting.library import expression as define_expression
 from fitting.library.library import library
 from fitting.library.line import EXAMPLE, VARIABLES, defined
-from fitting.model_files.model_file import read_model, write_model
+from fitting.model_files.model_file import read_model
+from fitting.model_files.writer import write_model
 from fitting.study.request import Request
 from fitting.study.task import fitted, task_of
 from mckibben_jax.effect import name_of

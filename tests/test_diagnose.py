@@ -91,7 +91,7 @@ def test_estimates_hold_the_truth(diagnoses):
     """The modulus within four robust errors of what was put in."""
     sealed = json.loads((DATA / "sealed" / "muscle_a.json").read_text())["sealed"]
     truth = json.loads(base64.b64decode(sealed))["parameters"]["bladder_neo_hookean.G"]
-    value, error = diagnoses["muscle_a"].effects["bladder_neo_hookean"].estimate["G"]
+    value, error, _ = diagnoses["muscle_a"].effects["bladder_neo_hookean"].estimate["G"]
     assert abs(value - truth) < 4 * error
 
 
@@ -157,7 +157,7 @@ def test_what_stands_at_the_end_of_its_range_has_no_error(tmp_path):
     experiment = read_experiment(write(tmp_path, loops(lambda eps, *_: 400.0 * eps)))
     world = universe([experiment], BASELINE, [LinearSpring()])
     fit = world.fit(world.with_added(["linear_spring"]), world.start, ["linear_spring"])
-    (value, error), (same, none) = (
+    (value, error, _), (same, none, _) = (
         estimate(world, replace(fit, at_bound=ends), "linear_spring")["K"] for ends in ((), ("linear_spring.K",))
     )
     assert value == same

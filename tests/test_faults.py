@@ -19,7 +19,7 @@ from fitting.cli.main import main
 from fitting.cli.options import CHAINS
 from fitting.errors import InputError
 from fitting.least_squares.fit import fit
-from fitting.model_files.model_file import is_edited, write_model
+from fitting.model_files.writer import is_edited, write_model
 from fitting.posterior.sample import sample
 from fitting.posterior.store import copy_store
 from fitting.recordings.experiment import read_experiment

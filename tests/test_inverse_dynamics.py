@@ -208,7 +208,7 @@ def test_hidden_damping_is_named_from_releases_alone(tmp_path, candidates):
     found = diagnose([data], BASELINE, candidates=candidates)
     assert found.verdict == "missing"
     assert found.explanations == (("viscous_damping",),)
-    size, error = found.effects["viscous_damping"].estimate["B"]
+    size, error, _ = found.effects["viscous_damping"].estimate["B"]
     assert abs(size - 60.0) < 3 * error < 60.0
     assert any(note.startswith(READ) for note in found.notes)
 

@@ -5,7 +5,8 @@ import pytest
 
 from fitting.errors import InputError
 from fitting.library.library import library
-from fitting.model_files.model_file import is_edited, read_model, write_model
+from fitting.model_files.model_file import read_model
+from fitting.model_files.writer import is_edited, write_model
 
 
 def test_a_model_file_gives_back_what_was_written(study, tmp_path):

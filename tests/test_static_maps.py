@@ -115,5 +115,5 @@ def test_a_map_with_nothing_hidden_says_nothing(points):
 def test_a_map_names_the_rubber(tmp_path):
     found = diagnose([recorded(tmp_path, {"bladder_neo_hookean": {"G": 3e5}})], [IdealCylinder(), CoulombFriction()])
     assert found.explanations == (("bladder_neo_hookean",),)
-    value, error = found.effects["bladder_neo_hookean"].estimate["G"]
+    value, error, _ = found.effects["bladder_neo_hookean"].estimate["G"]
     assert abs(value - 3e5) < 4 * error

@@ -7,7 +7,7 @@ from rich.console import RenderableType
 from fitting.cli.run import CommandRun
 from fitting.errors import InputError
 from fitting.least_squares.record import Fit
-from fitting.model_files.model_file import is_edited, write_model
+from fitting.model_files.writer import is_edited, write_model
 from fitting.report.text.layout import line, paste_line
 from fitting.study.request import MODEL_FILE
 

@@ -2,22 +2,18 @@
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
-import tomlkit
 
-from fitting import units
 from fitting.designs.order import DesignOrder
 from fitting.errors import InputError
-from fitting.model_files.model_file import sealed
-from fitting.version import program_version
+from fitting.model_files.writer import file_text
+from fitting.problem.estimate import Estimate, ParameterState
 from fitting.writing import write_text
 from mckibben_jax.design.best import Design, Task, design
 from mckibben_jax.design.merit import built
 from mckibben_jax.design.pareto import front
 from mckibben_jax.design.scatter import Odds, design_cautiously, odds, one_sided, scatter_of
-from mckibben_jax.effect import name_of
 from mckibben_jax.muscle import quantities as muscle_quantities
 from mckibben_jax.parameter import parameters
 
@@ -69,24 +65,11 @@ def answer(order: DesignOrder, draws: dict[str, np.ndarray], seed: int = 0) -> A
 
 def model_text(task: Task, found: Design) -> str:
     """A design as a model file, which `simulate`, `export` and the [model] of another design read."""
-    document = tomlkit.document()
-    document["format"] = 1
-    document["program"] = program_version()
-    document["name"] = f"design for {found.objective}"
-    known = {name: (getattr(found.muscle, name), unit) for name, (unit, _) in muscle_quantities().items()}
-    document["muscle"] = {name: _entry(value, unit) for name, (value, unit) in known.items() if value is not None}
-    effects = tomlkit.aot()
-    for effect in built(found.muscle, task.effects).effects:
-        table = tomlkit.table()
-        table["name"] = name_of(effect)
-        for p in parameters(effect):
-            table[p.name] = _entry(getattr(effect, p.name), p.unit)
-        effects.append(table)
-    document["effect"] = effects
-    return sealed(tomlkit.dumps(document))
-
-
-def _entry(value: Any, unit: str) -> Any:
-    entry = tomlkit.inline_table()
-    entry.update({"value": units.write(float(value), unit), "state": "fixed"})
-    return entry
+    fixed = lambda value, unit: (Estimate(float(value), float("nan"), unit), ParameterState.FIXED)  # noqa: E731
+    sizes = {name: (getattr(found.muscle, name), unit) for name, (unit, _) in muscle_quantities().items()}
+    effects = [
+        (effect, {p.name: fixed(getattr(effect, p.name), p.unit) for p in parameters(effect)})
+        for effect in built(found.muscle, task.effects).effects
+    ]
+    muscle = {name: fixed(value, unit) for name, (value, unit) in sizes.items() if value is not None}
+    return file_text(f"design for {found.objective}", muscle, effects)

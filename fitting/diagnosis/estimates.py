@@ -6,9 +6,10 @@ import numpy as np
 
 from fitting.diagnosis.universe import CandidateFit, Universe
 from fitting.least_squares.uncertainty import clusters, covariances
+from fitting.problem.estimate import Estimate
 
 
-def estimate(world: Universe, fit: CandidateFit, name: str) -> dict[str, tuple[float, float]]:
+def estimate(world: Universe, fit: CandidateFit, name: str) -> dict[str, Estimate]:
     """An effect's parameters as fitted, SI, each with its robust standard error; NaN at an end of the range.
 
     Without those along which nothing changes: they stand where the search began.
@@ -23,13 +24,11 @@ def estimate(world: Universe, fit: CandidateFit, name: str) -> dict[str, tuple[f
         value, k = float(fit.vector[i]), fit.free.index(entry)
         error = np.nan if entry in fit.at_bound else np.sqrt(robust[k, k])  # what stands at its bound has none
         if error != 0:
-            found[entry.split(".")[-1]] = value, float(error) * world.layout.entries[i].slope(value)
+            unknown = world.layout.entries[i]
+            found[entry.split(".")[-1]] = Estimate(value, float(error) * unknown.slope(value), unknown.unit)
     return found
 
 
-def estimates(world: Universe, fit: CandidateFit, effects: Sequence[str]) -> dict[str, tuple[float, float, str]]:
+def estimates(world: Universe, fit: CandidateFit, effects: Sequence[str]) -> dict[str, Estimate]:
     """The parameters of several effects by full name, with their units."""
-    units = {entry.name: entry.unit for entry in world.layout.entries}
-    every = ((effect, *each) for effect in effects for each in estimate(world, fit, effect).items())
-    named = ((f"{effect}.{name}", known) for effect, name, known in every)
-    return {full: (*known, units.get(full, "1")) for full, known in named}
+    return {f"{effect}.{name}": e for effect in effects for name, e in estimate(world, fit, effect).items()}

@@ -7,6 +7,7 @@ import numpy as np
 from fitting.diagnosis.flip_groups import RestsOn
 from fitting.diagnosis.outcomes import Screened, Verdict, Why
 from fitting.least_squares.record import Fit
+from fitting.problem.estimate import Estimate
 
 
 @dataclass(frozen=True)
@@ -20,7 +21,7 @@ class Evidence:
     detection_limit: float | None = None  # N rms left after refitting the baseline, found with power 0.8
     absorbed_share: float | None = None  # of its signature that the baseline's parameters swallow
     similar: dict[str, float] = field(default_factory=dict)  # other effects with nearly the same signature: cosine
-    estimate: dict[str, tuple[float, float]] = field(default_factory=dict)  # parameter: value and standard error, SI
+    estimate: dict[str, Estimate] = field(default_factory=dict)  # by the parameter's name
     adequate: bool = False
     why: Why | None = None  # it cannot be tested, it is not adequate, or it is not named though it is
 
@@ -37,7 +38,7 @@ class Explanation:
     adequate: bool
     why: Why | None = None  # it is not tested, not adequate, or not named though it is
     plausible: bool = True  # nothing added ends at its bound, no stated measurement is denied
-    estimate: dict[str, tuple[float, float, str]] = field(default_factory=dict)  # full name: value, error (SI), unit
+    estimate: dict[str, Estimate] = field(default_factory=dict)  # by the parameter's full name
 
 
 @dataclass(frozen=True)

@@ -164,7 +164,7 @@ def slopes(fit: Fit, scenes: Sequence[Scene]) -> np.ndarray:
 
 def _priors(fit: Fit) -> np.ndarray:
     """What is known of the fitted numbers besides these data, in the same unit as their slopes."""
-    entries = [fit.layout.entries[fit.layout.names.index(name)] for name in fit.free]
+    entries = [fit.layout.entry(name) for name in fit.free]
     return np.diag([(e.upper - e.lower) / e.prior[1] if e.prior else 0.0 for e in entries]).reshape(-1, len(entries))
 
 

@@ -135,7 +135,7 @@ def in_errors(model: Fitted) -> dict[str, float]:
     """The size of every effect's parameters that the data see, in standard errors, by full name."""
     found = {}
     for effect in sorted(model.fit.effects):
-        for name, (value, error) in estimate(model.world, model.fit, effect).items():
+        for name, (value, error, _) in estimate(model.world, model.fit, effect).items():
             if np.isfinite(error):  # what stands at its bound has none
                 found[f"{effect}.{name}"] = abs(value) / error
     return found

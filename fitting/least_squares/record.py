@@ -9,6 +9,7 @@ import numpy as np
 from fitting.least_squares.search import Evaluated
 from fitting.least_squares.subset import Subset
 from fitting.least_squares.uncertainty import at_bound, clusters, covariances, ties
+from fitting.problem.estimate import Estimate, ParameterState
 from fitting.problem.residuals import Problem, Samples
 from fitting.problem.unknowns import Unknowns
 
@@ -60,6 +61,16 @@ class Fit:
             return float("nan")
         i = self.free.index(name)
         return float(np.sqrt((self.robust if robust else self.covariance)[i, i]))
+
+    def estimate(self, name: str) -> Estimate:
+        """An unknown's value, robust standard error (NaN for one that did not vary) and unit."""
+        return Estimate(self.values[name], self.error(name), self.layout.entry(name).unit)
+
+    def state(self, name: str) -> ParameterState:
+        """Whether a value was fitted, was fixed, or was held because the data do not constrain it."""
+        if name in self.free:
+            return ParameterState.FITTED
+        return ParameterState.HELD if name in self.held else ParameterState.FIXED
 
 
 def record_fit(

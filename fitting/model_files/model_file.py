@@ -1,33 +1,26 @@
-"""model.toml: a set of effects with their values, errors and states, and what they were fitted to."""
+"""Read model.toml: a set of effects with their values, errors and states, and what they were fitted to."""
 
-import hashlib
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-import tomlkit
-from tomlkit.items import InlineTable, Table
-
 from fitting import full_names, units
 from fitting.errors import InputError, unknown_name
-from fitting.least_squares.record import Fit
 from fitting.library.library import library, with_line
-from fitting.library.line import Defined, defined_name
+from fitting.library.line import defined_name
+from fitting.problem.estimate import ParameterState
 from fitting.problem.priors import Prior, stated_priors
 from fitting.recordings.muscle_file import line_of, read_toml
 from fitting.recordings.records import Experiment
 from fitting.version import NAME, program_version
-from fitting.writing import text_replaced
-from mckibben_jax.effect import Effect, name_of
+from mckibben_jax.effect import Effect
 from mckibben_jax.muscle import Muscle, quantities
 from mckibben_jax.parameter import parameters
 
 FORMAT = 1
-STATES = ("fitted", "fixed", "held")
 KEYS = ("format", "program", "name", "muscle", "muscle_of", "effect", "fitted_to")
-SEAL = "# Written by mckibben. Edit freely: it is then left alone. sha256 of what follows: "
 
 
 @dataclass(frozen=True)
@@ -39,16 +32,13 @@ class ModelFile:
     muscle: Muscle | None
     effects: tuple[Effect, ...]
     values: dict[str, float]  # by full name, SI
-    states: dict[str, str]
+    states: dict[str, ParameterState]
     data: dict[str, str] = field(default_factory=dict)  # data set -> sha256
     priors: dict[str, Prior] = field(default_factory=dict)  # by full name, for the posterior
 
     def fitted_to(self, experiments: Sequence[Experiment]) -> bool:
         """Whether these are the very data that it was fitted to."""
         return bool(self.data) and {e.sha256 for e in experiments} == set(self.data.values())
-
-
-# ------------------------------------------------------------------------------------------------------------ reading
 
 
 def read_model(path: Path | str, known: dict[str, type[Effect]] | None = None) -> ModelFile:
@@ -62,7 +52,7 @@ def read_model(path: Path | str, known: dict[str, type[Effect]] | None = None) -
         if key not in KEYS:
             raise unknown_name("key", key, KEYS, path, row=line_of(raw, key))
     values: dict[str, float] = {}
-    states: dict[str, str] = {}
+    states: dict[str, ParameterState] = {}
     measured = {name: unit for name, (unit, _) in quantities().items()}
     sizes = _read_table(table.get("muscle", {}), measured, path, raw, states, "muscle")
     values |= {f"muscle.{name}": value for name, value in sizes.items()}
@@ -122,7 +112,7 @@ def _read_effect(
     path: Path,
     raw: bytes,
     values: dict[str, float],
-    states: dict[str, str],
+    states: dict[str, ParameterState],
 ) -> Effect:
     name = entry.get("name") if isinstance(entry, dict) else None
     if not isinstance(name, str):
@@ -167,7 +157,7 @@ def check_range(
 
 
 def _read_table(
-    table: Any, known: dict[str, str], path: Path, raw: bytes, states: dict[str, str], owner: str
+    table: Any, known: dict[str, str], path: Path, raw: bytes, states: dict[str, ParameterState], owner: str
 ) -> dict[str, float]:
     """Values in SI of a table of `{ value, error, state }` or plain values; their states go into `states`."""
     if not isinstance(table, dict):
@@ -178,14 +168,14 @@ def _read_table(
         if plain not in known:
             raise unknown_name(f"parameter of {owner}:", key, known, path, row=line_of(raw, key))
         entry = entry if isinstance(entry, dict) else {"value": entry}
-        state = entry.get("state", "fitted")
-        if state not in STATES:
-            raise unknown_name(f"state of {owner}.{key}:", str(state), STATES, path, row=line_of(raw, key))
+        state = entry.get("state", ParameterState.FITTED)
+        if state not in (*ParameterState,):
+            raise unknown_name(f"state of {owner}.{key}:", str(state), ParameterState, path, row=line_of(raw, key))
         try:
             found[key] = units.to_si(entry.get("value"), known[plain], f"{owner}.{key}")
         except InputError as error:
             raise error.located(path, line_of(raw, key)) from None
-        states[f"{owner}.{key}"] = state
+        states[f"{owner}.{key}"] = ParameterState(state)
     return found
 
 
@@ -194,109 +184,3 @@ def _muscle(sizes: dict[str, float], path: Path) -> Muscle:
         if key not in sizes:
             raise InputError(f"[muscle] lacks {key}", path, cure="take it from the data set's muscle.toml")
     return Muscle(**sizes)  # type: ignore[arg-type]
-
-
-# ------------------------------------------------------------------------------------------------------------ writing
-
-
-def write_model(path: Path | str, fit: Fit, experiments: Sequence[Experiment]) -> str | None:
-    """Write a fitted model; a file that was edited, or a place that cannot be written to, is left alone.
-
-    Returned is why nothing was written, in words, or None.
-    """
-    path = Path(path)
-    if path.is_dir():
-        return f"{path} is a folder"
-    if path.exists() and is_edited(path):
-        return f"{path} was written or edited by hand and is left alone"
-    try:
-        text_replaced(path, model_text(fit, experiments))
-    except OSError as error:
-        return f"{path} cannot be written: {error.strerror}"
-    return None
-
-
-def model_text(fit: Fit, experiments: Sequence[Experiment]) -> str:
-    """A fitted model as the text of its file."""
-    return sealed(tomlkit.dumps(_document(fit, experiments)))
-
-
-def sealed(body: str) -> str:
-    """The text of a model file with the line by which it is known that nobody has edited it."""
-    return SEAL + _digest(body) + "\n" + body
-
-
-def is_edited(path: Path) -> bool:
-    """Whether a model file is not as the program wrote it."""
-    try:
-        first, _, body = path.read_text(encoding="utf-8").partition("\n")
-    except (OSError, UnicodeDecodeError):
-        return True
-    return not first.startswith(SEAL) or first.removeprefix(SEAL).strip() != _digest(body)
-
-
-def _digest(body: str) -> str:
-    return hashlib.sha256(re.sub(r"\s+", " ", body).strip().encode()).hexdigest()[:16]
-
-
-def _document(fit: Fit, experiments: Sequence[Experiment]) -> tomlkit.TOMLDocument:
-    document = tomlkit.document()
-    document["format"] = FORMAT
-    document["program"] = program_version()
-    document["name"] = experiments[0].name
-    document["muscle"] = _muscle_table(fit, 0, experiments[0])
-    if len(experiments) > 1:
-        more = {e.name: _muscle_table(fit, d, e) for d, e in enumerate(experiments) if d}
-        document["muscle_of"] = more
-    effects = tomlkit.aot()
-    for effect in fit.layout.templates[0].effects:
-        effects.append(_effect_table(fit, effect))
-    document["effect"] = effects
-    document["fitted_to"] = {"data": _inline({folder_name(e): f"sha256:{e.sha256}" for e in experiments})}
-    return document
-
-
-def folder_name(experiment: Experiment) -> str:
-    """By which the data are called in files: their folder's name."""
-    return experiment.folder.resolve().name
-
-
-def _muscle_table(fit: Fit, dataset: int, experiment: Experiment) -> Table:
-    table = tomlkit.table()
-    for name, (unit, _) in quantities().items():
-        full = f"muscle.{name}"
-        full = full if full in fit.layout.names else full_names.of_set(full, experiment.name)
-        if full in fit.layout.names:
-            table[name] = _entry(fit, full, unit)
-    return table
-
-
-def _effect_table(fit: Fit, effect: Effect) -> Table:
-    table = tomlkit.table()
-    table["name"] = name_of(effect)
-    if isinstance(effect, Defined):
-        table["define"] = effect.line
-    declared = {p.name: p.unit for p in parameters(effect)}
-    for full in fit.layout.of_effect(name_of(effect)):
-        key = full.split(".", 1)[1]
-        table[key] = _entry(fit, full, declared[full_names.common(key)])
-    return table
-
-
-def _entry(fit: Fit, name: str, unit: str) -> InlineTable:
-    value, error = fit.values[name], fit.error(name)
-    entry = {"value": units.write(value, unit)}
-    if name in fit.free:
-        entry["error"] = units.show(error, unit, digits=2)
-    return _inline(entry | {"state": state_of(fit, name)})
-
-
-def _inline(entries: dict[str, str]) -> InlineTable:
-    table = tomlkit.inline_table()
-    table.update(entries)
-    return table
-
-
-def state_of(fit: Fit, name: str) -> str:
-    """Whether a value was fitted, was held because the data cannot see it, or was fixed."""
-    return "fitted" if name in fit.free else "held" if name in fit.held else "fixed"

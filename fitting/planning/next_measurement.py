@@ -190,7 +190,7 @@ def _explained(
     start = dict(diagnosis.baseline.values)
     for name in added:
         evidence = diagnosis.effects.get(name)
-        found = {} if evidence is None else {f"{name}.{key}": value for key, (value, _) in evidence.estimate.items()}
+        found = {} if evidence is None else {f"{name}.{key}": value for key, (value, *_) in evidence.estimate.items()}
         start |= found
     base = diagnosis.baseline.layout.templates[0].effects
     return explained(planned, base, [kinds[name] for name in added], start, varying)

@@ -165,7 +165,6 @@ def convergence_warnings(names: tuple[str, ...], chains: np.ndarray, ended: str)
 
 def quantities(fit: Fit, setup: PosteriorProblem, chains: np.ndarray, robust: np.ndarray) -> dict[str, Quantity]:
     """Quantiles and their trustworthiness by name; `robust` multiplies the standard deviations."""
-    unit = {entry.name: entry.unit for entry in fit.layout.entries}
     found = {}
     for i, name in enumerate(setup.names):
         one, apart = chains[..., i].reshape(-1), halves(chains[..., i])
@@ -180,8 +179,8 @@ def quantities(fit: Fit, setup: PosteriorProblem, chains: np.ndarray, robust: np
             ess_bulk=float(arviz().ess(apart, method="bulk")),
             ess_tail=float(arviz().ess(apart, method="tail")),
             robust_error=float(robust[i]) * sd,
-            unit=unit.get(name, "1"),
-            prior="" if prior is None else prior.told(unit[name]),
+            unit=fit.layout.entry(name).unit if name in fit.free else "1",  # the parts of the noise are plain numbers
+            prior="" if prior is None else prior.told(fit.layout.entry(name).unit),
             contraction=float("nan") if prior is None else 1 - (sd / setup.spreads[name]) ** 2,
         )
     return found

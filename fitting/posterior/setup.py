@@ -87,7 +87,7 @@ def with_coarser_steps(target: Target, times: int) -> Target:
 
 
 def _prior(fit: Fit, name: str, stated: dict[str, Prior]) -> Prior:
-    entry = fit.layout.entries[fit.layout.names.index(name)]
+    entry = fit.layout.entry(name)
     mine = stated.get(name) or stated.get(full_names.common(name))
     if mine is not None:
         check_overlap(mine, name, entry.unit, entry.lower, entry.upper)
@@ -96,7 +96,7 @@ def _prior(fit: Fit, name: str, stated: dict[str, Prior]) -> Prior:
 
 
 def _spread(fit: Fit, name: str, prior: Prior) -> float:
-    entry = fit.layout.entries[fit.layout.names.index(name)]
+    entry = fit.layout.entry(name)
     return spread(prior, entry.lower, entry.upper)
 
 

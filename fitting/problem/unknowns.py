@@ -92,6 +92,10 @@ class Unknowns:
             found[owner] = (*found.get(owner, ()), name)
         return found
 
+    def entry(self, name: str) -> Unknown:
+        """The unknown of this full name."""
+        return self.entries[self._positions[name]]
+
     def at(self, names: Iterable[str]) -> np.ndarray:
         """Positions of these names in the vector."""
         return np.array([self._positions[name] for name in names], dtype=int)

@@ -12,7 +12,6 @@ from fitting.comparison.fingerprint import Fingerprint
 from fitting.diagnosis.flip_groups import rests_on_in_words
 from fitting.diagnosis.record import Diagnosis, Evidence, Explanation
 from fitting.least_squares.record import Fit
-from fitting.model_files.model_file import state_of
 from fitting.report.text.attempts import attempts_result
 from fitting.report.text.noise import NOISE_TEXT
 from fitting.report.text.reasons import notes_of, why_text
@@ -89,7 +88,7 @@ def shown_names(fit: Fit) -> tuple[str, ...]:
 
 
 def _parameter(fit: Fit, name: str) -> dict[str, Any]:
-    entry = fit.layout.entries[fit.layout.names.index(name)]
+    entry = fit.layout.entry(name)
     return {
         "value": fit.values[name],
         "robust_error": fit.error(name),
@@ -97,7 +96,7 @@ def _parameter(fit: Fit, name: str) -> dict[str, Any]:
         "unit": entry.unit,
         "lower": entry.lower,
         "upper": entry.upper,
-        "state": state_of(fit, name),
+        "state": str(fit.state(name)),
         "at_bound": name in fit.at_bound,
         "held": name in fit.held,
         "tied_with": list(fit.tied.get(name, ())),
@@ -172,7 +171,7 @@ def _evidence(e: Evidence) -> dict[str, Any]:
         "detection_limit_N": e.detection_limit,
         "absorbed_share": e.absorbed_share,
         "alike": dict(e.similar),
-        "estimate": {name: list(pair) for name, pair in e.estimate.items()},
+        "estimate": {name: [value, error] for name, (value, error, _) in e.estimate.items()},
         "adequate": e.adequate,
         "reason": why_text(e.why),
     }

@@ -15,6 +15,7 @@ from fitting.least_squares.fit import fit
 from fitting.least_squares.record import Fit
 from fitting.library.library import library, named
 from fitting.model_files.model_file import ModelFile, check_range, read_model
+from fitting.problem.estimate import ParameterState
 from fitting.problem.priors import Prior
 from fitting.problem.unknowns import Unknowns, unknowns
 from fitting.problem.varying import AS_DECLARED, Varying
@@ -194,8 +195,8 @@ def _fixed(stored: ModelFile | None, request: Request) -> tuple[str, ...]:
     """What the model file holds fixed, the geometry apart: that is a matter of muscle.toml."""
     if stored is None:
         return ()
-    fixed = (name for name, state in stored.states.items() if state == "fixed" and not name.startswith("muscle."))
-    return tuple(name for name in fixed if name not in request.free)
+    fixed = (name for name, state in stored.states.items() if state is ParameterState.FIXED)
+    return tuple(name for name in fixed if not name.startswith("muscle.") and name not in request.free)
 
 
 # ------------------------------------------------------------------------------------------------- settings and names

@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from fitting.errors import InputError
-from fitting.model_files import model_file
+from fitting.model_files import writer
 from fitting.report.page.page import page
 from fitting.report.page.posterior import posterior_sections
 from fitting.study.request import Request
@@ -15,7 +15,7 @@ FOLDER = "FOLDER"  # stands for the place of files that were dropped: where they
 
 def model_text(session: Session) -> str:
     """The fitted model as a model.toml."""
-    return model_file.model_text(fit_of(session), session.last.task.experiments)
+    return writer.model_text(fit_of(session), session.last.task.experiments)
 
 
 def muscle_text(session: Session) -> str | None:

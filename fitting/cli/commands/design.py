@@ -54,7 +54,7 @@ def command(
 def _left_alone(path: Path) -> None:
     """Refuse to replace what a person has written."""
     from fitting.errors import InputError
-    from fitting.model_files.model_file import is_edited
+    from fitting.model_files.writer import is_edited
 
     if path.is_file() and is_edited(path):
         raise InputError("the file was written or edited by hand and is left alone", path, cure="name another file")

@@ -80,7 +80,7 @@ def do_packed(sent: bytes) -> Found:
 
 def _fit(order: Order, task: Task) -> Found:
     from fitting.comparison.compare import compare
-    from fitting.model_files.model_file import model_text
+    from fitting.model_files.writer import model_text
 
     fit = fitted(task)
     result = fit_result(fit) | {"comparison": comparison_result(compare(fit, task.experiments))}

@@ -15,8 +15,6 @@ from fitting.report.text.diagnosis import classes_text, effect_set, most_similar
 from fitting.report.text.evidence import sort_evidence
 from fitting.report.text.reasons import why_text
 from fitting.study.task import Task
-from mckibben_jax.effect import Effect
-from mckibben_jax.parameter import parameters
 
 MOST_EXPLAINED = 4  # effects under the verdict
 DETECTABLE = "smallest detectable size"
@@ -39,9 +37,9 @@ def meanings(d: Diagnosis, task: Task) -> list[tuple[str, str]]:
     return [(name, f"{first_sentence(meaning(task.library[name]))}.") for name in known]
 
 
-def effects(d: Diagnosis, c: Comparison, task: Task) -> Section:
+def effects(d: Diagnosis, c: Comparison) -> Section:
     """What each effect would do, as bars and as a table."""
-    unit, known = UNIT, task.library
+    unit = UNIT
     floor = c.floor if c.unit == unit else d.noise_floor
     helping, idle, blind = sort_evidence(d)
     heads = (
@@ -53,7 +51,7 @@ def effects(d: Diagnosis, c: Comparison, task: Task) -> Section:
         "its size",
         "most similar effect",
     )
-    grid, others = (Grid(heads, tuple(Line(_evidence(e, unit, known), e.adequate) for e in some), words=(0, 5, 6))
+    grid, others = (Grid(heads, tuple(Line(_evidence(e, unit), e.adequate) for e in some), words=(0, 5, 6))
                     for some in (helping, idle))  # fmt: skip
     unseen = Grid(("cannot be seen", "why"), tuple(Line((", ".join(v), k)) for k, v in blind.items()), words=(1,))
     return Section(
@@ -67,11 +65,10 @@ def effects(d: Diagnosis, c: Comparison, task: Task) -> Section:
     )
 
 
-def _evidence(e: Evidence, unit: str, known: dict[str, type[Effect]]) -> tuple[str, ...]:
+def _evidence(e: Evidence, unit: str) -> tuple[str, ...]:
     alike, note = most_similar(e), remark(e)
-    declared = {p.name: p.unit for p in parameters(known[e.name])} if e.name in known else {}
     estimate = "; ".join(
-        f"{name} = {units.show(value, declared.get(name, '1'), error)}" for name, (value, error) in e.estimate.items()
+        f"{name} = {units.show(value, unit, error)}" for name, (value, error, unit) in e.estimate.items()
     )
     return (
         f"{e.name}: {note}" if note else e.name,

@@ -9,7 +9,6 @@ from fitting.comparison.compare import Comparison
 from fitting.comparison.compare import Table as ErrorTable
 from fitting.diagnosis.record import Diagnosis
 from fitting.least_squares.record import Fit
-from fitting.model_files.model_file import state_of
 from fitting.report.page.diagnosis import alike, effects, meanings, tried
 from fitting.report.page.parts import Grid, Line, Section, pictures_style, render_page
 from fitting.report.pictures import figures, maps
@@ -63,7 +62,7 @@ def page(
         _fall(c, d, stages, chosen=len(steps) > 1),
         _loops(c, task, steps),
         _where(c),
-        *([] if d is None else [effects(d, c, task), alike(d)]),
+        *([] if d is None else [effects(d, c), alike(d)]),
         _parameters(c.fit),
         *([] if planned is None else [_planned(planned)]),
         *posterior,
@@ -219,7 +218,7 @@ def _parameters(fit: Fit) -> Section:
 
 
 def _parameter(fit: Fit, name: str) -> tuple[str, ...]:
-    state = "at its bound" if name in fit.at_bound else state_of(fit, name)
+    state = "at its bound" if name in fit.at_bound else fit.state(name)
     return name, *value_cells(fit, name), " to ".join(range_cells(fit, name)), state, ", ".join(fit.tied.get(name, ()))
 
 

@@ -21,7 +21,7 @@ def combinations(fit: Fit) -> tuple[int, tuple[tuple[str, ...], ...]]:
     """
     if not fit.free:
         return 0, ()
-    entries = [fit.layout.entries[fit.layout.names.index(name)] for name in fit.free]
+    entries = [fit.layout.entry(name) for name in fit.free]
     span = np.array([entry.upper - entry.lower for entry in entries])
     slopes = fit.slopes[: len(fit.samples)] * span
     strength, ways = np.linalg.eigh(slopes.T @ slopes)  # inverse squares of errors, along orthogonal combinations

@@ -56,12 +56,12 @@ def _parameter(fit: Fit, name: str) -> tuple[str, ...]:
 
 def value_cells(fit: Fit, name: str) -> tuple[str, str, str]:
     """A parameter's value, its robust error, and its error were samples independent; no errors where it is fixed."""
-    unit = fit.layout.entries[fit.layout.names.index(name)].unit
+    unit = fit.layout.entry(name).unit
     value, robust = with_error(fit.values[name], fit.error(name), unit)
     return value, robust, amount(fit.error(name, robust=False), unit, 2) if name in fit.free else ""
 
 
 def range_cells(fit: Fit, name: str) -> tuple[str, str]:
     """The ends of a parameter's range."""
-    entry = fit.layout.entries[fit.layout.names.index(name)]
+    entry = fit.layout.entry(name)
     return amount(entry.lower, entry.unit), amount(entry.upper, entry.unit)

@@ -62,9 +62,9 @@ def _dry(one: Curves) -> str:
 def _motion(motions: Motions, fastest: float) -> list[RenderableType]:
     """The models fitted to the positions themselves."""
     dry, viscous = (units.show(error, "m") for error in motions.errors)
-    entries = {entry.name: entry for entry in motions.viscous.layout.entries}
+    layout = motions.viscous.layout
     values = (
-        f"{name} = {units.show(value, entries[name].unit)} +/- {units.show(error, entries[name].unit)}"
+        f"{name} = {units.show(value, layout.entry(name).unit)} +/- {units.show(error, layout.entry(name).unit)}"
         for name, (value, error) in motions.direct.items()
     )
     told = f"Fitted to the positions, a model without viscosity misses them by {dry} rms, one with it by {viscous}: "
