@@ -84,8 +84,9 @@ def test_thinning_keeps_the_corners_of_every_loop():
 
 def panel_of(eps, force, half):
     zero = np.zeros(len(eps))
-    run = Run("1", np.arange(len(eps)) * 1e-3, zero + 1e5, eps, zero, zero, force, zero + 1, np.where(half % 2, -1, 1),
-              half // 2, half, np.arange(len(eps)))  # fmt: skip
+    run = Run(name="1", time=np.arange(len(eps)) * 1e-3, pressure=zero + 1e5, contraction=eps, rate=zero,
+              pressure_rate=zero, measured=force, weight=zero + 1, branch=np.where(half % 2, -1, 1), loop=half // 2,
+              half=half, row=np.arange(len(eps)))  # fmt: skip
     place = np.arange(len(eps))
     return Panel("1", "100 kPa", run, place, place, "loop", "N", eps, "contraction", 1.0)
 

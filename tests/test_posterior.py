@@ -48,8 +48,9 @@ def loops(
         wrong = random.standard_normal(clean.size) * noise if errors is None else errors(random, phase)
         half = np.floor(2 * phase).astype(int)
         measured.append(
-            Run(f"{number}", 40 * phase, still + p, contraction, rate, still, clean + wrong, still + 1, branch,
-                half // 2, half, np.arange(clean.size) + 2)
+            Run(name=f"{number}", time=40 * phase, pressure=still + p, contraction=contraction, rate=rate,
+                pressure_rate=still, measured=clean + wrong, weight=still + 1, branch=branch, loop=half // 2, half=half,
+                row=np.arange(clean.size) + 2)
         )  # fmt: skip
     recording = Recording("loops.csv", "loop", tuple(measured), noise)
     return Experiment("Braid", Path("."), muscle, (recording,), priors or {}, "0" * 64)

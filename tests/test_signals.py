@@ -8,7 +8,8 @@ import pytest
 
 from fitting.recordings import motion_signals as signals
 from fitting.recordings import weightless
-from fitting.recordings.runs import Readings, run_of
+from fitting.recordings.records import Run
+from fitting.recordings.runs import run_of
 
 pytestmark = pytest.mark.filterwarnings("error")
 
@@ -32,7 +33,9 @@ def readings(time, contraction, pressure=None, measured=None, **more):
     count = len(time)
     pressure = np.full(count, 2e5) if pressure is None else pressure
     measured = 100 + 50 * contraction if measured is None else measured
-    return Readings("1", time, pressure, contraction, measured, np.arange(count) + 2, np.ones(count, bool), **more)
+    row, usable = np.arange(count) + 2, np.ones(count, bool)
+    return Run.as_read(name="1", time=time, pressure=pressure, contraction=contraction, measured=measured, row=row,
+                       usable=usable, **more)  # fmt: skip
 
 
 @pytest.mark.parametrize("shape", ["triangle", "cosine"])
@@ -258,7 +261,7 @@ def test_saturated_and_slack_readings_carry_no_weight():
     run = run_of(r, "loop")
     assert run.weight[(force == 0) & (contraction > 0.21)].sum() == 0
     assert run.weight[(force > 5) & (force < 75)].mean() > 0.95
-    assert r.counts["reading saturated or muscle slack"] > 100
+    assert run.without_weight["reading saturated or muscle slack"] > 100
 
 
 def test_a_held_extreme_is_not_saturation():
@@ -279,7 +282,7 @@ def test_a_release_starts_at_zero_and_what_was_before_carries_no_weight():
     assert (run.rate[time < 0] == 0).all()
     late = (time > 0.005) & (time < 0.3)
     assert run.rate[late] == pytest.approx(2 * np.exp(-time[late] / 0.05), rel=0.02)
-    assert r.counts["before t = 0"] == np.count_nonzero(time < 0)
+    assert run.without_weight["before t = 0"] == np.count_nonzero(time < 0)
 
 
 def test_isotonic_branches_go_by_pressure():
@@ -335,6 +338,6 @@ def test_a_loop_whose_friction_turns_late_loses_those_samples_and_says_so():
     assert np.all(run.weight[jumps] == 0)
     assert np.all(run.weight[jumps + 1] == 0)
     reason = "where the reading jumps late after a turning point"
-    assert late.counts[reason] > 0
-    assert prompt.counts[reason] == 0
+    assert run.without_weight[reason] > 0
+    assert usual.without_weight[reason] == 0
     assert 0 < usual.weight.sum() - run.weight.sum() <= 4 * len(TURNS)

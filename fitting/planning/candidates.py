@@ -3,6 +3,7 @@
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from itertools import product
+from typing import Any
 
 import numpy as np
 
@@ -276,7 +277,7 @@ def _points(p: Protocol, can: Shown) -> Run:
     )
 
 
-def _unmeasured(time: np.ndarray, **known: np.ndarray) -> Run:
+def _unmeasured(time: np.ndarray, **known: Any) -> Run:
     return Run(name="planned", time=time, measured=np.zeros(len(time)), row=np.arange(len(time)), **known)
 
 

@@ -1,7 +1,6 @@
 """A static map as a muscle goes through it: to every point from behind, along its branch, and then at rest."""
 
-from collections.abc import Callable
-from dataclasses import fields, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -21,15 +20,10 @@ def reached(run: Run) -> tuple[Run, ...]:
     if len(run) < 2 or len(np.unique(run.half)) < len(run):
         return (run,)
     if not np.any(run.branch):
-        return tuple(_changed(run, lambda values, at=at: values[at : at + 1]) for at in range(len(run)))
-    both = _changed(run, twice)
+        return tuple(run.at([at]) for at in range(len(run)))
+    both = run.at(twice(np.arange(len(run))))
     both.weight[::2] = 0.0
     return (replace(both, contraction=from_behind(run.contraction, run.branch), time=clock(len(run))),)
-
-
-def _changed(run: Run, change: Callable[[np.ndarray], np.ndarray]) -> Run:
-    signals = {f.name: getattr(run, f.name) for f in fields(run)}
-    return replace(run, **{name: change(value) for name, value in signals.items() if isinstance(value, np.ndarray)})
 
 
 def from_behind(points: np.ndarray, branch: np.ndarray) -> np.ndarray:

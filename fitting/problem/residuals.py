@@ -1,7 +1,7 @@
 """One residual function for everything: least squares, sampling and diagnosis all see the same whitened rows."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 
 import equinox as eqx
 import jax
@@ -185,28 +185,23 @@ def _pad(values: np.ndarray, size: int, fill: float | None = None) -> np.ndarray
     return np.concatenate([values, np.full(size - len(values), last, dtype=float)])
 
 
+_OF_ROWS = (*_SIGNALS, "loop", "half", "row", "branch")  # what each row of the measurements keeps of its run
+
+
 def _samples(recording: Recording, dataset: int, number: int, runs_before: int, sigma: float) -> Samples:
     parts = []
-    for r, run in enumerate(recording.runs):
-        mask = run.weight > 0
-        count = int(mask.sum())
+    for r, run in enumerate(recording.runs, runs_before):
+        places = np.flatnonzero(run.usable)
+        count = len(places)
+        signals = {name: getattr(run, name)[places] for name in _OF_ROWS}
         parts.append(
             Samples(
                 dataset=np.full(count, dataset),
                 recording=np.full(count, number),
-                run=np.full(count, runs_before + r),
-                loop=run.loop[mask],
-                half=run.half[mask],
-                row=run.row[mask],
-                time=run.time[mask],
-                contraction=run.contraction[mask],
-                pressure=run.pressure[mask],
-                rate=run.rate[mask],
-                pressure_rate=run.pressure_rate[mask],
-                branch=run.branch[mask],
-                measured=run.measured[mask],
+                run=np.full(count, r),
                 sigma=np.full(count, sigma),
-                position=np.flatnonzero(mask),
+                position=places,
+                **signals,
             )
         )
     return _joined(parts)
@@ -241,5 +236,4 @@ def _every(run: Run, stride: int) -> Run:
     turns = np.flatnonzero(np.diff(run.half)) + 1
     corner = np.concatenate([[0], turns - 1, turns, [len(run) - 1]])
     kept[corner] = True
-    slim = {f.name: getattr(run, f.name)[kept] for f in fields(run) if isinstance(getattr(run, f.name), np.ndarray)}
-    return replace(run, **slim)
+    return run.at(kept)

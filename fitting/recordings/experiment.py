@@ -4,7 +4,6 @@ import hashlib
 import shlex
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +17,7 @@ from fitting.recordings.noise import one_load_cell
 from fitting.recordings.plausible import check_plausible, without_copies
 from fitting.recordings.readings import FEWEST_SAMPLES, POSITIONS, read_runs
 from fitting.recordings.records import FORCE_TESTS, TESTS, Experiment, Recording, Run
-from fitting.recordings.runs import Readings, run_of
+from fitting.recordings.runs import run_of
 from fitting.recordings.tables import COLUMNS, Table, read_table
 from mckibben_jax.muscle import Muscle
 
@@ -157,9 +156,9 @@ def _checked_runs(
     parts = read_runs(table, test, muscle, options, counts)
     odd = check_plausible(parts, table, test, muscle, options.get("valid"))
     felt = negligible(parts, test, muscle)
-    runs = tuple(run_of(replace(part, negligible=felt), test) for part in parts)
-    for part in parts:
-        counts.update(part.counts)
+    runs = tuple(run_of(part, test, felt) for part in parts)
+    for run in runs:
+        counts.update(run.without_weight)
     if not any(run.weight.any() for run in runs):
         why = "; ".join(_weightless(counts, table))
         raise InputError(
@@ -168,7 +167,7 @@ def _checked_runs(
     return runs, (*_notes(counts, table, test, runs), *_smoothed(parts, runs, test), *odd, *_limits_of(runs, test))
 
 
-def _smoothed(parts: Sequence[Readings], runs: tuple[Run, ...], test: str) -> list[str]:
+def _smoothed(parts: Sequence[Run], runs: tuple[Run, ...], test: str) -> list[str]:
     """Notes on channels whose readings err so much that the signal behind them was estimated."""
     notes = []
     for name, unit in (("pressure", "Pa"), ("contraction", "1")) if test == "loop" else (("pressure", "Pa"),):

@@ -37,6 +37,9 @@ class Negligible:
     contraction: float = 0.0  # 1
 
 
+EXACT = Negligible()  # every error is felt
+
+
 def estimated(time: np.ndarray, reading: np.ndarray, turns: np.ndarray, felt_from: float) -> Estimate:
     """The signal behind a reading (n,) that may turn abruptly at the samples `turns`; itself if its error is not felt.
 

@@ -190,12 +190,7 @@ def _motion(run: Run, recording: Recording, experiment: Experiment) -> Motion | 
 
 def _let_go(run: Run) -> Run:
     """What follows t = 0."""
-    return _at(run, np.flatnonzero(run.time >= 0))
-
-
-def _at(run: Run, places: np.ndarray) -> Run:
-    """These samples of a run."""
-    return replace(run, **{name: value[places] for name, value in vars(run).items() if isinstance(value, np.ndarray)})
+    return run.at(run.time >= 0)
 
 
 def _smoothed(motion: Motion) -> Motion:
@@ -249,7 +244,7 @@ def _run(motion: Motion, length: float) -> Run:
     """The run as a loop: branches between reversals, thinned to readings that hardly share their window."""
     way = np.sign(motion.speed)
     usable = motion.usable
-    thin = _at(motion.run, motion.kept)
+    thin = motion.run.at(motion.kept)
     half = np.concatenate([[0], np.cumsum(np.diff(_filled(way * motion.moving)) != 0)])[motion.kept]
     usable = usable[motion.kept]
     return replace(

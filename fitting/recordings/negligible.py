@@ -6,13 +6,12 @@ import numpy as np
 
 from fitting.recordings import motion_signals as signals
 from fitting.recordings.inputs import SETTINGS, Negligible
-from fitting.recordings.records import FORCE_TESTS
-from fitting.recordings.runs import Readings
+from fitting.recordings.records import FORCE_TESTS, Run
 from mckibben_jax.laws.braid import ideal_force
 from mckibben_jax.muscle import Muscle
 
 
-def negligible(parts: Sequence[Readings], test: str, muscle: Muscle) -> Negligible:
+def negligible(parts: Sequence[Run], test: str, muscle: Muscle) -> Negligible:
     """From which errors on pressure and length are felt, by the slopes of the ideal law (eq 10) at rest length.
 
     The error of the measured channel is that between neighbouring readings: this is what an input's error, which is

@@ -13,8 +13,7 @@ import numpy as np
 from fitting import units
 from fitting.errors import InputError
 from fitting.recordings.readings import POSITIONS
-from fitting.recordings.records import FORCE_TESTS, Experiment, Recording
-from fitting.recordings.runs import Readings
+from fitting.recordings.records import FORCE_TESTS, Experiment, Recording, Run
 from fitting.recordings.tables import Table
 from mckibben_jax.laws.braid import ideal_force
 from mckibben_jax.muscle import Muscle
@@ -29,7 +28,7 @@ OPPOSED = -0.8  # correlation of the readings with the ideal force
 TINY_STROKE, LARGE_DROP = 0.005, 0.5  # a stroke of half a per cent does not take half of the force away
 
 
-def check_plausible(parts: Sequence[Readings], table: Table, test: str, muscle: Muscle, valid: object) -> list[str]:
+def check_plausible(parts: Sequence[Run], table: Table, test: str, muscle: Muscle, valid: object) -> list[str]:
     """Refuse readings that this muscle cannot give; what is merely odd is returned in words."""
     column = "force" if test in FORCE_TESTS else "load"
     used = [part for part in parts if part.usable.any()]
@@ -56,11 +55,11 @@ def _ideal(contraction: np.ndarray, pressure: np.ndarray | float, muscle: Muscle
     return np.asarray(ideal_force(contraction, pressure, muscle.radius, muscle.braid_angle))
 
 
-def _forces(part: Readings) -> np.ndarray:
+def _forces(part: Run) -> np.ndarray:
     return part.measured if part.load is None else part.load
 
 
-def _too_large(parts: Sequence[Readings], table: Table, column: str, reach: float) -> list[str]:
+def _too_large(parts: Sequence[Run], table: Table, column: str, reach: float) -> list[str]:
     values, rows = (np.concatenate([of(part)[part.usable] for part in parts]) for of in (_forces, lambda p: p.row))
     at = int(np.argmax(np.abs(values)))
     times, whole = abs(values[at]) / reach, bool(np.all(values == np.round(values)))
@@ -77,7 +76,7 @@ def _too_large(parts: Sequence[Readings], table: Table, column: str, reach: floa
     return [f"the {column} reaches {most}: is its unit right, and that of the pressure?"] if times > ODD else []
 
 
-def _too_small(parts: Sequence[Readings], table: Table, ideal: list[np.ndarray]) -> None:
+def _too_small(parts: Sequence[Run], table: Table, ideal: list[np.ndarray]) -> None:
     """A load cell that is disconnected, a muscle that was slack all the time, kN for N."""
     largest = max(float(np.max(np.abs(part.measured[part.usable]), initial=0.0)) for part in parts)
     pulls = max(float(np.max(force[part.usable], initial=0.0)) for part, force in zip(parts, ideal, strict=True))
@@ -93,7 +92,7 @@ def _too_small(parts: Sequence[Readings], table: Table, ideal: list[np.ndarray])
         )
 
 
-def _constant(parts: Sequence[Readings], table: Table, ideal: list[np.ndarray]) -> None:
+def _constant(parts: Sequence[Run], table: Table, ideal: list[np.ndarray]) -> None:
     """A force that stays while length or pressure move, in every run that moves."""
     stays, moves, steady = [], [], []
     for part, force in zip(parts, ideal, strict=True):
@@ -120,7 +119,7 @@ def _spread(values: np.ndarray) -> float:
     return float(np.ptp(np.quantile(values, [0.01, 0.99]))) if len(values) >= FEWEST else 0.0
 
 
-def _opposed(parts: Sequence[Readings], table: Table, ideal: list[np.ndarray]) -> None:
+def _opposed(parts: Sequence[Run], table: Table, ideal: list[np.ndarray]) -> None:
     """A force that rises where every muscle's falls: a sign, or exchanged columns."""
     together = []
     for part, force in zip(parts, ideal, strict=True):
@@ -139,7 +138,7 @@ def _opposed(parts: Sequence[Readings], table: Table, ideal: list[np.ndarray]) -
         )
 
 
-def _tiny_stroke(parts: Sequence[Readings], table: Table) -> None:
+def _tiny_stroke(parts: Sequence[Run], table: Table) -> None:
     """Millimetres for metres, 1 for per cent: the force falls by half while the muscle hardly moves."""
     strokes = [float(np.ptp(part.contraction[part.usable])) for part in parts]
     drops = [float(np.ptp(part.measured[part.usable]) / np.max(np.abs(part.measured[part.usable]))) for part in parts]
@@ -155,7 +154,7 @@ def _tiny_stroke(parts: Sequence[Readings], table: Table) -> None:
         )
 
 
-def _at_rest(parts: Sequence[Readings], table: Table) -> None:
+def _at_rest(parts: Sequence[Run], table: Table) -> None:
     """A position test in which nothing moves."""
     stroke = max(float(np.ptp(part.contraction[part.usable])) for part in parts)
     if stroke < STANDSTILL:

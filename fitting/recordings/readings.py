@@ -1,14 +1,14 @@
 """From a table to the readings of each run: which columns a test needs, the program's conventions, checks, runs."""
 
 from collections import Counter
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from fitting import units
 from fitting.errors import InputError, concerning, nearest, unknown_name
-from fitting.recordings.records import FORCE_TESTS
-from fitting.recordings.runs import Readings
+from fitting.recordings.records import FORCE_TESTS, Run
 from fitting.recordings.tables import COLUMNS, USUAL, Table, plain_name
 from mckibben_jax.muscle import Muscle
 
@@ -22,13 +22,12 @@ FEWEST_SAMPLES = 5
 HELD = 0.01  # contraction that an isometric test may wander
 
 
-def read_runs(table: Table, test: str, muscle: Muscle, options: dict[str, Any], counts: Counter[str]) -> list[Readings]:
+def read_runs(table: Table, test: str, muscle: Muscle, options: dict[str, Any], counts: Counter[str]) -> list[Run]:
     """The readings of every run, checked; `counts` gains the samples that are set aside, by reason."""
     position = _check_columns(table, test)
     readings = _all_readings(table, test, muscle, options, position, counts)
     _check_ranges(readings, table, test, options, position)
-    parts = [_part(readings, at, label) for label, at in _runs(readings, table, test)]
-    counts.update(readings.counts)
+    parts = [_part(readings, at, label) for label, at in _runs(readings, table, test, counts)]
     for part in parts:
         _check_run(part, table, test)
     return parts
@@ -76,7 +75,7 @@ def _lacks(table: Table, test: str, what: str, names: tuple[str, ...]) -> InputE
 
 def _all_readings(
     table: Table, test: str, muscle: Muscle, options: dict[str, Any], position: str, counts: Counter[str]
-) -> Readings:
+) -> Run:
     """The whole file: gauge pressure, contraction, pulling positive; what is missing or not valid is marked."""
     atmosphere = units.ATMOSPHERE if options.get("pressure") == "absolute" else 0.0
     columns = {name: values for name, values in table.columns.items() if COLUMNS[name] is not None}
@@ -90,7 +89,7 @@ def _all_readings(
     contraction = {"contraction": moved, "length": (length - moved) / length, "displacement": moved / length}[position]
     usable = _usable(columns, options.get("valid", {}), table, counts)
     set_pressure = columns.get("set_pressure") if test == "step" else None
-    return Readings(
+    return Run.as_read(
         name="",
         time=columns.get("time", np.arange(float(len(table.row)))),
         pressure=columns.get("pressure", set_pressure),  # type: ignore[arg-type]
@@ -158,7 +157,7 @@ def _directions(table: Table) -> np.ndarray:
 # ------------------------------------------------------------------------------------------------------------- checks
 
 
-def _check_ranges(r: Readings, table: Table, test: str, options: dict[str, Any], position: str) -> None:
+def _check_ranges(r: Run, table: Table, test: str, options: dict[str, Any], position: str) -> None:
     """Readings that no muscle gives betray a wrong unit, sign or length."""
     low, high = CONTRACTIONS
     _refuse(
@@ -226,7 +225,7 @@ def _position_cure(position: str) -> str:
     }[position]
 
 
-def _check_run(r: Readings, table: Table, test: str) -> None:
+def _check_run(r: Run, table: Table, test: str) -> None:
     """Enough samples, and time that rises."""
     fewest = 1 if test == "static" else FEWEST_SAMPLES
     if len(r.time) < fewest:
@@ -266,7 +265,7 @@ def _check_run(r: Readings, table: Table, test: str) -> None:
 # --------------------------------------------------------------------------------------------------------------- runs
 
 
-def _runs(r: Readings, table: Table, test: str) -> list[tuple[str, np.ndarray]]:
+def _runs(r: Run, table: Table, test: str, counts: Counter[str]) -> list[tuple[str, np.ndarray]]:
     """Label and rows of every run, in the order of the file; rows without a time are in none."""
     timed = ~np.isnan(r.time)
     if "run" in table:
@@ -274,25 +273,24 @@ def _runs(r: Readings, table: Table, test: str) -> list[tuple[str, np.ndarray]]:
         names, first = np.unique(labels, return_index=True)
         return [(str(names[k]), np.flatnonzero((labels == names[k]) & timed)) for k in np.argsort(first)]
     if test == "isometric":
-        return _held_lengths(r, timed)
+        return _held_lengths(r, timed, counts)
     return [("1", np.flatnonzero(timed))]
 
 
-def _held_lengths(r: Readings, timed: np.ndarray) -> list[tuple[str, np.ndarray]]:
+def _held_lengths(r: Run, timed: np.ndarray, counts: Counter[str]) -> list[tuple[str, np.ndarray]]:
     """Stretches of one length: a new run begins where the length jumps by more than a wandering sensor does."""
     rows = np.flatnonzero(timed & ~np.isnan(r.contraction))
     jumps = np.flatnonzero(np.abs(np.diff(r.contraction[rows])) > HELD / 2) + 1
     parts = [part for part in np.split(rows, jumps) if len(part) >= FEWEST_SAMPLES]
-    r.counts["between two lengths"] += len(rows) - sum(map(len, parts))
+    counts["between two lengths"] += len(rows) - sum(map(len, parts))
     return [(str(number), part) for number, part in enumerate(parts or [rows], 1)]
 
 
-def _part(r: Readings, at: np.ndarray, name: str) -> Readings:
+def _part(r: Run, at: np.ndarray, name: str) -> Run:
     """These rows as readings of their own, gaps bridged."""
     gaps = ("pressure", "contraction", "measured", "load", "set_pressure")
     bridged: dict[str, Any] = {key: _bridge(values[at]) for key in gaps if (values := getattr(r, key)) is not None}
-    direction = None if r.direction is None else r.direction[at]
-    return Readings(name=name, time=r.time[at], row=r.row[at], usable=r.usable[at], direction=direction, **bridged)
+    return replace(r.at(at), name=name, **bridged)
 
 
 def _bridge(values: np.ndarray) -> np.ndarray:

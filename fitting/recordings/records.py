@@ -1,9 +1,10 @@
 """What a measurement is, once read and checked: immutable records in SI units that everything else works on."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import Enum
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -24,10 +25,11 @@ class NoiseSource(Enum):
     ASSUMED = "assumed"  # a share of full scale: nothing tells it
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Run:
     """One experiment without interruption: arrays of one length, SI, in the order of measurement.
 
+    The only record of a run's signals: as read (`Run.as_read`), then with estimates, rates, branches and weights.
     `pressure` and `contraction` are estimates of what was there, as they enter the laws; `rate` and `pressure_rate`
     are derived and exactly 0 where their sign cannot be told from noise. `branch` is +1 while contracting (in isometric
     tests: inflating), -1 while elongating (deflating), 0 where it cannot be told. `loop` numbers closed loops from
@@ -51,9 +53,63 @@ class Run:
     set_pressure: np.ndarray | None = None  # Pa, the valve's set-point (step tests)
     pressure_variance: np.ndarray | None = None  # Pa^2, of the estimate `pressure`; None where it is known exactly
     contraction_variance: np.ndarray | None = None  # 1, of the estimate `contraction`; None where it is no estimate
+    without_weight: Mapping[str, int] = field(default_factory=dict)  # samples that lost their weight, by reason
 
     def __len__(self) -> int:
         return len(self.time)
+
+    @classmethod
+    def as_read(
+        cls,
+        *,
+        name: str,
+        time: np.ndarray,
+        pressure: np.ndarray,
+        contraction: np.ndarray,
+        measured: np.ndarray,
+        row: np.ndarray,
+        usable: np.ndarray,
+        direction: np.ndarray | None = None,
+        load: np.ndarray | None = None,
+        set_pressure: np.ndarray | None = None,
+    ) -> "Run":
+        """A run of readings alone: no rate is known, nor a branch unless `direction` (+1, -1) states it.
+
+        `usable` is False where a reading is missing or outside `valid`.
+        """
+        still, none = np.zeros(len(time)), np.zeros(len(time), dtype=int)
+        return cls(
+            name=name,
+            time=time,
+            pressure=pressure,
+            contraction=contraction,
+            rate=still,
+            pressure_rate=still,
+            measured=measured,
+            weight=usable * 1.0,
+            branch=none if direction is None else direction,
+            loop=none,
+            half=none,
+            row=row,
+            load=load,
+            set_pressure=set_pressure,
+        )
+
+    @property
+    def usable(self) -> np.ndarray:
+        """Samples that carry weight, a mask."""
+        return self.weight > 0
+
+    def at(self, places: Any) -> "Run":
+        """The run of these samples alone: positions, a mask or a slice."""
+        arrays = {name: values for name, values in vars(self).items() if isinstance(values, np.ndarray)}
+        return replace(self, **{name: values[places] for name, values in arrays.items()})
+
+    def leave_out(self, which: np.ndarray, reason: str) -> "Run":
+        """The run in which these samples (a mask) carry no weight; those that did are counted under the reason."""
+        lost = int(np.count_nonzero(which & self.usable))
+        counts = {**self.without_weight, reason: self.without_weight.get(reason, 0) + lost}
+        return replace(self, weight=np.where(which, 0.0, self.weight), without_weight=counts)
 
 
 @dataclass(frozen=True)

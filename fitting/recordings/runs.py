@@ -1,13 +1,12 @@
 """From the readings of one experiment to a `Run`: branches, speeds and weights, for each kind of test."""
 
-from collections import Counter
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 
 import numpy as np
 
 from fitting.recordings import motion_signals as signals
 from fitting.recordings import weightless
-from fitting.recordings.inputs import Negligible, estimated
+from fitting.recordings.inputs import EXACT, Negligible, estimated
 from fitting.recordings.records import Run
 from fitting.recordings.smoother import Estimate
 
@@ -17,63 +16,43 @@ SMALLEST_LOOP = 0.01  # share of the stroke that a minor loop must have to be on
 SMALLEST_CYCLE = 0.08  # the same of the pressure: a port's pressure springs back when its valve closes
 
 
-@dataclass
-class Readings:
-    """One experiment as read, SI, complete: gaps are bridged and marked in `usable`."""
+def run_of(readings: Run, test: str, negligible: Negligible = EXACT) -> Run:
+    """A run as read, with what this kind of test tells of it: estimates, rates, branches, weights.
 
-    name: str
-    time: np.ndarray
-    pressure: np.ndarray
-    contraction: np.ndarray
-    measured: np.ndarray
-    row: np.ndarray
-    usable: np.ndarray  # False where a reading is missing or outside `valid`
-    direction: np.ndarray | None = None  # +1, -1 as the `branch` column states it
-    load: np.ndarray | None = None
-    set_pressure: np.ndarray | None = None
-    counts: Counter[str] = field(default_factory=Counter)  # samples without weight, by reason
-    negligible: Negligible = field(default_factory=Negligible)  # errors of pressure and contraction that no law feels
-
-    def leave_out(self, weight: np.ndarray, which: np.ndarray, reason: str) -> np.ndarray:
-        """Weights with these samples at 0, the newly lost ones counted under `reason`."""
-        self.counts[reason] += int(np.count_nonzero(which & (weight > 0)))
-        return np.where(which, 0.0, weight)
-
-
-def run_of(readings: Readings, test: str) -> Run:
-    """The run of this kind of test."""
+    `negligible` are the errors of pressure and contraction that no law feels.
+    """
     kinds = {
         "loop": _loop, "isometric": _isometric, "static": _static, "isotonic": _isotonic,
         "quick release": _release, "step": _transient,
     }  # fmt: skip
-    return kinds[test](readings)
+    return kinds[test](readings, negligible)
 
 
-def _loop(r: Readings) -> Run:
+def _loop(r: Run, negligible: Negligible) -> Run:
     """Length is imposed: branches go by the length, and a sample whose direction is unknown carries no weight."""
     branches = _by_length(r, rests=True)
     speed = _speed(r, r.contraction, branches)
-    pressure, pressure_rate = _pressure(r, branches.edges)
-    place = estimated(r.time, r.contraction, branches.edges[1:-1], r.negligible.contraction)
-    weight = _weight_away_from_edges(r, branches)
+    pressure, pressure_rate = _pressure(r, branches.edges, negligible)
+    place = estimated(r.time, r.contraction, branches.edges[1:-1], negligible.contraction)
+    run = _without_edges(r, branches)
     late = weightless.late_jumps(r.measured, branches.edges, signals.noise_level(r.time, r.measured))
-    weight = r.leave_out(weight, late, "where the reading jumps late after a turning point")
-    weight = r.leave_out(weight, weightless.clipped(r.measured, r.contraction), "reading saturated or muscle slack")
-    weight = r.leave_out(weight, speed == 0, "direction of motion unknown (speed below twice its error)")
+    run = run.leave_out(late, "where the reading jumps late after a turning point")
+    run = run.leave_out(weightless.clipped(r.measured, r.contraction), "reading saturated or muscle slack")
+    run = run.leave_out(speed == 0, "direction of motion unknown (speed below twice its error)")
     contraction = signals.monotone(place.level, branches)
     branch = np.where(speed != 0, branches.sign, 0)
-    run = _run(r, branches, pressure, pressure_rate, contraction, speed, weight, branch)
-    return replace(run, contraction_variance=place.variance)
+    run = replace(run, contraction=contraction, contraction_variance=place.variance, rate=speed, branch=branch)
+    return _with(run, branches, pressure, pressure_rate)
 
 
-def _isometric(r: Readings) -> Run:
+def _isometric(r: Run, negligible: Negligible) -> Run:
     """Length is held: branches go by the pressure, and the muscle does not move."""
     branches = _by_pressure(r)
-    pressure, pressure_rate = _pressure(r, branches.edges)
-    weight = _weight_away_from_edges(r, branches)
-    weight = r.leave_out(weight, weightless.clipped(r.measured, r.pressure), "reading saturated or muscle slack")
+    pressure, pressure_rate = _pressure(r, branches.edges, negligible)
+    run = _without_edges(r, branches)
+    run = run.leave_out(weightless.clipped(r.measured, r.pressure), "reading saturated or muscle slack")
     held = np.full_like(r.contraction, _held(r.contraction[r.usable] if r.usable.any() else r.contraction))
-    return _run(r, branches, pressure, pressure_rate, held, np.zeros_like(held), weight, branches.sign)
+    return _with(replace(run, contraction=held, branch=branches.sign), branches, pressure, pressure_rate)
 
 
 def _held(contraction: np.ndarray) -> float:
@@ -87,111 +66,89 @@ def _held(contraction: np.ndarray) -> float:
     return 0.0 if abs(held) <= max(scatter, AT_ZERO) else held
 
 
-def _static(r: Readings) -> Run:
+def _static(r: Run, negligible: Negligible) -> Run:
     """Points without history: each is its own unit, and at most the direction of its approach is known."""
     count = np.arange(len(r.time))
-    sign = np.zeros(len(r.time), dtype=int) if r.direction is None else r.direction
-    branches = signals.Branches(count, count, count, sign)
-    pressure = Estimate.as_read(r.pressure, 0.0)
-    run = _run(r, branches, pressure, np.zeros(len(count)), r.contraction, AT_REST * sign, r.usable * 1.0, sign)
-    return replace(run, loop=count)
+    return replace(r, rate=AT_REST * r.branch, loop=count, half=count, pressure_variance=np.zeros(len(count)))
 
 
-def _isotonic(r: Readings) -> Run:
+def _isotonic(r: Run, negligible: Negligible) -> Run:
     """Pressure is swept under a hung load: branches go by the pressure, which turns nowhere else.
 
     A jitter of the reading would work the muscle past its friction, which the true pressure does not.
     """
     branches = _by_pressure(r)
-    pressure, pressure_rate = _pressure(r, branches.edges)
+    pressure, pressure_rate = _pressure(r, branches.edges, negligible)
     pressure = replace(pressure, level=signals.monotone(pressure.level, branches))
     speed = _speed(r, r.contraction, branches)
-    weight = _weight_away_from_edges(r, branches)
-    return _run(r, branches, pressure, pressure_rate, r.contraction, speed, weight, branches.sign)
+    run = replace(_without_edges(r, branches), rate=speed, branch=branches.sign)
+    return _with(run, branches, pressure, pressure_rate)
 
 
-def _release(r: Readings) -> Run:
+def _release(r: Run, negligible: Negligible) -> Run:
     """A muscle let go at t = 0: what happens before then carries no weight."""
-    run = _transient(r)
-    return replace(run, weight=r.leave_out(run.weight, r.time < 0, "before t = 0"))
+    return _transient(r, negligible).leave_out(r.time < 0, "before t = 0")
 
 
-def _transient(r: Readings) -> Run:
+def _transient(r: Run, negligible: Negligible) -> Run:
     """A motion that follows its own time: every sample counts."""
     branches = _by_length(r)
     start = int(np.searchsorted(r.time, 0.0))
     edges = np.unique(np.concatenate([branches.edges, [min(start, len(r.time) - 1)]]))
     speed, _ = signals.rate(r.time, r.contraction, edges, signals.noise_level(r.time, r.contraction))
-    pressure, pressure_rate = _pressure(r, edges)
-    direction = np.sign(speed).astype(int)
-    return _run(r, branches, pressure, pressure_rate, r.contraction, speed, r.usable * 1.0, direction)
+    pressure, pressure_rate = _pressure(r, edges, negligible)
+    run = replace(r, rate=speed, branch=np.sign(speed).astype(int))
+    return _with(run, branches, pressure, pressure_rate)
 
 
-def _by_length(r: Readings, rests: bool = False) -> signals.Branches:
+def _by_length(r: Run, rests: bool = False) -> signals.Branches:
     """Branches as stated, else by the turning points of the length; with `rests`, one at the end belongs to the way
     there: friction keeps its direction until the muscle moves again.
     """
-    if r.direction is not None:
-        return signals.branches_from_labels(r.direction)
+    if r.branch.any():
+        return signals.branches_from_labels(r.branch)
     return signals.branches_of(r.contraction, signals.turning_threshold(r.time, r.contraction, SMALLEST_LOOP), rests)
 
 
-def _by_pressure(r: Readings) -> signals.Branches:
+def _by_pressure(r: Run) -> signals.Branches:
     """Branches as stated, else by the turning points of the pressure; a held pressure belongs to the way there."""
-    if r.direction is not None:
-        return signals.branches_from_labels(r.direction)
+    if r.branch.any():
+        return signals.branches_from_labels(r.branch)
     return signals.branches_of(r.pressure, signals.turning_threshold(r.time, r.pressure, SMALLEST_CYCLE), rests=True)
 
 
-def _speed(r: Readings, signal: np.ndarray, branches: signals.Branches) -> np.ndarray:
+def _speed(r: Run, signal: np.ndarray, branches: signals.Branches) -> np.ndarray:
     """Rate of the signal, 0 where its sign is unknown or against the branch."""
     speed, _ = signals.rate(r.time, signal, branches.edges, signals.noise_level(r.time, signal))
     return np.where(speed * branches.sign < 0, 0.0, speed)
 
 
-def _pressure(r: Readings, edges: np.ndarray) -> tuple[Estimate, np.ndarray]:
+def _pressure(r: Run, edges: np.ndarray, negligible: Negligible) -> tuple[Estimate, np.ndarray]:
     """Pressure and its rate, which is zero where the pressure is constant within its error.
 
     A set-point that stands in for the pressure is no reading and has no error.
     """
     commanded = r.set_pressure is not None and np.array_equal(r.pressure, r.set_pressure)
     turns = signals.turning_points(r.pressure, signals.turning_threshold(r.time, r.pressure, SMALLEST_CYCLE))
-    pressure = estimated(r.time, r.pressure, turns, np.inf if commanded else r.negligible.pressure)
+    pressure = estimated(r.time, r.pressure, turns, np.inf if commanded else negligible.pressure)
     if pressure.constant:
         return pressure, np.zeros(len(r.time))
     rate, _ = signals.rate(r.time, r.pressure, edges, signals.noise_level(r.time, r.pressure))
     return pressure, rate
 
 
-def _weight_away_from_edges(r: Readings, branches: signals.Branches) -> np.ndarray:
+def _without_edges(r: Run, branches: signals.Branches) -> Run:
     near = weightless.near_edges(branches.edges, len(r.time))
-    return r.leave_out(r.usable * 1.0, near, "next to a turning point or an end of a run")
+    return r.leave_out(near, "next to a turning point or an end of a run")
 
 
-def _run(
-    r: Readings,
-    branches: signals.Branches,
-    pressure: Estimate,
-    pressure_rate: np.ndarray,
-    contraction: np.ndarray,
-    rate: np.ndarray,
-    weight: np.ndarray,
-    branch: np.ndarray,
-) -> Run:
-    return Run(
-        r.name,
-        r.time,
-        pressure.level,
-        contraction,
-        rate,
-        pressure_rate,
-        r.measured,
-        weight,
-        branch,
-        branches.loop,
-        branches.half,
-        r.row,
-        r.load,
-        r.set_pressure,
-        pressure.variance,
+def _with(r: Run, branches: signals.Branches, pressure: Estimate, pressure_rate: np.ndarray) -> Run:
+    """The run with its branches numbered and its pressure estimated."""
+    return replace(
+        r,
+        pressure=pressure.level,
+        pressure_variance=pressure.variance,
+        pressure_rate=pressure_rate,
+        loop=branches.loop,
+        half=branches.half,
     )

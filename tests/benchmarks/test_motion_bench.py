@@ -216,8 +216,9 @@ def of_the_library(data, lower, upper):
 
 def _run(name, mass, contraction):
     zero, count = np.zeros(len(TIMES)), np.arange(len(TIMES))
-    return Run(name, TIMES, zero + PRESSURE, contraction, zero, zero, contraction * LENGTH, zero + 1, zero.astype(int),
-               zero.astype(int), zero.astype(int), count, zero + mass * G)  # fmt: skip
+    return Run(name=name, time=TIMES, pressure=zero + PRESSURE, contraction=contraction, rate=zero, pressure_rate=zero,
+               measured=contraction * LENGTH, weight=zero + 1, branch=zero.astype(int), loop=zero.astype(int),
+               half=zero.astype(int), row=count, load=zero + mass * G)  # fmt: skip
 
 
 def test_a_fit_of_six_releases_in_seven_parameters(benchmark, numba_rates):

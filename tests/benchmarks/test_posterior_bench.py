@@ -203,8 +203,9 @@ def releases(loads, truth, times):
         clean = 0.3 * moved(truth, times, load, constant(5e5), method="RK45", rtol=1e-8, atol=1e-10)
         measured = clean + 5e-5 * random.standard_normal(times.size)
         still, count = np.zeros(times.size), np.zeros(times.size, int)
-        runs.append(Run(str(number), times, still + 5e5, still, still, still, measured, still + 1, still, count, count,
-                        np.arange(times.size) + 2, load=still + load))  # fmt: skip
+        runs.append(Run(name=str(number), time=times, pressure=still + 5e5, contraction=still, rate=still,
+                        pressure_rate=still, measured=measured, weight=still + 1, branch=still, loop=count, half=count,
+                        row=np.arange(times.size) + 2, load=still + load))  # fmt: skip
     return Experiment("Rayon", Path("."), muscle, (Recording("r.csv", "quick release", tuple(runs), 5e-5),), {}, "0")
 
 
