@@ -11,7 +11,7 @@ from scipy.linalg import cho_solve
 
 from fitting.diagnosis.diagnose import diagnose
 from fitting.recordings.experiment import read_experiment
-from fitting.recordings.inputs import estimated, rounding
+from fitting.recordings.inputs import estimated, rounding, stamp_error
 from fitting.recordings.smoother import estimate
 from mckibben_jax.effect import name_of
 from mckibben_jax.effects import LIBRARY, CoulombFriction, IdealCylinder
@@ -229,3 +229,37 @@ def test_a_lag_of_the_supply_is_found_where_the_pressure_moves(tmp_path):
     made = rig(isometric, errs, 3, {"supply_lag": {"tau": 0.1}}, contractions=(0.0, 0.05, 0.1), samples=600)
     found = diagnose([read(tmp_path, made, errs)], BASELINE, candidates=CANDIDATES)
     assert ("supply_lag",) in found.explanations
+
+
+# ------------------------------------------------------------------------------------------------ rounded time stamps
+
+
+def ramp(step, error=0.0, every=0.0125):
+    """A length that runs back and forth at 0.02 1/s, sampled evenly; its time stamps are rounded to `step` (s)."""
+    at = np.arange(300) * every
+    place = 0.02 * np.abs((at + 0.5) % 2 - 1) + np.random.default_rng(3).normal(size=300) * error
+    return np.round(at / step) * step, place
+
+
+def test_rounded_time_stamps_are_no_error_of_the_length():
+    """The force was read with the length, whatever the clock says of the moment."""
+    time, place = ramp(0.001)
+    assert estimated(time, place, np.array([40, 120, 200, 280]), 0.0).level == pytest.approx(place, abs=0.0)
+
+
+def test_beside_rounded_time_stamps_an_error_of_the_length_is_still_seen():
+    time, place = ramp(0.001, error=5e-5)
+    found = estimated(time, place, np.array([40, 120, 200, 280]), 0.0)
+    assert found.error == pytest.approx(5e-5, rel=0.15)
+    assert np.std(found.level - ramp(0.001)[1]) < 3e-5
+
+
+@pytest.mark.parametrize("step", [1e-3, 2e-3, 5e-3])
+def test_what_rounded_time_stamps_seem_to_make_of_a_steady_motion(step):
+    time, place = ramp(step, every=0.0125 + 1e-5)
+    rounded = np.std(0.02 * (time - np.arange(300) * (0.0125 + 1e-5)))
+    assert stamp_error(time, place) == pytest.approx(rounded, rel=0.1)
+
+
+def test_even_samples_have_no_rounded_time_stamps():
+    assert stamp_error(EVEN, triangle(EVEN)) == 0.0

@@ -24,6 +24,8 @@ class Settings:
     noise: float = 1e-4  # of full scale: no load cell is better
     step: float = 1e-3  # contraction over which the slope of the ideal law is taken
     dust: float = 1e-9  # of the largest reading: below is arithmetic
+    stamps: float = 1.5  # times the error that rounded time stamps make. The error found from 300 readings is within a
+    # tenth of the true one: with half as much again the reading itself errs too
 
 
 SETTINGS = Settings()
@@ -43,10 +45,11 @@ EXACT = Negligible()  # every error is felt
 def estimated(time: np.ndarray, reading: np.ndarray, turns: np.ndarray, felt_from: float) -> Estimate:
     """The signal behind a reading (n,) that may turn abruptly at the samples `turns`; itself if its error is not felt.
 
-    `felt_from` is the standard deviation, in the reading's unit, up to which its error is negligible.
+    `felt_from` is the standard deviation, in the reading's unit, up to which its error is negligible. What looks like
+    an error because time stamps are rounded is none: the force was read at the same moment.
     """
     error = signals.noise_level(time, reading)
-    least = max(felt_from, SETTINGS.dust * float(np.abs(reading).max()))
+    least = max(felt_from, SETTINGS.dust * float(np.abs(reading).max()), SETTINGS.stamps * stamp_error(time, reading))
     if error <= least:
         return Estimate.as_read(reading, error)
     edges = np.unique(np.concatenate([[0], turns, [len(reading) - 1]]))
@@ -54,6 +57,20 @@ def estimated(time: np.ndarray, reading: np.ndarray, turns: np.ndarray, felt_fro
     found = estimate(time, reading, rounding(reading), near)
     exact = not found.constant and found.error <= least  # steps and rests of a set-point look like rounding at first
     return Estimate.as_read(reading, found.error) if exact else found
+
+
+def stamp_error(time: np.ndarray, reading: np.ndarray) -> float:
+    """How far readings seem to err, in their unit, because their time stamps are rounded: speed x step / sqrt(12).
+
+    Zero where the samples are evenly spaced: then the step of the time stamps is the sampling itself.
+    """
+    steps = np.diff(time)
+    step = rounding(time)
+    if len(steps) == 0 or step > 0.5 * float(np.median(steps)):
+        return 0.0
+    path = np.abs(np.diff(reading))
+    moving = float(steps[path > 0].sum())
+    return float(path.sum()) / moving * step / np.sqrt(12) if moving else 0.0
 
 
 def rounding(reading: np.ndarray) -> float:
