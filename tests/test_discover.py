@@ -20,6 +20,7 @@ from fitting.diagnosis.record import Explanation, Leading
 from fitting.diagnosis.step_rules import RULES, Fitted, Objection, Reason, denied_sizes, objections
 from fitting.diagnosis.universe import universe
 from fitting.least_squares.fit import fit
+from fitting.problem.estimate import Estimate
 from fitting.recordings.experiment import read_experiment
 from mckibben_jax.effect import Pulling
 from mckibben_jax.effects import (
@@ -175,7 +176,11 @@ def model(rmse=10.0, left_out=10.0, bound=(), denied=0.0, values=None, cost=None
 def stated_estimates(request, monkeypatch):
     """The rules read the values that `model` states."""
     if "rule" in request.node.name:
-        monkeypatch.setattr(step_rules, "estimate", lambda world, *_: world.values)
+        monkeypatch.setattr(
+            step_rules,
+            "estimate",
+            lambda world, *_: {name: Estimate(*known, "1") for name, known in world.values.items()},
+        )
 
 
 GOOD = {"rmse": 5.0, "left_out": 5.0}

@@ -135,9 +135,9 @@ def in_errors(model: Fitted) -> dict[str, float]:
     """The size of every effect's parameters that the data see, in standard errors, by full name."""
     found = {}
     for effect in sorted(model.fit.effects):
-        for name, (value, error, _) in estimate(model.world, model.fit, effect).items():
-            if np.isfinite(error):  # what stands at its bound has none
-                found[f"{effect}.{name}"] = abs(value) / error
+        for name, known in estimate(model.world, model.fit, effect).items():
+            if np.isfinite(known.error):  # what stands at its bound has none
+                found[f"{effect}.{name}"] = abs(known.value) / known.error
     return found
 
 
