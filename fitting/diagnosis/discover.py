@@ -33,13 +33,18 @@ class Step:
     `attempts` are the larger models that were tried after this one, in their order, and not kept.
     """
 
-    effect: str  # "baseline" first; names joined by "+" where two were added at once
+    added: tuple[str, ...]  # names of effects; "baseline" first
     rmse: float
     held_out_rmse: float
     verdict: str
     diagnosis: Diagnosis
     attempts: tuple[Attempt, ...] = ()
     held: tuple[str, ...] = ()  # stated sizes of the muscle that are held since this step, for a free fit denies them
+
+    @property
+    def effect(self) -> str:
+        """What was added, as one name."""
+        return "+".join(self.added)
 
 
 OnStep = Callable[[Step], None]
@@ -81,7 +86,7 @@ def discover(
         with one_thread():
             result = here.search.run()
         found = concluded(result)
-        step = Step("+".join(here.added), found.rmse, found.held_out_rmse, found.verdict, found, held=here.held)
+        step = Step(here.added, found.rmse, found.held_out_rmse, found.verdict, found, held=here.held)
         larger: Larger | None = None
         attempts: tuple[Attempt, ...] = ()
         if len(steps) < rules.steps:

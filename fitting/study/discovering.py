@@ -37,7 +37,7 @@ def discovered(
 
     def made(step: Step) -> None:
         if stages:
-            new = [kind() for kind in named(step.effect.split("+"), task.library)]
+            new = [kind() for kind in named(step.added, task.library)]
             changed = task.with_effects(with_effects(tasks[-1].effects, new))
             tasks.append(replace(changed, varying=tasks[-1].varying.fixing(*step.held)))
         words = f"+ {step.effect}" if stages else step.effect
