@@ -17,7 +17,7 @@ from fitting.report.pictures.loops import frame, key, loops_html, thinning_text
 from fitting.report.pictures.panels import panels
 from fitting.report.results import provenance, shown_names
 from fitting.report.text.amounts import amount, percent
-from fitting.report.text.attempts import attempts_text, held_text
+from fitting.report.text.attempts import held_text, why_not_kept
 from fitting.report.text.comparison import NEAR_FLOOR, error_cells, error_text, judgement, kind_text, worst_text
 from fitting.report.text.diagnosis import effect_set, leading_text, measurement_text, verdict_text
 from fitting.report.text.fit import fit_warnings, range_cells, value_cells
@@ -136,8 +136,22 @@ def _fall(c: Comparison, d: Diagnosis | None, stages: Sequence[Stage], chosen: b
     judged_ones = len(shown) > 1 and any(s.verdict for s in shown)
     tables = (Grid(("added", "RMS", "on held-out runs", "verdict then"), rows, words=(3,)),) if judged_ones else ()
     words = ("Choose a bar: the loops below show the model with the effects up to there.",) if chosen else ()
-    words += tuple(line for s in shown for line in (*held_text(s.held), *attempts_text(s.attempts, c.unit)))
-    return Section("The error, down to the noise", sentences=words, picture=bars, tables=tables)
+    words += tuple(line for s in shown for line in held_text(s.held))
+    folded = tuple(_attempts(stage, c.unit) for stage in shown if stage.attempts)
+    title = "Larger models that were tried and not kept" if folded else ""
+    return Section(
+        "The error, down to the noise", sentences=words, picture=bars, tables=tables, folded=folded, folded_title=title
+    )
+
+
+def _attempts(stage: Stage, unit: str) -> Grid:
+    """The larger models that were tried after one step of a discovery."""
+    rows = tuple(
+        Line((" + ".join(a.effects), amount(a.rmse, unit), amount(a.held_out_rmse, unit), why_not_kept(a)))
+        for a in stage.attempts
+    )
+    heads = ("tried", "RMS", "on held-out runs", "why it is not kept")
+    return Grid(heads, rows, title=f"After {stage.added}", words=(0, 3))
 
 
 def steps_with_models(c: Comparison, stages: Sequence[Stage]) -> list[np.ndarray]:

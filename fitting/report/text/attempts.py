@@ -28,8 +28,12 @@ def held_text(names: Sequence[str]) -> list[str]:
 def attempt_text(attempt: Attempt, unit: str) -> str:
     """What was tried, how far it would have brought the error, and why it was not kept."""
     errors = f"{amount(attempt.rmse, unit)}, on held-out runs {amount(attempt.held_out_rmse, unit)}"
-    why = "; ".join(objection_text(each) for each in attempt.why)
-    return f"{' + '.join(attempt.effects)} was tried ({errors}) and is not kept: {why}."
+    return f"{' + '.join(attempt.effects)} was tried ({errors}) and is not kept: {why_not_kept(attempt)}."
+
+
+def why_not_kept(attempt: Attempt) -> str:
+    """All reasons against a larger model."""
+    return "; ".join(objection_text(each) for each in attempt.why)
 
 
 def objection_text(objection: Objection) -> str:
