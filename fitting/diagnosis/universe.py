@@ -14,7 +14,7 @@ from fitting.diagnosis.outcomes import Reason, Why
 from fitting.diagnosis.settings import FITS, FitSettings
 from fitting.least_squares.absent import as_good_as_absent
 from fitting.least_squares.held_out import HELD_OUT, left_out_rows
-from fitting.least_squares.search import SearchResult, solve
+from fitting.least_squares.search import MultistartResult, solve
 from fitting.least_squares.subset import Subset
 from fitting.least_squares.uncertainty import at_bound
 from fitting.problem.residuals import LIGHT, Problem, Samples, problem
@@ -144,7 +144,7 @@ class Universe:
         rows, slopes = all_rows[self.real], all_slopes[self.real]
         return CandidateFit(effects, vector, names, rows, slopes, all_rows[count:], all_slopes[count:], ends)
 
-    def _held(self, subset: Subset, at: int, found: SearchResult) -> bool:
+    def _held(self, subset: Subset, at: int, found: MultistartResult) -> bool:
         """Whether the data hold one free parameter at the end of its range, or would as soon have it inside."""
         place = np.asarray(found.place).copy()
         place[at] = np.clip(place[at], self.settings.inside, 1 - self.settings.inside)
@@ -165,7 +165,7 @@ class Universe:
         subset = self._subset(effects, at, smaller.vector)
         entries = [self.layout.entries[i] for i in at]
 
-        def search(alone: Subset, starts: jax.Array, look: np.ndarray) -> SearchResult:
+        def search(alone: Subset, starts: jax.Array, look: np.ndarray) -> MultistartResult:
             return solve(self.problem, alone, starts, self.settings.steps, LOOK if look[0] else NO_LOOK)
 
         place = as_good_as_absent(search, subset, entries, new, 1)

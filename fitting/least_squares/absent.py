@@ -9,11 +9,13 @@ from collections.abc import Callable, Sequence
 import jax.numpy as jnp
 import numpy as np
 
-from fitting.least_squares.search import SearchResult
+from fitting.least_squares.search import MultistartResult
 from fitting.least_squares.subset import Subset
 from fitting.problem.unknowns import Unknown
 
-Solve = Callable[[Subset, jnp.ndarray, np.ndarray], SearchResult]  # of a subset, starts (count, free) and look (count,)
+Solve = Callable[
+    [Subset, jnp.ndarray, np.ndarray], MultistartResult
+]  # of a subset, starts (count, free) and look (count,)
 NEUTRAL = (0.0, 1.0)  # values at which a sum or a product changes nothing
 
 

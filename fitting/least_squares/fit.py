@@ -9,7 +9,14 @@ from scipy.stats import qmc
 
 from fitting.least_squares.absent import as_good_as_absent
 from fitting.least_squares.record import Fit, record_fit
-from fitting.least_squares.search import SearchEnd, SearchResult, evaluate_subset, on_the_host, rows_and_slopes, solve
+from fitting.least_squares.search import (
+    MultistartResult,
+    SearchEnd,
+    evaluate_subset,
+    on_the_host,
+    rows_and_slopes,
+    solve,
+)
 from fitting.least_squares.subset import Subset, subset_of
 from fitting.precision import require_x64
 from fitting.problem.no_number import refuse_no_number, state_at
@@ -138,7 +145,7 @@ def fit_problem(
     return replace(fit, failures=(*failures, *warnings))
 
 
-def _search_further(given: Problem, subset: Subset, result: SearchResult, count: int) -> SearchResult:
+def _search_further(given: Problem, subset: Subset, result: MultistartResult, count: int) -> MultistartResult:
     """The best end of a search with long steps of integration, searched further with short ones.
 
     Of `count` searches all but the first only look, so that nothing is compiled again.
@@ -162,7 +169,7 @@ def _from_known(
     return np.concatenate([place[None], begin])[: len(begin)]
 
 
-def _no_higher(given: Problem, subset: Subset, first: np.ndarray, result: SearchResult) -> SearchResult:
+def _no_higher(given: Problem, subset: Subset, first: np.ndarray, result: MultistartResult) -> MultistartResult:
     """The end of a search that looked around with long steps or by shooting, or a lower one near where it began."""
     again = jnp.asarray(np.broadcast_to(first, (len(result.ends.cost), len(first))))
     there = solve(given, subset, again, look=np.ones(len(again), bool))
@@ -192,7 +199,7 @@ def _not_fitted(layout: Unknowns, given: Problem, samples: Samples, vector: np.n
     return record_fit(layout, given, samples, subset, (), evaluate_subset(given, subset), held=held)
 
 
-def _converged(result: SearchResult) -> bool:
+def _converged(result: MultistartResult) -> bool:
     """Whether a search that ended as low as the best has converged, or no direction leads down from where it ended."""
     best = result.ends.converged & _best(result.ends)
     return bool(np.any(best)) or _flat(*map(np.asarray, (result.rows, result.slopes, result.place)))

@@ -94,7 +94,7 @@ class SearchEnd(eqx.Module):
     steps: jax.Array
 
 
-class SearchResult(eqx.Module):
+class MultistartResult(eqx.Module):
     """Every search's end (leading axis: starts), and rows and slopes at the best of them."""
 
     ends: SearchEnd
@@ -109,10 +109,10 @@ class SearchResult(eqx.Module):
         return Evaluated(self.place, self.rows, self.slopes)
 
 
-@kept(like=SearchResult(SearchEnd(HERE, HERE, HERE, HERE), HERE, HERE, HERE, HERE))
+@kept(like=MultistartResult(SearchEnd(HERE, HERE, HERE, HERE), HERE, HERE, HERE, HERE))
 def solve(
     given: Residuals, subset: Subset, starts: jax.Array, steps: int = MAX_STEPS, look: ArrayLike = False
-) -> SearchResult:
+) -> MultistartResult:
     """Search from each start (starts, free) in turn; a loop over starts, for on a CPU it beats a batch of solvers.
 
     `look`, which may be traced and one for each start, ends each search at its start: rows and slopes there, without
@@ -137,9 +137,9 @@ def solve(
     count, free = given.count, starts.shape[1]
     nowhere = (starts[0], jnp.asarray(jnp.inf), jnp.full(count, jnp.nan), jnp.full((count, free), jnp.nan))
     best, ends = jax.lax.scan(one, nowhere, (starts, jnp.broadcast_to(look, len(starts))))
-    return SearchResult(ends, *best)
+    return MultistartResult(ends, *best)
 
 
-def on_the_host(result: SearchResult) -> SearchResult:
+def on_the_host(result: MultistartResult) -> MultistartResult:
     """The same with plain arrays."""
     return jax.tree.map(np.asarray, result)
