@@ -77,8 +77,9 @@ def discover(
     def begin(present: Sequence[Effect], fix: Sequence[str], start: Mapping[str, float] | None) -> Search:
         varying = Varying(tuple(fix), tuple(free), tuple(own))
         return prepared(
-            experiments, present, list(known.values()), varying=varying, seed=seed, progress=progress, start=start
-        )
+            experiments, present, candidates=list(known.values()), varying=varying, seed=seed, progress=progress,
+            start=start,
+        )  # fmt: skip
 
     steps: list[Step] = []
     here = Larger(("baseline",), list(effects), begin(effects, fix, start))
