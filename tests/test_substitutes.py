@@ -64,4 +64,4 @@ def test_what_has_more_numbers_is_no_like(tmp_path):
 def test_the_tie_is_said(others):
     found = SimpleNamespace(substitutes=tuple(("pressure_offset", other) for other in others))
     (said,) = substitutes_text(found)
-    assert said.startswith(f"{' or '.join(others)} in place of pressure_offset would predict the same")
+    assert said.startswith(f"{' or '.join(others)} could take the place of pressure_offset")

@@ -94,7 +94,7 @@ def substitutes_text(d: Diagnosis) -> list[str]:
     for mine, other in d.substitutes:
         found.setdefault(mine, []).append(other)
     return [
-        f"{' or '.join(others)} could substitute {mine}: these data cannot tell which of them acts."
+        f"{' or '.join(others)} could take the place of {mine}: these data cannot tell which of them acts."
         for mine, others in found.items()
     ]
 
