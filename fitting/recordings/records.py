@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from fitting.recordings.accuracy import NOTHING_STATED, Accuracy
 from mckibben_jax.muscle import Muscle
 
 FORCE_TESTS = ("loop", "isometric", "static")
@@ -124,6 +125,7 @@ class Recording:
     position: str = "contraction"  # what the rig read: "contraction", "length" or "displacement"
     units: Mapping[str, str] = field(default_factory=dict)  # SI unit -> what the file gives it in ("Pa" -> "psi")
     noise_source: NoiseSource = NoiseSource.STATED  # where `noise` is known from, if it is given
+    accuracy: Accuracy = NOTHING_STATED  # as muscle.toml states it; `presumed.allowed` fills what is missing
 
     @property
     def unit(self) -> str:

@@ -1,0 +1,64 @@
+"""What is presumed of instruments of which muscle.toml states no accuracy: their class's, printed with every verdict."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from fitting.recordings.accuracy import Accuracy, ChannelAccuracy
+from fitting.recordings.noise import full_scale, noise_of
+from fitting.recordings.records import FORCE_TESTS, Recording
+
+
+@dataclass(frozen=True)
+class PresumedSettings:
+    """Accuracies of common laboratory instruments, one standard deviation; chosen from data sheets of their class."""
+
+    force_gain_per_run: float = 1e-3  # a load cell of class 0.1
+    force_hysteresis: float = 5e-4  # of full scale; a load cell of class 0.05
+    force_zero_noises: float = 1.0  # readings' noises by which the zero differs between runs: it is set by one reading
+    pressure_gain: float = 2.5e-3  # a gauge of class 0.25
+    pressure_zero: float = 1e-3  # of full scale; the same
+    held_length: float = 1e-3  # m; a length set by hand with a ruler
+    skew_steps: float = 12**-0.5  # sampling steps between channels that are read one after another: uniform in one step
+
+
+PRESUMED = PresumedSettings()
+
+
+def presumed(recording: Recording, settings: PresumedSettings = PRESUMED) -> Accuracy:
+    """What is presumed of the instruments of a recording; full scale is its largest reading."""
+    of_force = recording.test in FORCE_TESTS
+    pressures = [float(np.max(np.abs(run.pressure))) for run in recording.runs]
+    scale, noise = max(pressures), noise_of(recording)
+    held = settings.held_length if recording.test == "isometric" else 0.0
+    return Accuracy(
+        pressure=ChannelAccuracy(
+            zero=settings.pressure_zero * scale, gain=settings.pressure_gain, zero_per_run=0.0, gain_per_run=0.0,
+            hysteresis=0.0, drift=0.0,
+        ),
+        position=ChannelAccuracy(
+            zero=0.0, gain=0.0, zero_per_run=held, gain_per_run=0.0, hysteresis=0.0, drift=0.0
+        ),
+        force=ChannelAccuracy(
+            noise=noise if of_force else None, zero=0.0, gain=0.0,
+            zero_per_run=settings.force_zero_noises * noise if of_force else 0.0,
+            gain_per_run=settings.force_gain_per_run, hysteresis=settings.force_hysteresis, drift=0.0,
+        ),
+        skew=settings.skew_steps * _sampling_step(recording),
+    )  # fmt: skip
+
+
+def allowed(recording: Recording, settings: PresumedSettings = PRESUMED) -> Accuracy:
+    """How far the instruments of a recording may err: as stated, else as presumed."""
+    return recording.accuracy.filled_from(presumed(recording, settings))
+
+
+def force_scale(recording: Recording) -> float:
+    """Full scale of the load cell, N: the largest reading."""
+    return full_scale(recording)
+
+
+def _sampling_step(recording: Recording) -> float:
+    """Median time between readings, s; zero for points without a history."""
+    steps = [np.diff(run.time) for run in recording.runs if len(run) > 1]
+    return float(np.median(np.concatenate(steps))) if steps and recording.test != "static" else 0.0
