@@ -15,6 +15,7 @@ with app.setup(hide_code=True):
 
     BASELINE = [IdealCylinder(), CoulombFriction()]
 
+
 @app.cell(hide_code=True)
 def _():
     mo.md("""

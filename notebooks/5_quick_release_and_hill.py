@@ -37,8 +37,8 @@ def _():
 
 @app.cell
 def _():
-    muscle, = quick_releases([read_experiment(example_data("rayon20"))])
-    read, = hill_curves([muscle])
+    (muscle,) = quick_releases([read_experiment(example_data("rayon20"))])
+    (read,) = hill_curves([muscle])
     positions(muscle, read)
     return muscle, read
 
@@ -158,7 +158,9 @@ def motions(muscle, models):
         axes.spines[["top", "right"]].set_visible(False)
     figure.supxlabel("time since the release [s]", fontsize=9)
     figure.supylabel("shortening [mm]", fontsize=9)
-    figure.legend(*panels[0][0].get_legend_handles_labels(), loc="outside upper left", ncols=3, fontsize=8, frameon=False)
+    figure.legend(
+        *panels[0][0].get_legend_handles_labels(), loc="outside upper left", ncols=3, fontsize=8, frameon=False
+    )
     return figure
 
 

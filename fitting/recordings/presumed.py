@@ -1,4 +1,4 @@
-"""What is presumed of instruments of which muscle.toml states no accuracy: their class's, printed with every verdict."""
+"""What is presumed of instruments whose accuracy muscle.toml does not state; it is printed with every verdict."""
 
 from dataclasses import dataclass
 
