@@ -117,6 +117,15 @@ def dimension(unit: str) -> Any:
     return _unit(unit).dimensionality
 
 
+def is_unit(text: str) -> bool:
+    """Whether there is such a unit."""
+    try:
+        _unit(text)
+    except InputError:
+        return False
+    return True
+
+
 def in_si(unit: str) -> tuple[str, float]:
     """The SI unit of the same dimension as declarations write it ("N s/m"), and how much of it one `unit` is."""
     given = _unit(unit)

@@ -11,7 +11,8 @@ import numpy as np
 
 from fitting import units
 from fitting.errors import InputError, concerning, unknown_name
-from fitting.recordings.muscle_file import line_of, muscle_of, name_of, read_muscle, read_toml, source_of
+from fitting.recordings.accuracy_table import accuracy_of
+from fitting.recordings.muscle_file import muscle_of, name_of, read_muscle, read_toml, source_of
 from fitting.recordings.negligible import negligible
 from fitting.recordings.noise import one_load_cell
 from fitting.recordings.plausible import check_plausible, without_copies
@@ -19,6 +20,7 @@ from fitting.recordings.readings import FEWEST_SAMPLES, POSITIONS, read_runs
 from fitting.recordings.records import FORCE_TESTS, TESTS, Experiment, Recording, Run
 from fitting.recordings.runs import run_of
 from fitting.recordings.tables import COLUMNS, Table, read_table
+from fitting.recordings.toml_rows import row_in_recording
 from mckibben_jax.muscle import Muscle
 
 __all__ = ["read_experiment", "read_muscle", "read_recording", "read_single"]
@@ -27,7 +29,7 @@ TURNED_BY = {"loop": "length", "isometric": "pressure", "isotonic": "pressure"}
 MOST_NAMED = 8  # data sets in a message
 ONE_PRESSURE = 0.05  # share by which pressures differ that are one
 OWN_UNITS = ("set_pressure", "pressure", "length", "displacement", "force")  # columns that say what units people use
-OPTIONS = ("file", "test", "noise", "columns", "units", "valid", "pressure", "force_sign")
+OPTIONS = ("file", "test", "noise", "columns", "units", "valid", "pressure", "force_sign", "accuracy")
 
 
 def read_experiment(folder: Path | str) -> Experiment:
@@ -52,8 +54,13 @@ def read_experiment(folder: Path | str) -> Experiment:
         raise InputError("no recording is named", path, cure=cure)
     digest = hashlib.sha256(raw)
     recordings = []
-    for entry in entries:
-        recording, content = _recording_of(entry, folder, path, raw, muscle)
+    for number, entry in enumerate(entries):
+        try:
+            recording, content = _recording_of(entry, folder, muscle)
+        except InputError as error:
+            if error.file is not None:
+                raise
+            raise error.located(path, row_in_recording(raw, number, error.key)) from None  # an option is wrong
         recordings.append(recording)
         digest.update(content)
     return without_copies(
@@ -103,38 +110,26 @@ def read_single(
     return without_copies(Experiment(name, path.parent, muscle, (recording,), priors, digest, source))
 
 
-def _recording_of(
-    entry: dict[str, Any], folder: Path, toml: Path, raw: bytes, muscle: Muscle
-) -> tuple[Recording, bytes]:
+def _recording_of(entry: dict[str, Any], folder: Path, muscle: Muscle) -> tuple[Recording, bytes]:
     """One `[[recording]]` of a muscle.toml."""
     for key in ("file", "test"):
         if not isinstance(entry.get(key), str):
-            raise InputError(
-                f"a [[recording]] lacks {key}",
-                toml,
-                line_of(raw, "[[recording]]"),
-                value=entry.get(key),
-                cure=f'add {key} = "{"loops.csv" if key == "file" else "loop"}"',
-            )
-    try:
-        return _read(folder / entry["file"], entry["test"], muscle, entry, entry["file"])
-    except InputError as error:
-        if error.file is not None:
-            raise
-        row = line_of(raw, error.key) if error.key else None
-        raise error.located(toml, row) from None  # an option of this entry is wrong
+            cure = f'add {key} = "{"loops.csv" if key == "file" else "loop"}"'
+            raise InputError(f"a [[recording]] lacks {key}", value=entry.get(key), cure=cure)
+    return _read(folder / entry["file"], entry["test"], muscle, entry, entry["file"])
 
 
 def _read(path: Path, test: str, muscle: Muscle, options: dict[str, Any], name: str) -> tuple[Recording, bytes]:
     with concerning("test"):
         test = kind_of(test)
     _check_options(options)
-    noise = _noise(options.get("noise"), test)
+    accuracy = accuracy_of(options.get("accuracy"), test, float(muscle.length), _noise(options.get("noise"), test))
     table = read_table(path, options.get("columns"), options.get("units"))
     with units.spoken(units.own_units([_stated(table)])):  # what is wrong is said as the owner of the data would
         runs, notes = _checked_runs(table, test, muscle, options)
     position = next(column for column in POSITIONS if column in table)
-    return Recording(name, test, runs, noise, notes, position, _stated(table)), table.raw
+    noise = (accuracy.force if test in FORCE_TESTS else accuracy.position).noise
+    return Recording(name, test, runs, noise, notes, position, _stated(table), accuracy=accuracy), table.raw
 
 
 def _noise(stated: Any, test: str) -> float | None:

@@ -1,0 +1,178 @@
+"""`[recording.accuracy]`: what is stated of instruments is read, refused with a cure, and reaches what uses it."""
+
+import numpy as np
+import pytest
+from folders import MUSCLE, folder_of, isometric_columns, loop_csv, recording, release_columns, table
+
+from fitting.errors import InputError
+from fitting.recordings.accuracy import NOTHING_STATED
+from fitting.recordings.experiment import read_experiment
+from fitting.recordings.noise import noise_of
+from fitting.recordings.presumed import allowed, presumed
+
+HOUR = 3600.0
+STATED = """[recording.accuracy]
+pressure.noise = "150 Pa"
+pressure.resolution = "0.1 kPa"
+pressure.zero = "0.5 kPa"
+pressure.gain = "0.25 %"
+pressure.zero_per_run = "0 Pa"
+pressure.gain_per_run = "0.1 %"
+force    = { zero_per_run = "0.6 N", gain_per_run = "0.2 %", hysteresis = "0.05 %", drift = "5 N/h" }
+displacement = { noise = "0.01 mm", zero_per_run = "1 mm" }
+time     = { skew = "5 ms" }"""
+
+
+def read(path, more="", csv=None, test="loop"):
+    (found,) = read_experiment(folder_of(path, loop_csv() if csv is None else csv, test=test, more=more)).recordings
+    return found
+
+
+def stated(path, *lines, noise="", **options):
+    return read(path, "\n".join([noise, "[recording.accuracy]", *lines]), **options)
+
+
+# ------------------------------------------------------------------------------------------------------------- reading
+
+
+def test_every_stated_accuracy_is_read_in_si(tmp_path):
+    found = read(tmp_path, STATED).accuracy
+    pressure, force, position = found.pressure, found.force, found.position
+    assert (pressure.noise, pressure.resolution, pressure.zero) == pytest.approx((150.0, 100.0, 500.0))
+    assert (pressure.gain, pressure.zero_per_run, pressure.gain_per_run) == pytest.approx((0.0025, 0.0, 0.001))
+    assert (force.zero_per_run, force.gain_per_run, force.hysteresis) == pytest.approx((0.6, 0.002, 0.0005))
+    assert force.drift == pytest.approx(5 / HOUR)
+    assert (position.noise, position.zero_per_run) == pytest.approx((1e-5, 1e-3))
+    assert found.skew == pytest.approx(0.005)
+    assert (pressure.drift, pressure.hysteresis, force.zero, force.noise, position.gain) == (None,) * 5
+
+
+def test_what_is_not_stated_is_presumed_and_what_is_stated_is_kept(tmp_path):
+    found = stated(tmp_path, 'pressure = { gain = "1 %" }')
+    filled, guessed = allowed(found), presumed(found)
+    assert filled.pressure.gain == 0.01 != guessed.pressure.gain
+    assert filled.pressure.zero == guessed.pressure.zero
+    assert filled.force == guessed.force
+
+
+def test_nothing_is_stated_where_there_is_no_table(tmp_path):
+    assert read(tmp_path).accuracy == NOTHING_STATED
+    assert stated(tmp_path).accuracy == NOTHING_STATED
+
+
+def test_the_errors_of_a_contraction_are_multiplied_by_the_length_of_the_muscle(tmp_path):
+    line = 'contraction = { noise = "0.01 %", zero = "0.1 %", gain = "0.2 %", drift = "0.3 %/h" }'
+    position = stated(tmp_path, line).accuracy.position
+    assert position.noise == pytest.approx(0.3 * 1e-4)
+    assert position.zero == pytest.approx(0.3 * 1e-3)
+    assert position.gain == pytest.approx(2e-3)
+    assert position.drift == pytest.approx(0.3 * 3e-3 / HOUR)
+
+
+def test_a_gain_of_the_length_is_a_zero_of_the_displacement_too(tmp_path):
+    position = stated(
+        tmp_path, 'length = { gain = "0.1 %", zero = "0.4 mm", gain_per_run = "0.1 %" }'
+    ).accuracy.position
+    assert position.gain == pytest.approx(1e-3)
+    assert position.zero == pytest.approx(np.hypot(0.4e-3, 0.3e-3))
+    assert position.zero_per_run == pytest.approx(0.3e-3)
+
+
+@pytest.mark.parametrize("written", ["5 N/h", "5 N / hour", "0.005 kN/h", "0.12 kN/day"])
+def test_a_drift_may_be_written_in_any_unit_of_its_kind(tmp_path, written):
+    assert stated(tmp_path, f'force = {{ drift = "{written}" }}').accuracy.force.drift == pytest.approx(5 / HOUR)
+
+
+def test_the_table_may_be_written_in_other_ways_that_toml_has(tmp_path):
+    long = '[recording.accuracy.force]\ndrift = "5 N/h"\n[recording.accuracy.time]\nskew = "5 ms"'
+    inline = 'accuracy = { force = { drift = "5 N/h" }, time = { skew = "5 ms" } }'
+    assert read(tmp_path, long).accuracy == read(tmp_path, inline).accuracy != NOTHING_STATED
+
+
+def test_each_recording_has_its_own_accuracies(tmp_path):
+    one = recording(more='[recording.accuracy]\npressure = { noise = "1 kPa" }')
+    two = (
+        '[[recording]]\nfile = "held.csv"\ntest = "isometric"\n[recording.accuracy]\nlength = { zero_per_run = "2 mm" }'
+    )
+    (tmp_path / "held.csv").write_text(table(isometric_columns()), encoding="utf-8")
+    first, second = read_experiment(folder_of(tmp_path, loop_csv(), f"{one}\n{two}")).recordings
+    assert (first.accuracy.pressure.noise, first.accuracy.position.zero_per_run) == (1000.0, None)
+    assert (second.accuracy.pressure.noise, second.accuracy.position.zero_per_run) == (None, 2e-3)
+
+
+# ----------------------------------------------------------------------------------------------- one noise, two names
+
+
+def test_the_noise_of_the_measured_channel_may_stand_in_either_place(tmp_path):
+    for found in (read(tmp_path, 'noise = "0.7 N"'), stated(tmp_path, 'force = { noise = "0.7 N" }')):
+        assert found.noise == noise_of(found) == found.accuracy.force.noise == 0.7
+    both = stated(tmp_path, 'force = { noise = "0.0007 kN" }', noise='noise = "0.7 N"')
+    assert both.noise == 0.7
+
+
+def test_in_a_test_that_measures_the_position_it_is_that_of_the_position(tmp_path):
+    release = table(release_columns())
+    found = stated(tmp_path, 'displacement = { noise = "0.02 mm" }', csv=release, test="quick release")
+    assert found.noise == found.accuracy.position.noise == pytest.approx(2e-5)
+
+
+# ------------------------------------------------------------------------------------------------------------ refusals
+
+REFUSED = [
+    ('presure = { noise = "150 Pa" }', "unknown column in [recording.accuracy]: 'presure'", "did you mean 'pressure'?"),
+    ('pressure = { niose = "150 Pa" }', "[recording.accuracy], pressure: 'niose'", "did you mean 'noise'"),
+    ('time = { skw = "5 ms" }', "unknown key in [recording.accuracy], time: 'skw'", "did you mean 'skew'?"),
+    ('pressure = { noise = "150" }', "accuracy: pressure.noise has no unit", '"150 Pa"'),
+    ("pressure = { noise = 150 }", "accuracy: pressure.noise is not a value with a unit", '"150 Pa"'),
+    ('force = { gain = "0.25" }', "accuracy: force.gain has no unit", '"0.1 %"'),
+    ('force = { gain = "0.25 deg" }', "accuracy: force.gain: 'deg' cannot be the unit", '"0.1 %"'),
+    ('pressure = { noise = "0.5 N" }', "accuracy: pressure.noise: 'N' cannot be the unit of a pressure", '"150 Pa"'),
+    ('force = { drift = "5 N" }', "accuracy: force.drift: 'N' cannot be the unit of a quantity in N/s", '"5 N/h"'),
+    ('pressure = { zero = "-0.5 kPa" }', "accuracy: pressure.zero is negative", "leave the sign out"),
+    ('pressure = { zero = "much" }', "accuracy: pressure.zero is not a number with a unit", '"150 Pa"'),
+    ('pressure = { zero = "nan Pa" }', "accuracy: pressure.zero is not a number with a unit", '"150 Pa"'),
+    ('pressure = { zero = "1e999 Pa" }', "accuracy: pressure.zero is not finite", '"150 Pa"'),
+    ('pressure = { zero = "2 kpaa" }', "accuracy: pressure.zero: 'kpaa' is not a unit", "kPa"),
+    ('pressure = { zero = "? kPa" }', "accuracy: pressure.zero is still to be filled in", "data sheet"),
+    ("pressure = 150", "accuracy: pressure is not a table", 'pressure = { noise = "150 Pa" }'),
+    ('time = "5 ms"', "accuracy: time is not a table", 'time = { skew = "5 ms" }'),
+    ('length = { noise = "1 mm" }\ndisplacement = { gain = "1 %" }', "length and displacement are one", "keep one"),
+    ('force = { noise = "0.6 N" }', "noise and force.noise of this recording mean the same and differ", "leave one"),
+    ('force = { noise = "0 N" }', "the noise of the measured force is not positive", "leave it out"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("line", "problem", "cure"), REFUSED, ids=[line for line, *_ in REFUSED])
+def test_what_cannot_be_is_refused_with_file_row_value_and_cure(tmp_path, line, problem, cure):
+    noise = "" if "0 N" in line else 'noise = "0.7 N"'
+    with pytest.raises(InputError) as met:
+        stated(tmp_path, line, noise=noise)
+    error, lines = met.value, recording(more=f"{noise}\n[recording.accuracy]\n{line}").split("\n")
+    assert problem in error.problem
+    assert cure in error.cure
+    assert error.file == tmp_path / "muscle.toml"
+    assert error.row == lines.index("[recording.accuracy]" if "are one" in problem else line) + 1
+    assert "unknown" in problem or error.value is not None
+
+
+def test_a_table_that_is_none_is_refused(tmp_path):
+    with pytest.raises(InputError, match=r"row 10: accuracy is not a table.*\[recording.accuracy\]"):
+        read(tmp_path, 'accuracy = "good"')
+
+
+def test_no_force_is_read_where_the_position_is_measured(tmp_path):
+    with pytest.raises(InputError, match="row 12: accuracy: no force is read in a recording of test = 'quick release'"):
+        stated(tmp_path, 'force = { noise = "1 N" }', csv=table(release_columns()), test="quick release")
+
+
+def test_the_row_is_that_of_the_recording_meant(tmp_path):
+    one = '[[recording]]\nfile = "data.csv"\ntest = "loop"\npressure = "gauge"\n'
+    good = f'{one}[recording.accuracy]\npressure = {{ gain = "1 %" }}\n'
+    toml = f"{MUSCLE}{good}{good.replace('1 %', '1 N')}[source]\n"
+    with pytest.raises(InputError) as met:
+        read_experiment(folder_of(tmp_path, loop_csv(), toml))
+    assert toml.split("\n")[met.value.row - 1] == 'pressure = { gain = "1 N" }'
+    toml = f"{MUSCLE}{good}{good.replace('gauge', 'gage')}"
+    with pytest.raises(InputError, match="neither gauge nor absolute") as met:
+        read_experiment(folder_of(tmp_path, loop_csv(), toml))
+    assert toml.split("\n")[met.value.row - 1] == 'pressure = "gage"'
