@@ -1,17 +1,20 @@
-"""The test rig: protocols that impose length, pressure or load, and the instruments' noise."""
+"""The test rig: protocols that impose length, pressure or load, and how the force's readings err."""
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 from scipy.signal import lfilter
 
 from .felt import felt, pull
+from .instruments import EXACT, Instruments, RunErrors, Session
 from .lost import lost, size
 from .physics import Muscle, State, Truth
 
 OVERSAMPLE = 16
+DWELL = 10.0  # s from one point of a static map to the next
 
 
 @dataclass(frozen=True)
@@ -59,6 +62,7 @@ class Recording:
     measured: str
     clean: np.ndarray
     noise_sd: float | None = None
+    instruments: Instruments = EXACT
 
 
 @dataclass(frozen=True)
@@ -159,26 +163,57 @@ def swing(turns, speed: float, count: int):
     return fine, turns[piece] + np.diff(turns)[piece] * (1 - np.cos(np.pi * share)) / 2
 
 
-def gathered(runs, file: str, test: str, measured: str, noise_sd) -> Recording:
+def gathered(runs, file: str, test: str, measured: str, noise_sd, instruments=EXACT) -> Recording:
     """Runs (dicts of arrays) one below the other."""
     columns = {key: np.concatenate([run[key] for run in runs]) for key in runs[0]}
     clean = columns.pop("clean")
-    return Recording(file, test, columns, measured, clean, noise_sd)
+    return Recording(file, test, columns, measured, clean, noise_sd, instruments)
 
 
-def observed(random, run: int, time, pressure, contraction, force, muscle: Muscle, noise: Noise):
-    """One run of a force test: every OVERSAMPLE-th point, with noise on each channel."""
+@dataclass(frozen=True)
+class History:
+    """What really happens in one run of a force test, on the fine grid; `clock`: s since the session began."""
+
+    time: np.ndarray
+    pressure: np.ndarray
+    contraction: np.ndarray
+    force: np.ndarray
+    clock: np.ndarray
+
+
+def observed(random, run: int, real: History, muscle: Muscle, noise: Noise, errors: RunErrors):
+    """One run of a force test: every OVERSAMPLE-th point, as the instruments read it."""
     pick = slice(None, None, OVERSAMPLE)
-    time, pressure, contraction, force = time[pick], pressure[pick], contraction[pick], force[pick]
-    count = len(time)
+    time, clock, pressure = real.time[pick], real.clock[pick], real.pressure[pick]
+    stroke, count = muscle.length * real.contraction[pick], len(time)
+    force = np.interp(errors.moments(time), real.time, errors.shown("force", real.force, real.clock))
+    gauge = errors.shown("pressure", pressure, clock) + noise.pressure * random.standard_normal(count)
+    ruler = errors.shown("position", stroke, clock) + noise.position * random.standard_normal(count)
     return {
         "run": np.full(count, run),
         "time": time,
-        "pressure": pressure + noise.pressure * random.standard_normal(count),
-        "displacement": muscle.length * contraction + noise.position * random.standard_normal(count),
-        "force": disturbed(random, force, pressure, noise),
-        "clean": force,
+        "pressure": errors.read("pressure", gauge),
+        "displacement": errors.read("position", ruler),
+        "force": errors.read("force", disturbed(random, force, pressure, noise)),
+        "clean": real.force[pick],
     }
+
+
+def force_test(
+    truth: Truth, imposed: Iterable[tuple], noise: Noise, instruments: Instruments, seed: int, file: str, test: str
+) -> Recording:
+    """Runs in which time, contraction and pressure are `imposed` (arrays on the fine grid) and the force is read."""
+    random, session, runs, begun = np.random.default_rng(seed), Session(instruments, seed), [], 0.0
+    for time, contraction, pressure in imposed:
+        own, errors, clock = scattered(random, truth, noise.spread), session.next_run(), time + begun
+        own = errors.warmed(own, clock)
+        # Where a length is held the one written down is the one that was meant.
+        true = contraction - errors.held_length / truth.muscle.length if test == "isometric" else contraction
+        felt_pressure = errors.rippled(pressure, truth.muscle.length * true)
+        real = History(time, pressure, contraction, force_of(own, time, true, felt_pressure, begun), clock)
+        runs.append(observed(random, len(runs), real, truth.muscle, noise, errors))
+        begun += time[-1]
+    return gathered(runs, file, test, "force", noise.sd, instruments)
 
 
 RICH = (1e5, 2e5, 3e5, 4e5, 5e5)
@@ -189,58 +224,60 @@ USUAL = Noise()
 
 def loops(
     truth: Truth, pressures=RICH, speeds=(0.005, 0.02), turns=MAJOR_AND_MINOR, samples=1000, rounding=0.02,
-    sine=False, noise=USUAL, seed=0, file="loops.csv",
+    sine=False, noise=USUAL, seed=0, file="loops.csv", instruments=EXACT,
 ) -> Recording:  # fmt: skip
     """Length imposed along `turns` (contractions) at each pressure (Pa) and speed (m/s); one run each."""
-    random, runs, session = np.random.default_rng(seed), [], 0.0
-    for speed in speeds:
-        for level in pressures:
-            own = scattered(random, truth, noise.spread)
-            rate = speed / truth.muscle.length
-            time, contraction = swing(turns, rate, samples) if sine else polyline(turns, rate, samples, rounding)
-            pressure = np.full_like(time, level)
-            force = force_of(own, time, contraction, pressure, session)
-            runs.append(observed(random, len(runs), time, pressure, contraction, force, truth.muscle, noise))
-            session += time[-1]
-    return gathered(runs, file, "loop", "force", noise.sd)
+
+    def imposed() -> Iterator[tuple]:
+        for speed in speeds:
+            for level in pressures:
+                rate = speed / truth.muscle.length
+                time, contraction = swing(turns, rate, samples) if sine else polyline(turns, rate, samples, rounding)
+                yield time, contraction, np.full_like(time, level)
+
+    return force_test(truth, imposed(), noise, instruments, seed, file, "loop")
 
 
 def isometric(
     truth: Truth, contractions=(0.0, 0.05, 0.1, 0.15), turns=(0.2e5, 5e5, 0.2e5, 5e5, 0.2e5), ramps=(0.5e5, 2e5),
-    samples=800, noise=USUAL, seed=0, file="isometric.csv",
+    samples=800, noise=USUAL, seed=0, file="isometric.csv", instruments=EXACT,
 ) -> Recording:  # fmt: skip
     """Pressure cycled through `turns` (Pa) at each rate (Pa/s), the length held."""
-    random, runs, session = np.random.default_rng(seed), [], 0.0
-    for ramp in ramps:
-        for held in contractions:
-            own = scattered(random, truth, noise.spread)
-            time, pressure = polyline(turns, ramp, samples, 0.02)
-            contraction = np.full_like(time, held)
-            force = force_of(own, time, contraction, pressure, session)
-            runs.append(observed(random, len(runs), time, pressure, contraction, force, truth.muscle, noise))
-            session += time[-1]
-    return gathered(runs, file, "isometric", "force", noise.sd)
+
+    def imposed() -> Iterator[tuple]:
+        for ramp in ramps:
+            for held in contractions:
+                time, pressure = polyline(turns, ramp, samples, 0.02)
+                yield time, np.full_like(time, held), pressure
+
+    return force_test(truth, imposed(), noise, instruments, seed, file, "isometric")
 
 
 def static(
     truth: Truth, contractions=STATIONS, pressures=RICH, branches=("contraction", "elongation"),
-    noise=USUAL, seed=0, file="static.csv",
+    noise=USUAL, seed=0, file="static.csv", instruments=EXACT,
 ) -> Recording:  # fmt: skip
-    """Points without history; friction is fully developed along `branches`, absent where that is None."""
-    random, runs = np.random.default_rng(seed), []
-    for branch in branches or (None,):
+    """Points without history; friction is fully developed along `branches`, absent where that is None.
+
+    For instruments the whole map is one run: a point every DWELL seconds, pressures in turn at every contraction.
+    """
+    random, errors, runs = np.random.default_rng(seed), Session(instruments, seed).next_run(), []
+    for number, branch in enumerate(branches or (None,)):
         sign = {"contraction": 1.0, "elongation": -1.0, None: 0.0}[branch]
         contraction, pressure = (grid.ravel() for grid in np.meshgrid(contractions, pressures, indexing="ij"))
-        state = felt(truth, State(contraction, pressure))
-        force = pull(truth, state) - sign * size(truth, state)
-        force = weighed(truth, force)
+        clock = DWELL * (number * len(pressure) + np.arange(len(pressure)))
+        own = errors.warmed(truth, clock)
+        state = felt(own, State(contraction, pressure))
+        force = pull(own, state) - sign * size(own, state)
+        force = weighed(own, force)
+        shown = errors.shown("force", force, clock)
         columns = {
-            "pressure": pressure,
-            "displacement": truth.muscle.length * contraction,
-            "force": disturbed(random, force, pressure, replace(noise, phi=0.0, drift=0.0)),
+            "pressure": errors.read("pressure", errors.shown("pressure", pressure, clock)),
+            "displacement": errors.read("position", errors.shown("position", truth.muscle.length * contraction, clock)),
+            "force": errors.read("force", disturbed(random, shown, pressure, replace(noise, phi=0.0, drift=0.0))),
             "clean": force,
         }
         if branch:
             columns["branch"] = np.full(len(force), branch)
         runs.append(columns)
-    return gathered(runs, file, "static", "force", noise.sd)
+    return gathered(runs, file, "static", "force", noise.sd, instruments)

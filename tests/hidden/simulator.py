@@ -10,6 +10,7 @@ It imports numpy and scipy only: what it says about physics is a second opinion,
 from __future__ import annotations
 
 from .felt import elastic, felt, pull
+from .instruments import EVERY_KIND, EXACT, LABORATORY, Channel, Instruments
 from .lost import lost, size
 from .motion import Ride, isotonic, quick_release, step
 from .physics import GRAVITY, Muscle, State, Truth
@@ -18,10 +19,11 @@ from .strangers import STRANGERS
 from .write import seal, stated, truth_record, unseal, write
 
 __all__ = [
-    "EVERY_NOISE", "FRICTIONS", "GRAVITY", "NOISES", "STRANGERS", "TYPICAL", "TYPICAL_STRANGERS", "UNSTEADY",
-    "Dataset", "Muscle", "Noise", "Recording", "Ride", "State", "Truth", "dataset", "elastic", "felt", "force_of",
-    "isometric", "isotonic", "loops", "lost", "poor", "pull", "quick_release", "rich", "seal", "size", "stated",
-    "static", "step", "truth_record", "unseal", "with_baseline", "write",
+    "EVERY_KIND", "EVERY_NOISE", "EXACT", "FRICTIONS", "GRAVITY", "LABORATORY", "NOISES", "STRANGERS", "TYPICAL",
+    "TYPICAL_STRANGERS", "UNSTEADY", "Channel", "Dataset", "Instruments", "Muscle", "Noise", "Recording", "Ride",
+    "State", "Truth", "dataset", "elastic", "felt", "force_of", "isometric", "isotonic", "loops", "lost", "poor",
+    "pull", "quick_release", "rich", "seal", "size", "stated", "static", "step", "truth_record", "unseal",
+    "with_baseline", "write",
 ]  # fmt: skip
 
 COLOURED = Noise(phi=0.7)

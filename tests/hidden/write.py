@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import base64
 import json
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 
 import numpy as np
 
+from .instruments import Channel
 from .physics import Muscle
 from .rig import Dataset, Recording
 
@@ -34,6 +35,10 @@ UNITS = {
     "strand_poisson": (1.0, ""),
     "moving_mass": (1.0, "kg"),
 }
+READS = {"pressure": (1.0, "Pa"), "force": (1.0, "N"), "displacement": (1e3, "mm")}
+IN_UNITS = ("noise", "resolution", "zero", "zero_per_run")
+IN_PERCENT = ("gain", "gain_per_run", "hysteresis")
+HOUR = 3600.0
 
 
 def stated(muscle: Muscle, seed=0, **errors: float) -> dict[str, str]:
@@ -69,7 +74,31 @@ def csv_text(recording: Recording, decimals=None) -> str:
     return "\n".join(lines) + "\n"
 
 
-def toml_text(dataset: Dataset, source: dict[str, str] | None, say_noise: bool) -> str:
+def accuracies(channel: Channel, factor: float, unit: str) -> str:
+    """What the data sheet of one instrument says: an inline table of all that is not 0."""
+    words = {name: f"{getattr(channel, name) * factor:.6g} {unit}" for name in IN_UNITS}
+    words |= {name: f"{100 * getattr(channel, name):.6g} %" for name in IN_PERCENT}
+    words["drift"] = f"{channel.drift * factor * HOUR:.6g} {unit}/h"
+    return ", ".join(f'{name} = "{text}"' for name, text in words.items() if getattr(channel, name))
+
+
+def accuracy_lines(recording: Recording) -> list[str]:
+    """[recording.accuracy]; nothing where every instrument is exact.
+
+    What no data sheet says (jitter, ripple, warming of the muscle's friction) cannot be stated.
+    """
+    errs = recording.instruments
+    position = errs.position
+    if recording.test == "isometric":
+        position = replace(position, zero_per_run=float(np.hypot(position.zero_per_run, errs.held_length)))
+    channels = {"pressure": errs.pressure, "force": errs.force, "displacement": position}
+    lines = [f"{name} = {{ {text} }}" for name, one in channels.items() if (text := accuracies(one, *READS[name]))]
+    if errs.skew and recording.test != "static":
+        lines.append(f'time = {{ skew = "{errs.skew * 1e3:.6g} ms" }}')
+    return ["", "[recording.accuracy]", *lines] if lines else []
+
+
+def toml_text(dataset: Dataset, source: dict[str, str] | None, say_noise: bool, say_accuracy: bool) -> str:
     """muscle.toml"""
     width = max(len(key) for key in dataset.stated)
     lines = [f'name = "{dataset.name}"', "", "[muscle]"]
@@ -79,6 +108,7 @@ def toml_text(dataset: Dataset, source: dict[str, str] | None, say_noise: bool) 
         if say_noise and recording.noise_sd:
             factor, unit = (1.0, "N") if recording.measured == "force" else (1e3, "mm")
             lines.append(f'noise = "{recording.noise_sd * factor:.4g} {unit}"')
+        lines += accuracy_lines(recording) if say_accuracy else []
     if source:
         lines += ["", "[source]", *(f'{key} = "{value}"' for key, value in source.items())]
     return "\n".join(lines) + "\n"
@@ -92,6 +122,7 @@ def truth_record(dataset: Dataset) -> dict:
         "muscle": {key: value for key, value in asdict(dataset.truth.muscle).items() if value is not None},
         "noise": asdict(dataset.noise),
         "noise_sd": {recording.file: recording.noise_sd for recording in dataset.recordings},
+        "instruments": {recording.file: asdict(recording.instruments) for recording in dataset.recordings},
         "seed": dataset.seed,
     }
 
@@ -106,11 +137,16 @@ def unseal(record: dict) -> dict:
     return json.loads(base64.b64decode(record["sealed"]))
 
 
-def write(dataset: Dataset, folder, truth_path=None, source=None, say_noise=True, decimals=None) -> Path:
-    """Write the folder (and the open truth, as JSON, to `truth_path`). Returns the folder."""
+def write(
+    dataset: Dataset, folder, truth_path=None, source=None, say_noise=True, decimals=None, say_accuracy=False
+) -> Path:
+    """Write the folder (and the open truth, as JSON, to `truth_path`). Returns the folder.
+
+    `say_accuracy`: whether the data sheets of the instruments are copied into muscle.toml.
+    """
     folder = Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
-    (folder / "muscle.toml").write_text(toml_text(dataset, source, say_noise))
+    (folder / "muscle.toml").write_text(toml_text(dataset, source, say_noise, say_accuracy))
     for recording in dataset.recordings:
         (folder / recording.file).write_text(csv_text(recording, decimals))
     if truth_path:
