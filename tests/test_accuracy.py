@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from folders import MUSCLE, folder_of, isometric_columns, loop_csv, recording, release_columns, table
+from folders import MUSCLE, folder_of, isometric_columns, loop_columns, loop_csv, recording, release_columns, table
 
 from fitting.errors import InputError
 from fitting.recordings.accuracy import NOTHING_STATED
@@ -116,6 +116,59 @@ def test_in_a_test_that_measures_the_position_it_is_that_of_the_position(tmp_pat
     assert found.noise == found.accuracy.position.noise == pytest.approx(2e-5)
 
 
+# ---------------------------------------------------------------------------------------- what estimates the inputs
+
+
+def gauge(noise=150.0, count=202, wander=0.0):
+    """Loops read with a gauge that errs by `noise` (Pa), whose pressure wanders by `wander` (Pa)."""
+    random, time = np.random.default_rng(1), np.arange(count) * 0.1
+    return 2e5 + wander * np.sin(time / 2) + noise * random.normal(size=count)
+
+
+def loops_with(pressure):
+    return loop_csv(**{"pressure": np.round(pressure / 1e5, 7)})
+
+
+def test_a_stated_noise_of_the_gauge_is_used_instead_of_estimating_it(tmp_path):
+    csv = loops_with(gauge(wander=500.0))
+    guessed = read(tmp_path, csv=csv).runs[0]
+    small = stated(tmp_path, 'pressure = { noise = "20 Pa" }', csv=csv).runs[0]
+    large = stated(tmp_path, 'pressure = { noise = "600 Pa" }', csv=csv).runs[0]
+    readings = gauge(wander=500.0)
+    left = [np.std(run.pressure - readings) for run in (small, guessed, large)]
+    assert left[0] < 40.0 < 130.0 < left[1] < left[2]
+    assert np.median(small.pressure_variance) < 20.0**2
+    assert np.median(large.pressure_variance) > 4 * np.median(guessed.pressure_variance)
+
+
+def test_a_stated_noise_of_a_held_pressure_is_that_of_the_mean(tmp_path):
+    run = stated(tmp_path, 'pressure = { noise = "300 Pa" }', csv=loops_with(gauge())).runs[0]
+    assert np.ptp(run.pressure) == 0
+    assert run.pressure_variance == pytest.approx(np.full(202, 300.0**2 / 202))
+
+
+def test_a_gauge_that_is_stated_to_be_exact_is_taken_as_it_reads(tmp_path):
+    run = stated(tmp_path, 'pressure = { noise = "0 Pa" }', csv=loops_with(gauge())).runs[0]
+    assert run.pressure == pytest.approx(gauge(), abs=0.01)
+    assert not run.pressure_variance.any()
+
+
+def test_a_stated_resolution_is_the_least_error_of_a_reading(tmp_path):
+    coarse = stated(tmp_path, 'pressure = { resolution = "5 kPa" }', csv=loops_with(gauge())).runs[0]
+    both = stated(tmp_path, 'pressure = { noise = "20 Pa", resolution = "5 kPa" }', csv=loops_with(gauge())).runs[0]
+    for run in (coarse, both):
+        assert run.pressure_variance == pytest.approx(np.full(202, 5000.0**2 / 12 / 202))
+
+
+def test_a_stated_noise_of_the_length_reaches_the_estimate_of_the_contraction(tmp_path):
+    random = np.random.default_rng(2)
+    csv = loop_csv(contraction=loop_columns()["contraction [%]"] + 0.01 * random.normal(size=202))
+    fine, coarse = (
+        stated(tmp_path, f'displacement = {{ noise = "{noise}" }}', csv=csv).runs[0] for noise in ("0.006 mm", "0.3 mm")
+    )
+    assert np.median(fine.contraction_variance) <= (0.006 / 300) ** 2 < np.median(coarse.contraction_variance)
+
+
 # ------------------------------------------------------------------------------------------------------------ refusals
 
 REFUSED = [
@@ -152,7 +205,7 @@ def test_what_cannot_be_is_refused_with_file_row_value_and_cure(tmp_path, line, 
     assert cure in error.cure
     assert error.file == tmp_path / "muscle.toml"
     assert error.row == lines.index("[recording.accuracy]" if "are one" in problem else line) + 1
-    assert "unknown" in problem or error.value is not None
+    assert cure.startswith("did you mean") or error.value is not None  # a name that is unknown stands in the problem
 
 
 def test_a_table_that_is_none_is_refused(tmp_path):

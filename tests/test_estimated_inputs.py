@@ -11,7 +11,7 @@ from scipy.linalg import cho_solve
 
 from fitting.diagnosis.diagnose import diagnose
 from fitting.recordings.experiment import read_experiment
-from fitting.recordings.inputs import estimated, rounding, stamp_error
+from fitting.recordings.inputs import WhiteError, estimated, rounding, stamp_error
 from fitting.recordings.smoother import estimate
 from mckibben_jax.effect import name_of
 from mckibben_jax.effects import LIBRARY, CoulombFriction, IdealCylinder
@@ -100,7 +100,7 @@ def test_a_jump_is_not_smeared():
 @pytest.mark.parametrize("time", [EVEN, UNEVEN], ids=["even", "uneven"])
 def test_the_corners_of_a_triangle_are_kept(time):
     corners = np.searchsorted(time, TURNS[1:-1])
-    found = estimated(time, triangle(time) + noise(4), corners, 0.0)
+    found = estimated(time, triangle(time) + noise(4), corners, WhiteError(0.0))
     off = np.abs(found.level - triangle(time))
     near = np.min(np.abs(np.arange(COUNT)[:, None] - corners), axis=1) <= 4
     assert off[near].max() < 3.5 * GAUGE  # there the readings stand nearly as they are
@@ -124,13 +124,13 @@ def test_a_pressure_that_fills_is_followed():
     np.full(COUNT, 2e5), np.interp(EVEN, (10, 11, 30, 31), (2e5, 5e5, 5e5, 3e5)),
 ])  # fmt: skip
 def test_an_exact_signal_comes_back(signal):
-    found = estimated(EVEN, signal, np.array([], int), 0.0)
+    found = estimated(EVEN, signal, np.array([], int), WhiteError(0.0))
     assert np.abs(found.level - signal).max() <= 1e-6 * np.ptp(signal)
 
 
 def test_readings_whose_error_is_not_felt_are_taken_as_read():
     y = triangle(EVEN) + noise(6, sd=1.0)
-    assert estimated(EVEN, y, np.array([200, 400, 600, 800]), 1.5).level is y
+    assert estimated(EVEN, y, np.array([200, 400, 600, 800]), WhiteError(1.5)).level is y
 
 
 @pytest.mark.parametrize("sd", [0.0, 20.0, 60.0, 150.0])
@@ -138,7 +138,7 @@ def test_twelve_bits_of_ten_bar_are_an_error_of_at_least_their_rounding(sd):
     step = 10e5 / 4096
     y = step * np.round((2e5 + 0.4 * step + noise(7, sd=sd)) / step)
     assert rounding(y) == pytest.approx(step if np.ptp(y) else 0.0, abs=1e-3)
-    found = estimated(EVEN, y, np.array([], int), 1.5)
+    found = estimated(EVEN, y, np.array([], int), WhiteError(1.5))
     assert found.constant
     assert found.error >= 0.99 * step / np.sqrt(12) or np.ptp(y) == 0
     ramp = 1e5 + 4e3 * EVEN
@@ -169,7 +169,7 @@ def test_ten_runs_take_well_below_a_second():
     readings = [triangle(UNEVEN) + noise(seed) for seed in range(10)]
     begin = clock.perf_counter()
     for y in readings:
-        estimated(UNEVEN, y, np.searchsorted(UNEVEN, TURNS[1:-1]), 1.5)
+        estimated(UNEVEN, y, np.searchsorted(UNEVEN, TURNS[1:-1]), WhiteError(1.5))
     assert clock.perf_counter() - begin < 1.0
 
 
@@ -244,12 +244,12 @@ def ramp(step, error=0.0, every=0.0125):
 def test_rounded_time_stamps_are_no_error_of_the_length():
     """The force was read with the length, whatever the clock says of the moment."""
     time, place = ramp(0.001)
-    assert estimated(time, place, np.array([40, 120, 200, 280]), 0.0).level == pytest.approx(place, abs=0.0)
+    assert estimated(time, place, np.array([40, 120, 200, 280]), WhiteError(0.0)).level == pytest.approx(place, abs=0.0)
 
 
 def test_beside_rounded_time_stamps_an_error_of_the_length_is_still_seen():
     time, place = ramp(0.001, error=5e-5)
-    found = estimated(time, place, np.array([40, 120, 200, 280]), 0.0)
+    found = estimated(time, place, np.array([40, 120, 200, 280]), WhiteError(0.0))
     assert found.error == pytest.approx(5e-5, rel=0.15)
     assert np.std(found.level - ramp(0.001)[1]) < 3e-5
 

@@ -23,6 +23,7 @@ class Contrasts:
     noise: np.ndarray  # (3, n-2), lower bands of their covariance, per R
     walk: np.ndarray  # (3, n-2), the same per q
     least: float  # that R is at least
+    most: float  # that R is at most: the same where R is known
     free: np.ndarray  # (n-2,), bool: where the slope changes abruptly
 
     def factor(self, ratio: float) -> np.ndarray:
@@ -32,8 +33,9 @@ class Contrasts:
         return cholesky_banded(bands, lower=True, check_finite=False)
 
     def variance(self, squares: float) -> float:
-        """R by maximum likelihood, from the sum of squares of the whitened z."""
-        return max(squares / max(len(self.z) - int(self.free.sum()), 1), self.least)
+        """R by maximum likelihood within its bounds, from the sum of squares of the whitened z."""
+        likeliest = squares / max(len(self.z) - int(self.free.sum()), 1)
+        return min(max(likeliest, self.least), self.most)
 
     def misfit(self, size: float, squares: float) -> float:
         """Minus twice the restricted log-likelihood, R at its best; `size`: log determinant of the covariance per R."""
@@ -66,8 +68,8 @@ def clock(time: np.ndarray) -> np.ndarray:
     return at - at.mean()
 
 
-def contrasts_of(at: np.ndarray, readings: np.ndarray, least: float) -> Contrasts:
-    """Those of `readings` (n,) taken at `at` (n,), in mean steps; the variance of one reading is at least `least`."""
+def contrasts_of(at: np.ndarray, readings: np.ndarray, least: float, most: float = np.inf) -> Contrasts:
+    """Those of `readings` (n,) taken at `at` (n,), in mean steps; the variance of one lies from `least` to `most`."""
     step = np.diff(at)
     before, after = 1 / step[:-1], 1 / step[1:]
     w = np.stack([before, -before - after, after])
@@ -77,7 +79,7 @@ def contrasts_of(at: np.ndarray, readings: np.ndarray, least: float) -> Contrast
     noise[2, :-2] = w[2, :-2] * w[0, 2:]
     walk[0], walk[1, :-1] = (step[:-1] + step[1:]) / 3, step[1:-1] / 6
     slopes = np.diff(readings) / step
-    return Contrasts(np.diff(slopes), w, noise, walk, least, np.zeros(len(at) - 2, bool))
+    return Contrasts(np.diff(slopes), w, noise, walk, least, most, np.zeros(len(at) - 2, bool))
 
 
 def size_of_noise(at: np.ndarray, contrasts: Contrasts) -> float:

@@ -11,9 +11,10 @@ import numpy as np
 
 from fitting import units
 from fitting.errors import InputError, concerning, unknown_name
+from fitting.recordings.accuracy import Accuracy
 from fitting.recordings.accuracy_table import accuracy_of
+from fitting.recordings.input_errors import input_errors
 from fitting.recordings.muscle_file import muscle_of, name_of, read_muscle, read_toml, source_of
-from fitting.recordings.negligible import negligible
 from fitting.recordings.noise import one_load_cell
 from fitting.recordings.plausible import check_plausible, without_copies
 from fitting.recordings.readings import FEWEST_SAMPLES, POSITIONS, read_runs
@@ -126,7 +127,7 @@ def _read(path: Path, test: str, muscle: Muscle, options: dict[str, Any], name: 
     accuracy = accuracy_of(options.get("accuracy"), test, float(muscle.length), _noise(options.get("noise"), test))
     table = read_table(path, options.get("columns"), options.get("units"))
     with units.spoken(units.own_units([_stated(table)])):  # what is wrong is said as the owner of the data would
-        runs, notes = _checked_runs(table, test, muscle, options)
+        runs, notes = _checked_runs(table, test, muscle, options, accuracy)
     position = next(column for column in POSITIONS if column in table)
     noise = (accuracy.force if test in FORCE_TESTS else accuracy.position).noise
     return Recording(name, test, runs, noise, notes, position, _stated(table), accuracy=accuracy), table.raw
@@ -144,14 +145,14 @@ def _noise(stated: Any, test: str) -> float | None:
 
 
 def _checked_runs(
-    table: Table, test: str, muscle: Muscle, options: dict[str, Any]
+    table: Table, test: str, muscle: Muscle, options: dict[str, Any], stated: Accuracy
 ) -> tuple[tuple[Run, ...], tuple[str, ...]]:
     """The runs of a table, every reading checked, and notes on what was set aside."""
     counts: Counter[str] = Counter()
     parts = read_runs(table, test, muscle, options, counts)
     odd = check_plausible(parts, table, test, muscle, options.get("valid"))
-    felt = negligible(parts, test, muscle)
-    runs = tuple(run_of(part, test, felt) for part in parts)
+    errors = input_errors(parts, test, muscle, stated)
+    runs = tuple(run_of(part, test, errors) for part in parts)
     for run in runs:
         counts.update(run.without_weight)
     if not any(run.weight.any() for run in runs):

@@ -32,29 +32,47 @@ SETTINGS = Settings()
 
 
 @dataclass(frozen=True)
-class Negligible:
-    """Standard deviations of a reading's error up to which it is taken as read."""
+class WhiteError:
+    """What is known of a channel's white error before its readings are looked at, in the unit of the reading."""
 
-    pressure: float = 0.0  # Pa
-    contraction: float = 0.0  # 1
+    negligible: float = 0.0  # standard deviation up to which a reading is taken as it is
+    noise: float | None = None  # standard deviation of one reading, rounding included, as stated
+    resolution: float | None = None  # step in which it is rounded, as stated
+
+    @property
+    def stated(self) -> float | None:
+        """Standard deviation of one reading where it is stated: at least that of its rounding. None: readings tell."""
+        return None if self.noise is None else max(self.noise, (self.resolution or 0.0) / np.sqrt(12))
 
 
-EXACT = Negligible()  # every error is felt
+@dataclass(frozen=True)
+class InputErrors:
+    """The white errors of the channels that enter the laws; what is not known is found in the readings."""
+
+    pressure: WhiteError = WhiteError()  # Pa
+    contraction: WhiteError = WhiteError()  # 1
 
 
-def estimated(time: np.ndarray, reading: np.ndarray, turns: np.ndarray, felt_from: float) -> Estimate:
+UNKNOWN = InputErrors()
+COMMANDED = WhiteError(negligible=np.inf)  # no reading, and exact
+
+
+def estimated(time: np.ndarray, reading: np.ndarray, turns: np.ndarray, white: WhiteError) -> Estimate:
     """The signal behind a reading (n,) that may turn abruptly at the samples `turns`; itself if its error is not felt.
 
-    `felt_from` is the standard deviation, in the reading's unit, up to which its error is negligible. What looks like
-    an error because time stamps are rounded is none: the force was read at the same moment.
+    What looks like an error because time stamps are rounded is none: the force was read at the same moment.
     """
-    error = signals.noise_level(time, reading)
-    least = max(felt_from, SETTINGS.dust * float(np.abs(reading).max()), SETTINGS.stamps * stamp_error(time, reading))
+    known = white.stated
+    error = signals.noise_level(time, reading) if known is None else known
+    least = max(white.negligible, SETTINGS.dust * float(np.abs(reading).max()))
+    if known is None:
+        least = max(least, SETTINGS.stamps * stamp_error(time, reading))
     if error <= least:
         return Estimate.as_read(reading, error)
     edges = np.unique(np.concatenate([[0], turns, [len(reading) - 1]]))
     near = weightless.near_edges(edges, len(reading)) & (len(turns) > 0)
-    found = estimate(time, reading, rounding(reading), near)
+    step = rounding(reading) if white.resolution is None else white.resolution
+    found = estimate(time, reading, step, near, known)
     exact = not found.constant and found.error <= least  # steps and rests of a set-point look like rounding at first
     return Estimate.as_read(reading, found.error) if exact else found
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from fitting.recordings import motion_signals as signals
 from fitting.recordings import weightless
-from fitting.recordings.inputs import EXACT, Negligible, estimated
+from fitting.recordings.inputs import COMMANDED, UNKNOWN, InputErrors, estimated
 from fitting.recordings.records import Run
 from fitting.recordings.smoother import Estimate
 
@@ -16,24 +16,24 @@ SMALLEST_LOOP = 0.01  # share of the stroke that a minor loop must have to be on
 SMALLEST_CYCLE = 0.08  # the same of the pressure: a port's pressure springs back when its valve closes
 
 
-def run_of(readings: Run, test: str, negligible: Negligible = EXACT) -> Run:
+def run_of(readings: Run, test: str, errors: InputErrors = UNKNOWN) -> Run:
     """A run as read, with what this kind of test tells of it: estimates, rates, branches, weights.
 
-    `negligible` are the errors of pressure and contraction that no law feels.
+    `errors` is what is known of those of pressure and contraction.
     """
     kinds = {
         "loop": _loop, "isometric": _isometric, "static": _static, "isotonic": _isotonic,
         "quick release": _release, "step": _transient,
     }  # fmt: skip
-    return kinds[test](readings, negligible)
+    return kinds[test](readings, errors)
 
 
-def _loop(r: Run, negligible: Negligible) -> Run:
+def _loop(r: Run, errors: InputErrors) -> Run:
     """Length is imposed: branches go by the length, and a sample whose direction is unknown carries no weight."""
     branches = _by_length(r, rests=True)
     speed = _speed(r, r.contraction, branches)
-    pressure, pressure_rate = _pressure(r, branches.edges, negligible)
-    place = estimated(r.time, r.contraction, branches.edges[1:-1], negligible.contraction)
+    pressure, pressure_rate = _pressure(r, branches.edges, errors)
+    place = estimated(r.time, r.contraction, branches.edges[1:-1], errors.contraction)
     run = _without_edges(r, branches)
     late = weightless.late_jumps(r.measured, branches.edges, signals.noise_level(r.time, r.measured))
     run = run.leave_out(late, "where the reading jumps late after a turning point")
@@ -45,10 +45,10 @@ def _loop(r: Run, negligible: Negligible) -> Run:
     return _with(run, branches, pressure, pressure_rate)
 
 
-def _isometric(r: Run, negligible: Negligible) -> Run:
+def _isometric(r: Run, errors: InputErrors) -> Run:
     """Length is held: branches go by the pressure, and the muscle does not move."""
     branches = _by_pressure(r)
-    pressure, pressure_rate = _pressure(r, branches.edges, negligible)
+    pressure, pressure_rate = _pressure(r, branches.edges, errors)
     run = _without_edges(r, branches)
     run = run.leave_out(weightless.clipped(r.measured, r.pressure), "reading saturated or muscle slack")
     held = np.full_like(r.contraction, _held(r.contraction[r.usable] if r.usable.any() else r.contraction))
@@ -66,37 +66,37 @@ def _held(contraction: np.ndarray) -> float:
     return 0.0 if abs(held) <= max(scatter, AT_ZERO) else held
 
 
-def _static(r: Run, negligible: Negligible) -> Run:
+def _static(r: Run, errors: InputErrors) -> Run:
     """Points without history: each is its own unit, and at most the direction of its approach is known."""
     count = np.arange(len(r.time))
     return replace(r, rate=AT_REST * r.branch, loop=count, half=count, pressure_variance=np.zeros(len(count)))
 
 
-def _isotonic(r: Run, negligible: Negligible) -> Run:
+def _isotonic(r: Run, errors: InputErrors) -> Run:
     """Pressure is swept under a hung load: branches go by the pressure, which turns nowhere else.
 
     A jitter of the reading would work the muscle past its friction, which the true pressure does not.
     """
     branches = _by_pressure(r)
-    pressure, pressure_rate = _pressure(r, branches.edges, negligible)
+    pressure, pressure_rate = _pressure(r, branches.edges, errors)
     pressure = replace(pressure, level=signals.monotone(pressure.level, branches))
     speed = _speed(r, r.contraction, branches)
     run = replace(_without_edges(r, branches), rate=speed, branch=branches.sign)
     return _with(run, branches, pressure, pressure_rate)
 
 
-def _release(r: Run, negligible: Negligible) -> Run:
+def _release(r: Run, errors: InputErrors) -> Run:
     """A muscle let go at t = 0: what happens before then carries no weight."""
-    return _transient(r, negligible).leave_out(r.time < 0, "before t = 0")
+    return _transient(r, errors).leave_out(r.time < 0, "before t = 0")
 
 
-def _transient(r: Run, negligible: Negligible) -> Run:
+def _transient(r: Run, errors: InputErrors) -> Run:
     """A motion that follows its own time: every sample counts."""
     branches = _by_length(r)
     start = int(np.searchsorted(r.time, 0.0))
     edges = np.unique(np.concatenate([branches.edges, [min(start, len(r.time) - 1)]]))
     speed, _ = signals.rate(r.time, r.contraction, edges, signals.noise_level(r.time, r.contraction))
-    pressure, pressure_rate = _pressure(r, edges, negligible)
+    pressure, pressure_rate = _pressure(r, edges, errors)
     run = replace(r, rate=speed, branch=np.sign(speed).astype(int))
     return _with(run, branches, pressure, pressure_rate)
 
@@ -123,14 +123,14 @@ def _speed(r: Run, signal: np.ndarray, branches: signals.Branches) -> np.ndarray
     return np.where(speed * branches.sign < 0, 0.0, speed)
 
 
-def _pressure(r: Run, edges: np.ndarray, negligible: Negligible) -> tuple[Estimate, np.ndarray]:
+def _pressure(r: Run, edges: np.ndarray, errors: InputErrors) -> tuple[Estimate, np.ndarray]:
     """Pressure and its rate, which is zero where the pressure is constant within its error.
 
     A set-point that stands in for the pressure is no reading and has no error.
     """
     commanded = r.set_pressure is not None and np.array_equal(r.pressure, r.set_pressure)
     turns = signals.turning_points(r.pressure, signals.turning_threshold(r.time, r.pressure, SMALLEST_CYCLE))
-    pressure = estimated(r.time, r.pressure, turns, np.inf if commanded else negligible.pressure)
+    pressure = estimated(r.time, r.pressure, turns, COMMANDED if commanded else errors.pressure)
     if pressure.constant:
         return pressure, np.zeros(len(r.time))
     rate, _ = signals.rate(r.time, r.pressure, edges, signals.noise_level(r.time, r.pressure))

@@ -62,19 +62,24 @@ class Estimate:
 
 
 def estimate(
-    time: np.ndarray, readings: np.ndarray, rounding: float = 0.0, turns: np.ndarray | None = None
+    time: np.ndarray,
+    readings: np.ndarray,
+    rounding: float = 0.0,
+    turns: np.ndarray | None = None,
+    noise: float | None = None,
 ) -> Estimate:
     """The signal behind `readings` (n,), taken at `time` (n,), rising.
 
     `rounding` is the step in which they are rounded (same unit): their error is at least rounding/sqrt(12). `turns`
-    (n,), bool, says where an abrupt change of slope is expected. The signal is a constant or a straight line unless
-    the likelihood ratio says otherwise at 1 %.
+    (n,), bool, says where an abrupt change of slope is expected. `noise` is the standard deviation of one reading,
+    rounding included, where it is known; else the likelihood says it. The signal is a constant or a straight line
+    unless the likelihood ratio says otherwise at 1 %.
     """
-    error = max(rounding / np.sqrt(12), SETTINGS.dust * float(np.abs(readings).max()))
-    if len(readings) < SETTINGS.fewest or np.ptp(readings) == 0:
+    error = max(rounding / np.sqrt(12) if noise is None else noise, SETTINGS.dust * float(np.abs(readings).max()))
+    if len(readings) < SETTINGS.fewest or (np.ptp(readings) == 0 and noise is None):
         return Estimate.as_read(readings, error)
     at = algebra.clock(time)
-    contrasts = algebra.contrasts_of(at, readings, error**2)
+    contrasts = algebra.contrasts_of(at, readings, error**2, np.inf if noise is None else error**2)
     ratio = _likeliest(contrasts)
     line = _line(at, readings, contrasts)
     still = contrasts.misfit(algebra.size_of_noise(at, contrasts), line.squares)

@@ -1,0 +1,43 @@
+"""The errors of a rig's pressure and length readings: from which on they are felt in the force, and what is stated."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from fitting.recordings import motion_signals as signals
+from fitting.recordings.accuracy import Accuracy, ChannelAccuracy
+from fitting.recordings.inputs import SETTINGS, InputErrors, WhiteError
+from fitting.recordings.records import FORCE_TESTS, Run
+from mckibben_jax.laws.braid import ideal_force
+from mckibben_jax.muscle import Muscle
+
+
+def input_errors(parts: Sequence[Run], test: str, muscle: Muscle, stated: Accuracy) -> InputErrors:
+    """What is known of the errors of pressure and contraction before any reading is smoothed."""
+    pressure, contraction = _negligible(parts, test, muscle)
+    length = float(muscle.length)
+    in_contraction = [None if size is None else size / length for size in _white(stated.position)]
+    return InputErrors(WhiteError(pressure, *_white(stated.pressure)), WhiteError(contraction, *in_contraction))
+
+
+def _white(stated: ChannelAccuracy) -> tuple[float | None, float | None]:
+    return stated.noise, stated.resolution
+
+
+def _negligible(parts: Sequence[Run], test: str, muscle: Muscle) -> tuple[float, float]:
+    """From which errors on pressure (Pa) and contraction on are felt, by the slopes of the ideal law (eq 10) at rest.
+
+    The error of the measured channel is that between neighbouring readings: this is what an input's error, which is
+    as quick, is seen against when slow noise is whitened.
+    """
+    pressure = max(float(np.median(np.abs(part.pressure))) for part in parts)
+    by_pressure, at_rest, shortened = (
+        float(ideal_force(place, load, muscle.radius, muscle.braid_angle))
+        for place, load in ((0.0, 1.0), (0.0, pressure), (SETTINGS.step, pressure))
+    )
+    by_contraction = abs(at_rest - shortened) / SETTINGS.step
+    noise = float(np.median([signals.noise_level(part.time, part.measured) for part in parts]))
+    noise = max(noise, SETTINGS.noise * max(float(np.abs(part.measured).max()) for part in parts))
+    force = noise * (1.0 if test in FORCE_TESTS else by_contraction / float(muscle.length))
+    tiny = 1e-300  # a vented muscle: nothing is felt
+    return SETTINGS.pressure * force / max(abs(by_pressure), tiny), SETTINGS.length * force / max(by_contraction, tiny)
