@@ -22,9 +22,10 @@ from fitting.diagnosis.record import Evidence
 from fitting.diagnosis.working_noise import Noise as Memory
 from fitting.least_squares.fit import fit
 from fitting.planning import next_measurement as nm
-from fitting.planning.candidates import FASTER, MUCH_FASTER, NODES, grid, on_specimen, shown, simulation
+from fitting.planning.candidates import grid, on_specimen, shown, simulation
 from fitting.planning.rejection import Drawn
 from fitting.planning.separation import Outlook, Readings, of_means
+from fitting.planning.settings import GRID
 from fitting.planning.sharper import sharper
 from fitting.problem.residuals import thinned
 from fitting.problem.varying import Varying
@@ -62,7 +63,7 @@ def left_tied(experiment, *rivals, verdict="one of"):
 
 def readings_of(truth, protocol, repeats, seed):
     """What the independent simulator reads around each node, in standard deviations: (cycles, nodes)."""
-    count = 2 * repeats * NODES * PER_NODE + 1
+    count = 2 * repeats * GRID.nodes * PER_NODE + 1
     back_and_forth = lambda ends: (ends[0], *(ends[1], ends[0]) * repeats)  # noqa: E731
     given = {"samples": count, "noise": NOISE, "seed": seed}
     if protocol.test == "isometric":
@@ -72,7 +73,7 @@ def readings_of(truth, protocol, repeats, seed):
         speed, turns = protocol.rate * truth.muscle.length, back_and_forth(protocol.contractions)
         pressures = protocol.pressures[:1]
         made = loops(truth, pressures=pressures, speeds=(speed,), turns=turns, rounding=0.002, **given)
-    return made.columns["force"][:-1].reshape(repeats, 2 * NODES, PER_NODE).mean(axis=2) / NOISE.sd
+    return made.columns["force"][:-1].reshape(repeats, 2 * GRID.nodes, PER_NODE).mean(axis=2) / NOISE.sd
 
 
 def stands_alone(prospect, number, repeats, truth, name, seed):
@@ -196,7 +197,7 @@ def test_candidates_stay_inside_what_the_rig_has_shown(one_pressure):
         if not protocol.beyond:
             assert protocol.test == "loop"
             assert protocol.pressures[1] <= 3.06e5
-            assert protocol.rate * can.length <= 1.02 * FASTER * 0.01
+            assert protocol.rate * can.length <= 1.02 * GRID.faster * 0.01
     assert {p.test for p in grid(can) if p.beyond} == {"loop", "isometric"}
 
 
@@ -210,7 +211,7 @@ def test_what_is_faster_than_the_data_show_says_so(one_pressure):
     assert all("times as fast as in these data (10 mm/s)" in p.needs for p in fast)
     assert all("a pressure that changes 3 times as fast as in these data (50 kPa/s)" in p.needs for p in steep)
     assert not any("times as fast" in p.needs for p in grid(can) if p not in fast and p not in steep)
-    assert max(p.rate * can.length for p in fast) <= 1.02 * MUCH_FASTER * can.speeds[1]
+    assert max(p.rate * can.length for p in fast) <= 1.02 * GRID.much_faster * can.speeds[1]
 
 
 def test_releases_do_not_show_a_rig_that_moves_the_length(tmp_path):

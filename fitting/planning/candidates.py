@@ -9,23 +9,11 @@ import numpy as np
 
 from fitting import units
 from fitting.errors import InputError
+from fitting.planning.settings import GRID
 from fitting.recordings.inverse_dynamics import as_force
 from fitting.recordings.noise import noise_of
 from fitting.recordings.records import FORCE_TESTS, Experiment, Recording, Run
 from fitting.recordings.runs import AT_REST
-
-NODES = 24  # places on each branch at which a candidate is predicted; each stands for all readings around it
-CYCLES = 2  # the first has a fresh memory, the second stands for all that follow
-PRESSURES = (0.1, 0.2, 0.35, 0.5, 0.75, 1.0)  # of the largest seen
-RANGES = ((0.0, 1.0), (0.0, 0.5), (0.5, 1.0), (0.4, 0.6))  # of the stroke seen
-FASTER = 3.0  # than shown, which most rigs can still do
-MUCH_FASTER = 10.0
-SLOWER = 5.0
-MORE_PRESSURE = 1.5
-LONGEST = 600.0  # s, of one loop
-FEWEST = 20  # readings on a branch, at the rate of the data
-HOLD = 30.0  # s
-RAMP = 5.0  # s from lowest to highest pressure, where none was seen
 
 
 @dataclass(frozen=True)
@@ -126,25 +114,32 @@ def grid(can: Shown) -> tuple[Protocol, ...]:
 def _loops(can: Shown) -> list[Protocol]:
     rig = "" if "loop" in can.tests else "a rig that moves the length while the force is read"
     made = []
-    for share, part, speed in product((*PRESSURES, MORE_PRESSURE), RANGES, _speeds(can)):
+    for share, part, speed in product((*GRID.pressures, GRID.more_pressure), GRID.strokes, _speeds(can)):
         pressure, span = _round(share * can.pressure), _part(can.contractions, part)
         more = rig or _more_pressure(can, pressure)
         unseen = _and(more, _faster_drive(can, speed))
-        beyond = bool(more or speed > 1.02 * FASTER * can.speeds[1])
+        beyond = bool(more or speed > 1.02 * GRID.faster * can.speeds[1])
         made.append(Protocol("loop", (pressure, pressure), span, speed / can.length, unseen=unseen, beyond=beyond))
-    whole = _part(can.contractions, RANGES[0])
+    whole = _part(can.contractions, GRID.strokes[0])
     for share in (0.2, 0.5, 1.0):
         pressure, fast = _round(share * can.pressure), _speeds(can)[-3]
         unseen = _and(rig, _faster_drive(can, fast))
-        made.append(Protocol("loop", (pressure, pressure), whole, fast / can.length, HOLD, unseen, bool(rig)))
-    return [p for p in made if (0 if p.beyond else FEWEST * can.interval) <= p.branch_time < LONGEST / 2]
+        made.append(Protocol("loop", (pressure, pressure), whole, fast / can.length, GRID.hold, unseen, bool(rig)))
+    return [p for p in made if (0 if p.beyond else GRID.fewest * can.interval) <= p.branch_time < GRID.longest / 2]
 
 
 def _speeds(can: Shown) -> list[float]:
     """From slow to much faster than seen, m/s."""
     slow, fast = can.speeds if np.isfinite(can.speeds[0]) else (0.01, 0.01)
     between = [np.sqrt(slow * fast)] if fast > 1.5 * slow else []
-    every = [slow / SLOWER, slow, *between, *([fast] if between else []), FASTER * fast, MUCH_FASTER * fast]
+    every = [
+        slow / GRID.slower,
+        slow,
+        *between,
+        *([fast] if between else []),
+        GRID.faster * fast,
+        GRID.much_faster * fast,
+    ]
     return [_round(speed) for speed in every]
 
 
@@ -181,8 +176,8 @@ def _two(value: float, unit: str) -> str:
 
 def _isometric(can: Shown) -> list[Protocol]:
     rig = "" if "isometric" in can.tests else "a pressure that is swept while the length is held"
-    usual = 0.95 * can.pressure / RAMP
-    ramps = (usual / 4, usual * 4) if not np.isfinite(can.ramps[0]) else (can.ramps[0], FASTER * can.ramps[1])
+    usual = 0.95 * can.pressure / GRID.ramp
+    ramps = (usual / 4, usual * 4) if not np.isfinite(can.ramps[0]) else (can.ramps[0], GRID.faster * can.ramps[1])
     made = []
     for low, place, ramp in product((0.05, 0.5), (0.0, 0.25, 0.5, 0.75), ramps):
         held = round(float(can.contractions[0] + place * np.ptp(can.contractions)), 2)
@@ -194,7 +189,7 @@ def _isometric(can: Shown) -> list[Protocol]:
 
 def _static(can: Shown) -> list[Protocol]:
     made = []
-    for share, part in product((*PRESSURES, MORE_PRESSURE), RANGES[:3]):
+    for share, part in product((*GRID.pressures, GRID.more_pressure), GRID.strokes[:3]):
         pressure, span = _round(share * can.pressure), _part(can.contractions, part)
         more = _more_pressure(can, pressure)
         made.append(Protocol("static", (pressure, pressure), span, 0.0, unseen=more, beyond=bool(more)))
@@ -230,13 +225,13 @@ def _cycles(p: Protocol) -> Run:
     """Between the turning points at a constant speed; these themselves, and holds there, carry no weight."""
     way, rate = [0.0], [p.rate]
     half, time, weight = [0], [0.0], [0.0]
-    places = np.append((np.arange(NODES) + 0.5) / NODES, 1.0)
-    for branch in range(2 * CYCLES):
+    places = np.append((np.arange(GRID.nodes) + 0.5) / GRID.nodes, 1.0)
+    for branch in range(2 * GRID.cycles):
         rising = branch % 2 == 0
         way += list(places if rising else 1 - places)
         time += list(time[-1] + places * p.branch_time)
         rate += [p.rate if rising else -p.rate] * len(places)
-        weight += [1.0] * NODES + [0.0]
+        weight += [1.0] * GRID.nodes + [0.0]
         half += [branch] * len(places)
         if p.hold:
             way, rate, weight, half = [*way, way[-1]], [*rate, 0.0], [*weight, 0.0], [*half, branch]
@@ -260,14 +255,14 @@ def _cycles(p: Protocol) -> Run:
 
 def _points(p: Protocol, can: Shown) -> Run:
     """Points without history, on both branches where the data have branches."""
-    signs = np.repeat([1, -1] if can.branches else [0, 0], NODES // 2)
-    along = np.tile(np.linspace(*p.contractions, NODES // 2), 2)
-    count = np.arange(CYCLES * len(along))
-    branch, still = np.tile(signs, CYCLES), np.zeros(len(count))
+    signs = np.repeat([1, -1] if can.branches else [0, 0], GRID.nodes // 2)
+    along = np.tile(np.linspace(*p.contractions, GRID.nodes // 2), 2)
+    count = np.arange(GRID.cycles * len(along))
+    branch, still = np.tile(signs, GRID.cycles), np.zeros(len(count))
     return _unmeasured(
         count.astype(float),
         pressure=still + p.pressures[0],
-        contraction=np.tile(along, CYCLES),
+        contraction=np.tile(along, GRID.cycles),
         rate=AT_REST * branch,
         pressure_rate=still,
         weight=still + 1.0,
@@ -298,7 +293,7 @@ def specimens(experiment: Experiment) -> tuple[Experiment, ...]:
 def on_specimen(can: Shown, words: str) -> tuple[Protocol, ...]:
     """What to record on another muscle: whole loops (or static maps) at a few pressures."""
     whole = [p for p in (_static(can) if can.tests == {"static"} else _loops(can)) if not p.hold]
-    whole = [p for p in whole if p.contractions == _part(can.contractions, RANGES[0])]
+    whole = [p for p in whole if p.contractions == _part(can.contractions, GRID.strokes[0])]
     whole = [p for p in whole if not p.beyond] or whole
     speed = min((p.rate for p in whole), key=lambda v: abs(np.log(max(v, 1e-12) * can.length / 0.01)))
     return tuple(replace(p, specimen=words) for p in whole if p.rate == speed)
@@ -317,7 +312,7 @@ def in_words(p: Protocol, repeats: int, length: float) -> str:
         many = _many(repeats, "isometric cycle")
         return f"{many} from {low} to {high} and back, each way in {ramp}, held at {span.split(' to ')[0]}{on}"
     if p.test == "static":
-        return f"{_many(repeats, 'static curve')} at {low}, {span}, {NODES} points each{on}"
+        return f"{_many(repeats, 'static curve')} at {low}, {span}, {GRID.nodes} points each{on}"
     hold = f", {p.hold:g} s of rest at each end" if p.hold else ""
     return f"{_many(repeats, 'loop')} at {low}, {span}, {units.show(p.rate * length, 'm/s', digits=2)}{hold}{on}"
 

@@ -19,20 +19,12 @@ from fitting.diagnosis.settings import DIAGNOSIS
 from fitting.planning.candidates import Protocol, Shown, grid, in_words, on_specimen, shown, specimens
 from fitting.planning.predictions import Candidates, Explained, candidates, explained
 from fitting.planning.separation import Outlook, Readings, noise_of_test
+from fitting.planning.settings import CHOICE
 from fitting.problem.residuals import thinned
 from fitting.problem.varying import AS_DECLARED, Varying
 from fitting.recordings.records import Experiment
 from mckibben_jax.effect import Effect, name_of
 from mckibben_jax.effects import LIBRARY
-
-MOST_EXPLANATIONS = 6
-REPEATS = (3, 6, 9, 12)  # loops that may be asked for
-USUAL = 6  # loops by which candidates are compared
-HOPELESS = 6.0  # squared standard errors: closer than this no number of loops one would record helps
-PLENTY = 200.0  # squared standard errors: more than this separates no better
-ENOUGH_POWER = 0.9
-WORTH_MORE = 0.2  # of power, for which a rig may be asked for what it has not shown
-TRIED = 3  # of the best candidates, refitted in earnest
 
 
 @dataclass(frozen=True)
@@ -129,13 +121,13 @@ def _measurements(
     steps: list[NextMeasurement] = []
     while pairs and len(steps) < most:
         step = _best(first, pairs)
-        if step is None or step.power < ENOUGH_POWER - WORTH_MORE:
+        if step is None or step.power < CHOICE.enough_power - CHOICE.worth_more:
             step = _better(step, _on_others(diagnosis, experiments, rivals, first, known, varying, pairs))
         if step is None:
             break
         steps.append(step)
         names = list(rivals)
-        done = {(names.index(p.one), names.index(p.other)) for p in step.pairs if p.power >= ENOUGH_POWER}
+        done = {(names.index(p.one), names.index(p.other)) for p in step.pairs if p.power >= CHOICE.enough_power}
         if not done:
             break
         pairs = [pair for pair in pairs if pair not in done]
@@ -148,7 +140,7 @@ def remaining(diagnosis: Diagnosis) -> tuple[tuple[str, ...], ...]:
         return tuple(e.effects for e in diagnosis.nearest)
     order = [e.effects for e in diagnosis.tried]
     names = sorted(diagnosis.explanations, key=lambda added: order.index(added) if added in order else len(order))
-    return tuple(names[:MOST_EXPLANATIONS])
+    return tuple(names[: CHOICE.explanations])
 
 
 # ------------------------------------------------------------------------------------ what is predicted
@@ -201,7 +193,7 @@ def _readings(light: Sequence[Experiment], can: Shown) -> Readings:
     runs = [run for e in light for r in e.recordings if r.test != "static" for run in r.runs]
     loops = sum(len(np.unique(run.loop)) for run in runs)
     apart = float(np.median([np.median(np.diff(run.time)) for run in runs])) if runs else can.interval
-    return Readings(max(apart / can.interval, 1.0), can.interval, DIAGNOSIS.samples / (loops + USUAL))
+    return Readings(max(apart / can.interval, 1.0), can.interval, DIAGNOSIS.samples / (loops + CHOICE.usual))
 
 
 def _usable(planned: Candidates, told: Sequence[Explained], can: Shown) -> tuple[int, ...]:
@@ -218,7 +210,7 @@ def _usable(planned: Candidates, told: Sequence[Explained], can: Shown) -> tuple
 def _best(given: Prospect, pairs: Sequence[tuple[int, int]]) -> NextMeasurement | None:
     """The best recording that the rig has shown it can make; one beyond that only where it is worth it."""
     inside = _chosen(given, pairs, [n for n in given.usable if not given.protocols[n].beyond])
-    if inside is not None and inside.power >= ENOUGH_POWER - WORTH_MORE:
+    if inside is not None and inside.power >= CHOICE.enough_power - CHOICE.worth_more:
         return inside
     return _better(inside, _chosen(given, pairs, [n for n in given.usable if given.protocols[n].beyond]))
 
@@ -227,23 +219,23 @@ def _better(first: NextMeasurement | None, other: NextMeasurement | None) -> Nex
     """The first of two, unless the other is worth its trouble."""
     if first is None or other is None:
         return first or other
-    return other if other.power > first.power + WORTH_MORE else first
+    return other if other.power > first.power + CHOICE.worth_more else first
 
 
 def _chosen(given: Prospect, pairs: Sequence[tuple[int, int]], numbers: Sequence[int]) -> NextMeasurement | None:
     """The recording among these that separates the worst pair best; None where none separates any."""
     if not numbers:
         return None
-    apart = np.array([[given.outlook.discrepancy(*pair, number, USUAL) for number in numbers] for pair in pairs])
-    alive = [row for row in range(len(pairs)) if apart[row].max() > HOPELESS]
+    apart = np.array([[given.outlook.discrepancy(*pair, number, CHOICE.usual) for number in numbers] for pair in pairs])
+    alive = [row for row in range(len(pairs)) if apart[row].max() > CHOICE.hopeless]
     if not alive:
         return None
-    least = np.minimum(apart[alive].min(axis=0), PLENTY)
+    least = np.minimum(apart[alive].min(axis=0), CHOICE.plenty)
     order = sorted(range(len(numbers)), key=lambda i: (-np.round(2 * np.log(least[i] + 1)), trouble(given, numbers[i])))
     made: list[NextMeasurement] = []
-    for i in order[:TRIED]:
+    for i in order[: CHOICE.refitted]:
         made.append(_judged(given, numbers[i], [pairs[row] for row in alive], apart[alive, i]))
-        if made[-1].power >= ENOUGH_POWER:
+        if made[-1].power >= CHOICE.enough_power:
             break
     tied = tuple((given.names[a], given.names[b]) for row, (a, b) in enumerate(pairs) if row not in alive)
     return replace(max(made, key=lambda m: m.power), tied=tied)
@@ -264,10 +256,10 @@ def _seconds(p: Protocol, repeats: int) -> float:
 def _judged(given: Prospect, number: int, pairs: Sequence[tuple[int, int]], apart: np.ndarray) -> NextMeasurement:
     """A recording with as few loops as have the power, which is counted for its worst pair."""
     worst = pairs[int(np.argmin(apart))]
-    repeats, power = REPEATS[-1], 0.0
-    for repeats in REPEATS:
+    repeats, power = CHOICE.repeats[-1], 0.0
+    for repeats in CHOICE.repeats:
         power = _power(given, worst, number, repeats)
-        if power >= ENOUGH_POWER:
+        if power >= CHOICE.enough_power:
             break
     judged = tuple(
         PairPower(

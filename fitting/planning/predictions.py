@@ -13,15 +13,12 @@ from fitting.diagnosis.discover import with_added
 from fitting.least_squares.search import rows_and_slopes
 from fitting.least_squares.subset import Subset, subset_of
 from fitting.planning.candidates import Protocol, Shown, recording
+from fitting.planning.settings import PREDICTION
 from fitting.problem.residuals import Problem, Samples, problem
 from fitting.problem.unknowns import Unknowns, unknowns
 from fitting.problem.varying import AS_DECLARED, Varying
 from fitting.recordings.records import Experiment
 from mckibben_jax.effect import Effect, name_of
-
-UNIFORM = np.sqrt(12.0)  # one over the standard deviation of a place that could be anywhere in its range
-STEPS = 60
-NEAR = 1e-5  # places closer to an end of their range than this stand there
 
 
 @dataclass(frozen=True)
@@ -87,7 +84,7 @@ class Explained:
     def at(self, place: np.ndarray) -> "Explained":
         """The same at another place."""
         rows, slopes = map(np.asarray, rows_and_slopes(self.problem, self.subset, jnp.asarray(place)))
-        count, stuck = len(self.rows), (place < NEAR) | (place > 1 - NEAR)
+        count, stuck = len(self.rows), (place < PREDICTION.near) | (place > 1 - PREDICTION.near)
         slopes = np.where(stuck, 0.0, slopes)  # what stands at its bound cannot give way
         return replace(
             self,
@@ -95,7 +92,7 @@ class Explained:
             rows=rows[:count],
             slopes=slopes[:count],
             prior_rows=rows[count:],
-            prior_slopes=np.vstack([slopes[count:], UNIFORM * np.eye(len(place))]),
+            prior_slopes=np.vstack([slopes[count:], PREDICTION.flat_prior * np.eye(len(place))]),
         )
 
     def fitted(self, target: np.ndarray, weight: np.ndarray) -> "Explained":
@@ -118,7 +115,7 @@ class Explained:
         begin = np.clip(self.place, 1e-6, 1 - 1e-6)
         slopes: Any = lambda p: both(p)[1]  # noqa: E731
         found = least_squares(
-            lambda p: both(p)[0], begin, slopes, bounds=(0.0, 1.0), max_nfev=STEPS, ftol=1e-7, xtol=1e-7
+            lambda p: both(p)[0], begin, slopes, bounds=(0.0, 1.0), max_nfev=PREDICTION.steps, ftol=1e-7, xtol=1e-7
         )
         return self.at(found.x)
 

@@ -11,17 +11,7 @@ from fitting.diagnosis.projected import Projected, projected
 from fitting.diagnosis.settings import FLIP_TEST, NUISANCE, FlipTestSettings, NuisanceSettings
 from fitting.diagnosis.sign_flips import Scores, flipped_signs
 from fitting.diagnosis.working_noise import orthonormal
-
-
-@dataclass(frozen=True)
-class CountSettings:
-    """Counting of rejections over drawn sets of rows."""
-
-    flips: int = 800  # of those of the test; chosen for speed
-    draws_of_spread: int = 15  # by which it is judged how far runs differ; chosen
-
-
-COUNTS = CountSettings()
+from fitting.planning.settings import COUNTS, CountSettings
 
 
 @dataclass(frozen=True)

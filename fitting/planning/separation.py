@@ -18,9 +18,8 @@ from fitting.diagnosis.settings import FLIP_TEST
 from fitting.diagnosis.working_noise import Noise, Whitener, noise_from
 from fitting.planning.predictions import Candidates, Explained
 from fitting.planning.rejection import Drawn
+from fitting.planning.settings import COUNTS
 from fitting.problem.residuals import Samples
-
-DRAWS = 100
 
 
 @dataclass(frozen=True)
@@ -144,13 +143,13 @@ class Outlook:
         random = np.random.default_rng([seed, truth, wrong, number])
         steep = self.new(number, self.explained[truth].slopes, repeats)
         left_open = np.linalg.pinv(self.known[truth], hermitian=True) + 1e-12 * np.eye(steep.shape[1])
-        drift = steep @ (np.linalg.cholesky(left_open) @ random.standard_normal((steep.shape[1], DRAWS)))
+        drift = steep @ (np.linalg.cholesky(left_open) @ random.standard_normal((steep.shape[1], COUNTS.draws)))
         laid = self._laid(given, number, readings)
-        noise = random.standard_normal((readings.size, DRAWS))
-        rows = np.repeat(laid.rows, DRAWS, axis=1)
+        noise = random.standard_normal((readings.size, COUNTS.draws))
+        rows = np.repeat(laid.rows, COUNTS.draws, axis=1)
         rows[laid.old :] += noise - drift
         counted = np.sum(replace(laid, rows=rows).rejections(seed))
-        return float((counted + 0.5) / (DRAWS + 1))  # a hundred draws do not show certainty
+        return float((counted + 0.5) / (COUNTS.draws + 1))  # a hundred draws do not show certainty
 
     def rejected(self, number: int, readings: np.ndarray, seed: int = 0) -> tuple[bool, ...]:
         """Which explanations the test rejects once a candidate was recorded.

@@ -8,28 +8,13 @@ from scipy.stats import norm
 from threadpoolctl import threadpool_limits
 
 from fitting.diagnosis.record import Diagnosis
-from fitting.planning.next_measurement import (
-    USUAL,
-    NextMeasurement,
-    PairPower,
-    Prospect,
-    proposed,
-    prospect,
-    trouble,
-)
+from fitting.planning.next_measurement import NextMeasurement, PairPower, Prospect, proposed, prospect, trouble
 from fitting.planning.predictions import Explained, explained
+from fitting.planning.settings import CHOICE, SHARPEN
 from fitting.problem.varying import AS_DECLARED, Varying
 from fitting.recordings.records import Experiment
 from mckibben_jax.effect import Effect, name_of
 from mckibben_jax.effects import LIBRARY
-
-MOST_EFFECTS = 4
-CRITICAL = 3.3  # the score that chance reaches among a library of effects, typically
-POWER = 0.84  # normal quantile of the power 0.8 that a detection limit has
-GAIN = 1.3  # below this a recording is not worth proposing
-UNSEEN = 100.0  # times smaller: said of effects that the data do not see at all
-HALF = 0.5  # of the present detection limit: the size for which the power is given
-DUST = 1e-6  # of the largest
 
 
 @dataclass(frozen=True)
@@ -42,7 +27,7 @@ class Signature:
 
     def gains(self) -> np.ndarray:
         """How many times smaller an effect would be seen."""
-        least = max(self.old, float(self.new.max()) / UNSEEN**2, 1e-300)
+        least = max(self.old, float(self.new.max()) / SHARPEN.unseen**2, 1e-300)
         return np.sqrt(np.maximum(self.new, least) / least)
 
 
@@ -63,7 +48,7 @@ def sharper(
     seed: int = 0,
 ) -> NextMeasurement | None:
     """The recording that makes the effects of `blind` visible, as many of the worst as one recording can."""
-    wanted = blind(diagnosis)[: 2 * MOST_EFFECTS]
+    wanted = blind(diagnosis)[: 2 * SHARPEN.effects]
     if not wanted:
         return None
     present = diagnosis.explanations[0] if diagnosis.verdict == "missing" else ()
@@ -72,7 +57,7 @@ def sharper(
         kinds = {name_of(effect): effect for effect in (*(kind() for kind in LIBRARY), *known)}
         missing = [name for name in wanted if name not in present]
         found = [_signature(first, [*(kinds[n] for n in present), kinds[name]], varying) for name in missing]
-        return _chosen(first, [s for s in found if s.gains().max() > GAIN][:MOST_EFFECTS])
+        return _chosen(first, [s for s in found if s.gains().max() > SHARPEN.least_gain][: SHARPEN.effects])
 
 
 def _signature(given: Prospect, added: Sequence[Effect], varying: Varying) -> Signature:
@@ -94,14 +79,14 @@ def _strength(given: Prospect, base: Explained, change: np.ndarray, number: int 
     outlook = given.outlook
     parts = [outlook.old_white(np.hstack([change[:, None], base.slopes])[outlook.planned.old])]
     if number is not None:
-        parts.append(outlook.new(number, np.hstack([change[:, None], base.slopes]), USUAL))
+        parts.append(outlook.new(number, np.hstack([change[:, None], base.slopes]), CHOICE.usual))
     both = np.concatenate(parts)
     both = np.nan_to_num(both)
     slopes = np.vstack([both[:, 1:], base.prior_slopes])
     aim = np.concatenate([both[:, 0], np.zeros(len(base.prior_slopes))])
     left = aim - slopes @ np.linalg.lstsq(slopes, aim, rcond=1e-12)[0]
     whole = float(aim @ aim)
-    return float(left @ left) if left @ left > DUST * whole else 0.0
+    return float(left @ left) if left @ left > SHARPEN.dust * whole else 0.0
 
 
 def _chosen(given: Prospect, wanted: Sequence[Signature]) -> NextMeasurement | None:
@@ -111,10 +96,10 @@ def _chosen(given: Prospect, wanted: Sequence[Signature]) -> NextMeasurement | N
     gains = np.array([s.gains() for s in wanted])
     for beyond in (False, True):
         numbers = [n for n in given.usable if given.protocols[n].beyond == beyond]
-        alive = [row for row in range(len(wanted)) if len(numbers) and gains[row, numbers].max() > GAIN]
+        alive = [row for row in range(len(wanted)) if len(numbers) and gains[row, numbers].max() > SHARPEN.least_gain]
         if alive:
             least = {n: float(gains[alive, n].min()) for n in numbers}
-            if max(least.values()) < GAIN:  # no one recording serves all: the worst effect comes first
+            if max(least.values()) < SHARPEN.least_gain:  # no one recording serves all: the worst effect comes first
                 alive = alive[:1]
                 least = {n: float(gains[alive[0], n]) for n in numbers}
             best = min(numbers, key=lambda n: (-np.round(2 * np.log(least[n])), trouble(given, n)))
@@ -126,14 +111,14 @@ def _told(given: Prospect, number: int, shown: Sequence[Signature]) -> NextMeasu
     pairs = tuple(PairPower((s.name,), (), _power(s, number), float(s.new[number])) for s in shown)
     gains = [s.gains()[number] for s in shown]
     words = [
-        f"{s.name} ({'not seen by these data' if gain >= UNSEEN else f'{gain:.1f} times smaller than now'})"
+        f"{s.name} ({'not seen by these data' if gain >= SHARPEN.unseen else f'{gain:.1f} times smaller than now'})"
         for s, gain in zip(shown, gains, strict=True)
     ]
-    made = proposed(given, number, USUAL, pairs)
+    made = proposed(given, number, CHOICE.usual, pairs)
     return replace(made, why=f"shows {', '.join(words)}")
 
 
 def _power(signature: Signature, number: int) -> float:
     """For an effect of half the size that the data can show now, whose score grows as its strength does."""
-    size = HALF * (CRITICAL + POWER) * float(signature.gains()[number])
-    return float(norm.cdf(size - CRITICAL))
+    size = SHARPEN.shown_size * (SHARPEN.critical + SHARPEN.power_quantile) * float(signature.gains()[number])
+    return float(norm.cdf(size - SHARPEN.critical))
