@@ -23,8 +23,9 @@ from hidden.simulator import step as pressure_step
 from fitting.diagnosis.diagnose import diagnose, of_force
 from fitting.errors import InputError
 from fitting.recordings.experiment import read_experiment
-from fitting.recordings.inverse_dynamics import FEWEST, INERTIA, as_force
+from fitting.recordings.inverse_dynamics import as_force
 from fitting.recordings.records import NoiseSource
+from fitting.recordings.settings import DYNAMICS
 from mckibben_jax.effect import name_of
 from mckibben_jax.effects import LIBRARY, CoulombFriction, IdealCylinder
 
@@ -90,7 +91,7 @@ def test_only_motion_one_way_counts(tmp_path):
             assert np.abs(run.rate[counts]).min() * 0.3 > 0.01
             load = float(np.median(np.asarray(data.recordings[0].runs[int(run.name)].load)))
             inertia = np.abs(run.measured[counts] - load)
-            assert np.all(inertia < INERTIA * load + 4 * recording.noise)
+            assert np.all(inertia < DYNAMICS.inertia * load + 4 * recording.noise)
             assert np.median(np.diff(run.time)) >= 3 * 0.002  # half of the shortest window
             assert set(np.unique(run.branch[~counts])) <= {0}
 
@@ -152,7 +153,7 @@ def test_unevenly_sampled_stretches_do_not_count(tmp_path):
     gaps = tuple(_without(run, np.r_[60:75, 200:210]) for run in recording.runs)
     read, _ = as_force(replace(data, recordings=(replace(recording, runs=gaps),)))
     off = np.concatenate(errors(read, truth))
-    assert len(off) > FEWEST
+    assert len(off) > DYNAMICS.fewest
     assert np.abs(off).max() < 5
 
 

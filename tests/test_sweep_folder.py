@@ -14,6 +14,7 @@ import pytest
 import zarr
 from sweeping import ALL, BEST, order, table
 
+from fitting.designs.settings import SweepSettings
 from fitting.designs.sweep import here, sweep
 from fitting.designs.sweep_files import write_table, writer
 from fitting.errors import InputError
@@ -37,7 +38,7 @@ def cut_after(count):
 
 @pytest.mark.parametrize(("keep", "kind"), [(BEST, "parquet"), (ALL, "parquet"), (ALL, "zarr")])
 def test_a_sweep_that_was_cut_goes_on(tmp_path, keep, kind, monkeypatch):
-    monkeypatch.setattr("fitting.designs.sweep_store.SAVE_EVERY", 0.0)
+    monkeypatch.setattr("fitting.designs.sweep_store.SWEEP", SweepSettings(save_every=0.0))
     whole = sweep(order(tmp_path, keep), tmp_path / "whole", piece=500, kind=kind)
     with pytest.raises(Cut):
         sweep(order(tmp_path, keep), tmp_path / "cut", work=cut_after(4), piece=500, kind=kind)
@@ -134,7 +135,7 @@ def test_a_killed_process_loses_nothing(tmp_path):
 
 @pytest.mark.parametrize(("keep", "kind"), [(BEST, "parquet"), (ALL, "parquet"), (ALL, "zarr")])
 def test_two_sweeps_at_once_in_one_folder_find_what_one_finds(tmp_path, keep, kind, monkeypatch):
-    monkeypatch.setattr("fitting.designs.sweep_store.SAVE_EVERY", 0.0)
+    monkeypatch.setattr("fitting.designs.sweep_store.SWEEP", SweepSettings(save_every=0.0))
 
     def other_begins_midway(*asked):
         for done, found in enumerate(here(*asked)):

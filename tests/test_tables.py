@@ -6,8 +6,8 @@ import pytest
 from folders import folder_of, loop_columns, loop_csv, only_run, recording
 
 from fitting.errors import InputError
-from fitting.recordings import table_text
 from fitting.recordings.experiment import read_experiment
+from fitting.recordings.settings import TABLES
 from fitting.recordings.tables import read_table
 
 pytestmark = pytest.mark.filterwarnings("error")
@@ -55,7 +55,7 @@ def test_comments_and_blank_lines_do_not_shift_the_rows(tmp_path):
 
 def test_a_file_beyond_the_limit_is_refused_before_it_is_read(tmp_path):
     with (tmp_path / "data.csv").open("wb") as file:
-        file.truncate(5 * table_text.LARGEST)  # a hole: takes no room on the disk
+        file.truncate(5 * TABLES.csv_bytes)  # a hole: takes no room on the disk
     with pytest.raises(InputError, match=r"larger than 100 MB.*500 MB.*keep every 5th row"):
         read_table(tmp_path / "data.csv")
 

@@ -4,12 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from fitting.comparison.settings import BINS
 from fitting.units import shown_in
-
-MOST_LEVELS = 12
-APART = 0.02  # of the span: levels closer than this are one
-WIDE = 0.05  # of the span: a level that spreads further is none
-NOTHING = 1e-4  # of the largest level: a smaller one is called 0
 
 
 @dataclass(frozen=True)
@@ -36,7 +32,7 @@ class Bins:
         lower, upper = self.lower[group] / size, self.upper[group] / size
         if self.are_levels:
             level = self.centre[group]
-            return f"{_rounded(level / size if abs(level) > NOTHING * np.max(np.abs(self.centre)) else 0.0)}{tail}"
+            return f"{_rounded(level / size if abs(level) > BINS.zero * np.max(np.abs(self.centre)) else 0.0)}{tail}"
         places = max(0, 1 - int(np.floor(np.log10(max(upper - lower, 1e-12)))))
         return f"{lower:z.{places}f} to {upper:z.{places}f}{tail}"
 
@@ -61,9 +57,9 @@ def _levels(values: np.ndarray) -> np.ndarray | None:
     span = ordered[-1] - ordered[0]
     if span <= 1e-3 * np.max(np.abs(ordered)) or len(ordered) == 1:
         return ordered[:1]
-    cuts = np.flatnonzero(np.diff(ordered) > APART * span) + 1
+    cuts = np.flatnonzero(np.diff(ordered) > BINS.apart * span) + 1
     parts = np.split(ordered, cuts)
-    if len(parts) > MOST_LEVELS or max(part[-1] - part[0] for part in parts) > WIDE * span:
+    if len(parts) > BINS.levels or max(part[-1] - part[0] for part in parts) > BINS.wide * span:
         return None
     return np.array([part[0] for part in parts])
 

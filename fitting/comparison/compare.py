@@ -10,6 +10,7 @@ from fitting.comparison.bins import Bins, bins, by_run
 from fitting.comparison.fingerprint import Fingerprint, exponents
 from fitting.comparison.parity import Cells, cells, pressure_bins
 from fitting.comparison.repeats import Pair, drift, noise_floor, repeated
+from fitting.comparison.settings import ERRORS
 from fitting.least_squares.evaluate import rmse_at_pressures
 from fitting.least_squares.record import Fit
 from fitting.problem.residuals import Samples
@@ -17,10 +18,7 @@ from fitting.recordings.noise import noise_of, source_of_noise
 from fitting.recordings.records import MOVING_TESTS, Experiment, NoiseSource, Recording
 
 PRESSURE_LED = ("isometric", "isotonic", "step")  # tests in which the pressure moves
-NEGLIGIBLE = 0.005  # of full scale: an error so small is real, but nobody need mind
-FEWEST = 10  # samples in a place that may be called the worst
-NOTABLE = 0.02  # of full scale
-VENTED = 0.9  # atmospheres, at least: what a gauge shows that reads absolute
+NEGLIGIBLE = ERRORS.negligible  # of full scale
 
 
 @dataclass(frozen=True)
@@ -86,7 +84,7 @@ class Comparison:
     @property
     def negligible(self) -> bool:
         """Whether the error is below half a per cent of full scale."""
-        return self.share < NEGLIGIBLE
+        return self.share < ERRORS.negligible
 
     @property
     def floor(self) -> float:
@@ -137,7 +135,7 @@ def compare(fit: Fit, experiments: Sequence[Experiment]) -> Comparison:
 def _if_absolute(fit: Fit, share: float) -> float | None:
     """The error, were an atmosphere in every pressure; None where no gauge reads so, or little is missed."""
     lowest = np.min(fit.samples.pressure[fit.problem.of_force(fit.samples)])
-    if share < NOTABLE or lowest < VENTED * units.ATMOSPHERE:
+    if share < ERRORS.notable or lowest < ERRORS.vented * units.ATMOSPHERE:
         return None
     return rmse_at_pressures(fit, -units.ATMOSPHERE)
 
@@ -229,7 +227,7 @@ def _worst(samples: Samples, residual: np.ndarray, tests: np.ndarray) -> str:
     place = np.stack([pressure.of, contraction.of, samples.branch])
     cases, of, count = np.unique(place, axis=1, return_inverse=True, return_counts=True)
     square = np.bincount(of, residual**2) / count
-    enough = count >= min(FEWEST, max(2, len(samples) // 30), count.max())
+    enough = count >= min(ERRORS.fewest, max(2, len(samples) // 30), count.max())
     at = int(np.argmax(np.where(enough, square, -1.0)))
     p, c, b = cases[:, at]
     words = [pressure.label(p, "Pa") if len(pressure) > 1 else "", f"contraction {contraction.label(c, '1')}"]

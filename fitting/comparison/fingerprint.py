@@ -11,21 +11,10 @@ from dataclasses import dataclass
 import jax.numpy as jnp
 import numpy as np
 
+from fitting.comparison.settings import FINGERPRINT
 from fitting.least_squares.decomposed import svd
 from fitting.least_squares.record import Fit
 from fitting.problem.residuals import Samples
-
-MOST_ROWS = 4000
-NODES = 6
-FINE = 40  # where a ripple along the stroke, or friction in stripes, needs them
-FINER = 2.0  # times what few nodes take away, that many must
-PRESSURE_GRID = np.round(np.arange(-0.5, 3.01, 0.05), 2)
-SPEED_GRID = np.round(np.arange(-0.5, 2.01, 0.05), 2)
-NOTABLE = 0.05  # of the squared misfit: what a power law must take away to be spoken of
-MOST_MEMORY = 0.99
-SURE = 4.0  # standard errors that an exponent wrong by a half must be away: then it is known to an eighth
-ROUNDS = 3  # of an exponent in pressure and one in speed, each beside the other
-LOWEST = 0.02  # of the largest pressure or speed: below, a power is not defined well
 
 
 @dataclass(frozen=True)
@@ -62,7 +51,7 @@ def exponents(fit: Fit, mask: np.ndarray) -> tuple[float | None, float | None, f
     pressure = _relative(rows.samples.pressure)
     branch = rows.samples.branch.astype(float)
     course = _course(rows, np.ones(len(branch)))
-    even = _best(rows, lambda n: course * _power(pressure, n)[:, None], PRESSURE_GRID, pressure)
+    even = _best(rows, lambda n: course * _power(pressure, n)[:, None], FINGERPRINT.pressure_grid, pressure)
     if not (np.any(branch > 0) and np.any(branch < 0)):
         return _told(even), None, None
     return _told(even), *map(_told, _of_friction(rows, pressure, branch))
@@ -73,11 +62,12 @@ def _of_friction(rows: Rows, pressure: np.ndarray, branch: np.ndarray) -> tuple[
     the other."""
     shape, speed = _course(rows, branch), _relative(np.abs(rows.samples.rate))
     odd = fast = None
-    for _ in range(ROUNDS):
+    for _ in range(FINGERPRINT.rounds):
         moving = branch * _power(speed, fast.value if fast else 0.0)
-        odd = _best(rows, lambda n, by=moving: shape * (by * _power(pressure, n))[:, None], PRESSURE_GRID, pressure)
+        bent = lambda n, by=moving: shape * (by * _power(pressure, n))[:, None]  # noqa: E731
+        odd = _best(rows, bent, FINGERPRINT.pressure_grid, pressure)
         held, before = branch * _power(pressure, odd.value if odd else 0.0), fast
-        fast = _best(rows, lambda m, by=held: shape * (by * _power(speed, m))[:, None], SPEED_GRID, speed)
+        fast = _best(rows, lambda m, by=held: shape * (by * _power(speed, m))[:, None], FINGERPRINT.speed_grid, speed)
         if fast is None or fast == before:
             break
     return odd, fast
@@ -89,7 +79,7 @@ def _told(found: Exponent | None) -> float | None:
 
 def _rows(fit: Fit, mask: np.ndarray) -> Rows:
     at = np.flatnonzero(mask)
-    at = at[:: max(1, len(at) // MOST_ROWS)]
+    at = at[:: max(1, len(at) // FINGERPRINT.rows)]
     samples = fit.samples.where(at)
     count = len(fit.samples)
     priors = np.asarray(fit.problem.prior_rows(jnp.asarray(fit.vector))) / np.sqrt(mask.sum() / len(at))
@@ -100,19 +90,22 @@ def _rows(fit: Fit, mask: np.ndarray) -> Rows:
     return Rows(samples, residual - basis @ (basis.T @ residual), basis)
 
 
-def _best(rows: Rows, law: Callable[[float], np.ndarray], grid: np.ndarray, along: np.ndarray) -> Exponent | None:
+def _best(
+    rows: Rows, law: Callable[[float], np.ndarray], tried: tuple[float, float, float], along: np.ndarray
+) -> Exponent | None:
     """The exponent that takes most of the misfit away; None where that is little, or it ends at an end of its grid."""
     if np.quantile(along, 0.95) < 1.5 * np.quantile(along, 0.05):
         return None
+    grid = np.round(np.arange(*tried), 2)
     taken = np.array([_taken(rows, law(exponent)) for exponent in grid])
     best = int(np.argmax(taken))
     total = float(np.sum(rows.residual**2))
     noise = 30.0 * law(1.0).shape[1]  # in units of the noise of one reading; neighbouring samples err together
-    if taken[best] < max(NOTABLE * total, noise) or best in (0, len(grid) - 1):
+    if taken[best] < max(FINGERPRINT.notable * total, noise) or best in (0, len(grid) - 1):
         return None
     lost = taken[best] - max(np.interp(grid[best] + step, grid, taken) for step in (-0.5, 0.5))
     left = rows.residual - _fitted(rows, law(float(grid[best])))
-    known = lost > SURE**2 * float(left @ left) / _independent(left[: len(along)], rows.samples)
+    known = lost > FINGERPRINT.sure**2 * float(left @ left) / _independent(left[: len(along)], rows.samples)
     return Exponent(float(grid[best]) + 0.0, known)  # + 0.0: minus zero is not for people
 
 
@@ -139,7 +132,7 @@ def _independent(left: np.ndarray, samples: Samples) -> float:
     follows = (samples.run[1:] == samples.run[:-1]) & (samples.half[1:] == samples.half[:-1])
     square = max(float(left @ left) / len(left), 1e-300)
     memory = float(np.mean((left[1:] * left[:-1])[follows])) / square if follows.any() else 0.0
-    memory = min(max(memory, 0.0), MOST_MEMORY)
+    memory = min(max(memory, 0.0), FINGERPRINT.most_memory)
     return len(left) * (1 - memory) / (1 + memory)
 
 
@@ -153,9 +146,9 @@ def _spanned(columns: np.ndarray) -> np.ndarray:
 
 def _course(rows: Rows, direction: np.ndarray) -> np.ndarray:
     """Any course along the contraction: few hat functions, or many where few cannot follow the misfit."""
-    few, many = _hats(rows.samples.contraction, NODES), _hats(rows.samples.contraction, FINE)
+    few, many = _hats(rows.samples.contraction, FINGERPRINT.nodes), _hats(rows.samples.contraction, FINGERPRINT.fine)
     taken = [_taken(rows, shape * direction[:, None]) for shape in (few, many)]
-    return many if taken[1] > FINER * taken[0] else few
+    return many if taken[1] > FINGERPRINT.finer * taken[0] else few
 
 
 def _hats(contraction: np.ndarray, count: int) -> np.ndarray:
@@ -167,7 +160,7 @@ def _hats(contraction: np.ndarray, count: int) -> np.ndarray:
 
 
 def _relative(values: np.ndarray) -> np.ndarray:
-    return np.maximum(values, LOWEST * max(float(values.max()), 1e-300)) / max(float(values.max()), 1e-300)
+    return np.maximum(values, FINGERPRINT.lowest * max(float(values.max()), 1e-300)) / max(float(values.max()), 1e-300)
 
 
 def _power(values: np.ndarray, exponent: float) -> np.ndarray:

@@ -5,9 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from fitting.comparison.bins import Bins, bins, by_run
+from fitting.comparison.settings import BINS
 from fitting.problem.residuals import Samples
-
-STEPS = 12
 
 
 @dataclass(frozen=True)
@@ -47,7 +46,7 @@ def pressure_bins(samples: Samples, steady: np.ndarray, steps: int = 6) -> Bins:
 
 def cells(samples: Samples, residual: np.ndarray, steady: np.ndarray) -> Cells:
     """Sort the residual by pressure, contraction and branch."""
-    pressure, contraction = pressure_bins(samples, steady, STEPS), bins(samples.contraction, STEPS)
+    pressure, contraction = pressure_bins(samples, steady, BINS.cells), bins(samples.contraction, BINS.cells)
     mean, count = {}, {}
     for branch in (-1, 0, 1):
         mask = samples.branch == branch

@@ -5,9 +5,8 @@ from itertools import pairwise
 
 import numpy as np
 
+from fitting.comparison.settings import ERRORS
 from fitting.problem.residuals import Samples
-
-FEWEST = 8  # samples that two branches must share
 
 
 @dataclass(frozen=True)
@@ -59,7 +58,7 @@ def _branches(samples: Samples) -> list[np.ndarray]:
     """Positions of the samples of each half-loop, in the order of measurement."""
     _, first, of = np.unique(np.stack([samples.run, samples.half]), axis=1, return_index=True, return_inverse=True)
     parts = [np.flatnonzero(of == k) for k in np.argsort(first)]
-    return [part for part in parts if len(part) >= FEWEST]
+    return [part for part in parts if len(part) >= ERRORS.fewest_shared]
 
 
 def _key(samples: Samples, at: np.ndarray, pressure_led: bool) -> tuple:
@@ -87,7 +86,7 @@ def _pair(
     along = samples.pressure if pressure_led else samples.contraction
     later = later[np.argsort(along[later])]
     inside = earlier[(along[earlier] > along[later[0]]) & (along[earlier] < along[later[-1]])]
-    if len(inside) < FEWEST:
+    if len(inside) < ERRORS.fewest_shared:
         return None
     right = np.searchsorted(along[later], along[inside])
     left = right - 1

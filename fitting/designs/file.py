@@ -9,11 +9,12 @@ from typing import Any
 import numpy as np
 
 from fitting import units
+from fitting.designs.settings import LIMITS
 from fitting.errors import InputError, unknown_name
 from fitting.library.library import library, named
 from fitting.model_files.model_file import read_model
 from fitting.recordings.muscle_file import line_of, read_muscle_table, read_toml
-from fitting.recordings.readings import CONTRACTIONS
+from fitting.recordings.settings import TABLES
 from mckibben_jax.design.best import DESIGN_BASELINE, Limit, Task
 from mckibben_jax.design.merit import CONDITIONS, QUANTITIES, built, missing
 from mckibben_jax.effect import Effect, name_of
@@ -24,8 +25,6 @@ TOP_KEYS = ("name", "muscle", "model", "variables", "objective", "constraint", "
 OF_A_DESIGN = ("tolerance", "uncertainty", "pareto")
 OF_A_SWEEP = ("grid", "sample", "outputs", "keep", "at", "histogram")  # the same file may also say what a sweep does
 EXAMPLES = {"contraction": "contraction = 0.1", "pressure": 'pressure = "5 bar"'}
-MOST = {"starts": 10_000, "best": 1_000_000, "bins": 100_000}  # what memory has room for
-LARGEST_COUNT = 10**12
 SAME_AS = {"hardness": "shear_modulus", "turns": "braid_angle", "cord_length": "braid_angle"}
 
 Known = dict[str, type[Effect]]
@@ -108,7 +107,7 @@ def muscle_and_effects(file: File, ranges: dict[str, tuple[float, float]]) -> tu
 def whole_number(file: File, key: str, default: int, table: dict[str, Any] | None = None, least: int = 1) -> int:
     """A count, or its default."""
     found = (file.table if table is None else table).get(key, default)
-    most = MOST.get(key, LARGEST_COUNT)
+    most = getattr(LIMITS, key, LIMITS.count)
     if isinstance(found, bool) or not isinstance(found, int) or not least <= found <= most:
         problem = f"{key} is not a whole number from {least} to {most:.6g}"
         cure = f"write {key} = {max(default, least)}"
@@ -220,7 +219,7 @@ def conditions(file: File, given: Any, quantity: str, row: int | None) -> dict[s
             problem = f"{quantity} needs to know at which {' or '.join(group)}"
             raise InputError(problem, path, row, cure=f"write at = {{ {example} }}")
     at = {key: file.si(value, CONDITIONS[key], f"{key} of {quantity}", row) for key, value in given.items()}
-    low, high = CONTRACTIONS
+    low, high = TABLES.contractions
     if not low <= at.get("contraction", 0.0) <= high:
         problem = f"contraction of {quantity} is outside {low:g} .. {high:g}, where no braided muscle goes"
         raise InputError(problem, path, row, value=given["contraction"], cure='write 0.1 or "10 %"')

@@ -14,13 +14,11 @@ from typing import Any
 import jax
 import numpy as np
 
+from fitting.designs.settings import SWEEP
 from fitting.designs.sweep_file import Order
 from fitting.designs.sweep_files import PARQUET
 from fitting.designs.sweep_store import opened
 from mckibben_jax.design.batch import Batch, Engine, Histogram, Picked, Tally
-
-PIECE = 2**20  # designs of a file, or of one step of progress
-LOOK = 4096  # designs that the range of a histogram is taken from
 
 Progress = Callable[[str, float], None]
 Work = Callable[[Order, Iterable[int], int, Callable[[], float]], Iterator[tuple[int, Any]]]
@@ -42,7 +40,7 @@ class Swept:
 
 def sweep(
     order: Order, folder: Path | str, work: Work | None = None, progress: Progress = lambda *_: None,
-    piece: int = PIECE, kind: str = PARQUET,
+    piece: int = SWEEP.piece, kind: str = PARQUET,
 ) -> Swept:  # fmt: skip
     """Do a sweep, or what is left of it, and write its files, Parquet or Zarr (`kind`), into a folder."""
     folder, begun = Path(folder), time.monotonic()
@@ -84,7 +82,7 @@ def _with_range(order: Order, picked: Picked) -> Order:
     histogram = order.batch.histogram
     if histogram is None or not math.isnan(histogram.low):
         return order
-    count = min(LOOK, order.batch.space.size)
+    count = min(SWEEP.look, order.batch.space.size)
     numbers = np.unique(np.linspace(0, order.batch.space.size - 1, count).astype(np.uint64))
     values = picked(numbers)[1][:, histogram.output]
     known = values[np.isfinite(values)]

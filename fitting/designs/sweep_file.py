@@ -8,7 +8,6 @@ from typing import Any
 from fitting import units
 from fitting.designs.file import (
     EXAMPLES,
-    LARGEST_COUNT,
     File,
     Known,
     check_angle,
@@ -22,6 +21,7 @@ from fitting.designs.file import (
     variables,
     whole_number,
 )  # fmt: skip
+from fitting.designs.settings import LIMITS, SWEEP
 from fitting.errors import InputError, unknown_name
 from mckibben_jax.design.batch import Batch, Histogram, Space
 from mckibben_jax.design.best import Limit
@@ -29,7 +29,6 @@ from mckibben_jax.design.merit import CONDITIONS, QUANTITIES, At
 from mckibben_jax.muscle import quantities as muscle_quantities
 
 WORDS = ("outputs", "keep", "at", "histogram")  # stand at the top of the file, or under [grid] or [sample]
-BEST = 1000
 AXIS = 'braid_angle = { from = "15 deg", to = "40 deg", n = 100 }'
 Wanted = tuple[str, At]
 
@@ -97,8 +96,8 @@ def _grid(file: File, table: dict[str, Any]) -> Space:
         counts.append(count)
     if not counts:
         raise InputError("[grid] has no variable", file.path, cure=AXIS)
-    if math.prod(counts) > LARGEST_COUNT:
-        problem = f"[grid] has {math.prod(counts):.3g} designs, more than {LARGEST_COUNT:.0e}"
+    if math.prod(counts) > LIMITS.count:
+        problem = f"[grid] has {math.prod(counts):.3g} designs, more than {LIMITS.count:.0e}"
         raise InputError(problem, file.path, file.line("[grid]"), cure="take fewer, or write [sample] with n = 1000000")
     return Space(ranges, math.prod(counts), tuple(counts))
 
@@ -207,7 +206,7 @@ def with_unit(name: str, unit: str) -> str:
 def _keep(file: File, said: dict[str, Any], goal: Any, outputs: list[Wanted]) -> tuple[bool, int, str, bool]:
     """Whether everything is written; else how many are kept, by which quantity, and whether the largest is best."""
     quantity, largest = (goal[0], goal[1]) if goal else (outputs[0][0], True)
-    keep = said.get("keep", {"best": BEST} if goal else "all")
+    keep = said.get("keep", {"best": SWEEP.best} if goal else "all")
     line = file.line("keep")
     if keep == "all":
         return True, 0, quantity if quantity in dict(outputs) else outputs[0][0], largest
@@ -220,7 +219,7 @@ def _keep(file: File, said: dict[str, Any], goal: Any, outputs: list[Wanted]) ->
         largest = True
     if "smallest" in keep:
         largest = not keep["smallest"]
-    return False, whole_number(file, "best", BEST, keep), by, largest
+    return False, whole_number(file, "best", SWEEP.best, keep), by, largest
 
 
 def _with_histogram(file: File, said: dict[str, Any], order: Order) -> Order:

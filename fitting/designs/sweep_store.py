@@ -16,6 +16,7 @@ from zipfile import BadZipFile
 
 import numpy as np
 
+from fitting.designs.settings import SWEEP
 from fitting.designs.sweep_file import Order, with_unit
 from fitting.designs.sweep_files import NO_ROOM, PARQUET, write_table, writer
 from fitting.errors import InputError
@@ -26,7 +27,6 @@ from mckibben_jax.effect import name_of
 from mckibben_jax.muscle import quantities as muscle_quantities
 from mckibben_jax.parameter import parameters
 
-SAVE_EVERY = 2.0  # s
 FORMAT = 1
 
 
@@ -103,7 +103,7 @@ class _Best(Store):
             return
         self.tally = joined(self.tally, found, self.order.batch)
         self.done.add(number)
-        if time.monotonic() - self._saved > SAVE_EVERY:
+        if time.monotonic() - self._saved > SWEEP.save_every:
             self._save()
 
     def _save(self) -> None:

@@ -14,6 +14,7 @@ import numpy as np
 from fitting import units
 from fitting.errors import InputError, unknown_name
 from fitting.exporting.numpy_source import UnknownOperation, numpy_source
+from fitting.exporting.settings import EXPORT
 from fitting.version import program_version
 from fitting.writing import write_text, write_whole
 from mckibben_jax.effect import name_of
@@ -25,7 +26,6 @@ from mckibben_jax.state import State
 
 RIG = ("contraction", "pressure", "rate", "pressure_rate", "time")  # what the numpy module's state knows of the rig
 BRANCHES = {"contraction": 1.0, "elongation": -1.0}
-WINDOW = 8  # samples of a signal that show whether an instrument looks back
 
 
 # A module of plain numpy ---------------------------------------------------------------------------------------------
@@ -89,7 +89,7 @@ def memory_names(whole: Model) -> list[str]:
 
 def _refuse_what_looks_back(whole: Model) -> None:
     """Refuse an instrument whose reading hangs on earlier ones: a single step knows only the present."""
-    time, signal = jnp.arange(WINDOW) * 1e-3, jnp.sin(jnp.arange(WINDOW))
+    time, signal = jnp.arange(EXPORT.window) * 1e-3, jnp.sin(jnp.arange(EXPORT.window))
     for index in whole.at("read"):
         effect = whole.effects[index]
         if np.any(np.asarray(jax.jacfwd(effect.read)(signal, time))[-1, :-1]):

@@ -15,9 +15,9 @@ import numpy as np
 from jax.extend import core
 
 from fitting.exporting.operations import expression_of
+from fitting.exporting.settings import EXPORT
 
 INSIDE = ("jaxpr", "call_jaxpr", "fun_jaxpr")  # where an operation keeps the function that it calls
-WIDTH = 100  # an expression longer than this is given a name
 
 
 class UnknownOperation(Exception):
@@ -110,7 +110,7 @@ class _Scope:
             self._inline(eqn, _implementation(eqn))
 
     def _keep(self, variable: Any, expression: str) -> None:
-        short = self.uses[variable] == 1 and len(expression) < WIDTH and expression not in self.named
+        short = self.uses[variable] == 1 and len(expression) < EXPORT.width and expression not in self.named
         self.bind([variable], [expression if short else self.name(expression)])
 
     def _inline(self, eqn: Any, traced: Any) -> None:

@@ -7,12 +7,12 @@ from fitting import units
 from fitting.errors import InputError
 from fitting.exporting.export import check_place, export
 from fitting.exporting.files import BRANCHES, free_contraction, without
-from fitting.recordings.readings import CONTRACTIONS
+from fitting.exporting.settings import EXPORT
+from fitting.recordings.settings import TABLES
 from fitting.study.stored_model import stored_model
 from mckibben_jax.model import Model
 
 DEFAULT = {"python": "muscle.py", "table": "muscle.csv"}
-MOST_ROWS = 1_000_000
 
 
 def exported(given: dict[str, Any]) -> tuple[Path, dict[str, Any], str]:
@@ -38,7 +38,7 @@ def _ends_of_table(whole: Model, given: dict[str, Any]) -> dict[str, tuple[float
     pressures = _ends(given["pressure"], "Pa", "--pressure")
     top = free_contraction(whole, pressures[1])
     contractions = _ends(given["contraction"], "1", "--contraction") if given["contraction"] else (0.0, top)
-    low, high = CONTRACTIONS
+    low, high = TABLES.contractions
     if not low <= contractions[0] < contractions[1] <= high:
         problem = f"--contraction leaves {low:g} .. {high:g}, where no braided muscle goes"
         raise InputError(problem, value=given["contraction"], cure="for example --contraction 0,0.25")
@@ -52,7 +52,7 @@ def _counts(text: str) -> tuple[int, int]:
     if len(parts) != 2 or not all(part.strip().isdecimal() and int(part) > 1 for part in parts):
         raise InputError("--points needs two whole numbers above 1", value=text, cure="for example --points 51,11")
     many, few = map(int, parts)
-    if many * few > MOST_ROWS:
+    if many * few > EXPORT.rows:
         raise InputError(f"the table would have {2 * many * few:,} rows", value=text, cure="ask for fewer points")
     return many, few
 

@@ -15,18 +15,12 @@ from scipy.signal import savgol_filter
 from fitting import units
 from fitting.comparison.bins import bins
 from fitting.errors import InputError
+from fitting.hill.settings import RELEASES
 from fitting.recordings.noise import noise_of
 from fitting.recordings.records import Experiment, Run
 from mckibben_jax.laws.biology import hill_velocity_ratio
 
 TEST = "quick release"
-FEWEST_LOADS = 4  # three numbers are fitted
-FEWEST_SAMPLES = 12  # of a release
-LEAST_TRAVEL = 1e-4  # m
-BENT = 0.001  # of the travel: a stretch that leaves its straight line by more, rms, is no longer straight
-SAME = 2.0  # standard errors
-WORSE = 2.0  # times the misfit: a curve that fits so much worse is not the one
-READ = 0.01  # of a speed: no reading of a straight part is better
 
 
 @dataclass(frozen=True)
@@ -106,8 +100,8 @@ class Curves:
         """
         read = self.dry.read_as_hill
         error = float(np.hypot(self.hill.curvature_error, read.curvature_error))
-        as_well = self.dry.misfit < WORSE * max(self.hill.misfit, READ)
-        return as_well or abs(self.hill.curvature - read.curvature) < SAME * error
+        as_well = self.dry.misfit < RELEASES.worse * max(self.hill.misfit, RELEASES.read)
+        return as_well or abs(self.hill.curvature - read.curvature) < RELEASES.same * error
 
 
 # Speed over load -----------------------------------------------------------------------------------------------------
@@ -121,7 +115,7 @@ def straight_part(time: np.ndarray, position: np.ndarray, noise: float) -> tuple
     """
     window = max(5, len(time) // 40 | 1)
     peak = int(np.argmax(np.asarray(savgol_filter(position, window, 1, deriv=1))))
-    bent = max(1.5 * noise, BENT * float(np.ptp(position)))
+    bent = max(1.5 * noise, RELEASES.bent * float(np.ptp(position)))
     slope, error, part = 0.0, np.inf, slice(0, 0)
     for half in range(2, len(time)):
         wider = slice(peak - half, peak + half + 1)
@@ -149,7 +143,9 @@ def readings(runs: Sequence[Run], noise: float) -> tuple[Reading, ...]:
     for run in runs:
         after = run.time >= 0
         time, place = run.time[after], run.measured[after]
-        if run.load is None or len(time) < FEWEST_SAMPLES or np.ptp(place) < max(20 * noise, LEAST_TRAVEL):
+        if run.load is None or len(time) < RELEASES.fewest_samples:
+            continue
+        if np.ptp(place) < max(20 * noise, RELEASES.least_travel):
             continue
         slope, error, part = straight_part(time, place, noise)
         pressure, load = float(np.mean(run.pressure[after])), float(np.mean(run.load))
@@ -236,10 +232,10 @@ def curves(experiments: Sequence[Experiment]) -> tuple[Curves, ...]:
     InputError where there are too few under every pressure.
     """
     groups = by_pressure(experiments)
-    enough = [read for read in groups if loads_of(read) >= FEWEST_LOADS]
+    enough = [read for read in groups if loads_of(read) >= RELEASES.fewest_loads]
     if not enough:
         most = max(groups, key=loads_of)
         at = units.show(float(np.mean([reading.pressure for reading in most])), "Pa", digits=3)
-        raise InputError(f"Hill's curve needs {FEWEST_LOADS} loads at one pressure; here are at most "
+        raise InputError(f"Hill's curve needs {RELEASES.fewest_loads} loads at one pressure; here are at most "
                          f"{loads_of(most)} (at {at})", cure="record quick releases under more loads")  # fmt: skip
     return tuple(Curves(hill_curve(read), dry_curve(read)) for read in enough)

@@ -8,6 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from fitting.hill.hill import Curves, releases
+from fitting.hill.settings import MOTION
 from fitting.least_squares.fit import fit
 from fitting.least_squares.record import Fit
 from fitting.study.task import Task
@@ -16,19 +17,6 @@ from mckibben_jax.effects import LIBRARY
 from mckibben_jax.model import with_effects
 
 CURVE = "force-velocity curve"  # what an effect declares that it gives: its parameters are a ratio a/F0 and a speed b
-
-
-@dataclass(frozen=True)
-class MotionSettings:
-    """Settings of the fits to motions. Where nothing else is said they were chosen."""
-
-    starts: int = 4  # of the fit to the motion at most: it begins from what is known
-    faded: float = 90.0  # m/s: Hill's b at which the force is next to nothing
-    far: float = 1.5  # times the noise: there is something left for viscosity to explain
-    straight: float = 10.0  # times the fastest speed: with b above it Hill's force is straight in speed to some 10 %
-
-
-SETTINGS = MotionSettings()
 
 
 @dataclass(frozen=True)
@@ -57,12 +45,12 @@ class Motions:
     def straight(self, fastest: float) -> bool:
         """Whether Hill's force is a plain drag, (F0 + a)/b times the speed, up to the `fastest` speed (m/s)."""
         speeds = {entry.name for entry in self.viscous.layout.entries if entry.unit == "m/s"}
-        return any(value > SETTINGS.straight * fastest for name, (value, _) in self.direct.items() if name in speeds)
+        return any(value > MOTION.straight * fastest for name, (value, _) in self.direct.items() if name in speeds)
 
     @property
     def explained(self) -> bool:
         """Whether the better of the two leaves no more than noise."""
-        return min(_off(self.dry), _off(self.viscous)) < SETTINGS.far
+        return min(_off(self.dry), _off(self.viscous)) < MOTION.far
 
 
 def motions(task: Task, read: Sequence[Curves]) -> Motions:
@@ -75,10 +63,10 @@ def motions(task: Task, read: Sequence[Curves]) -> Motions:
     experiments = releases(task.experiments)
     options: dict[str, Any] = task.asked | {"shooting": task.shooting}
     dry_effects = [effect for effect in task.effects if CURVE not in effect.gives]
-    dry = fit(experiments, dry_effects, start=task.known, starts=min(task.starts, SETTINGS.starts), **options)
+    dry = fit(experiments, dry_effects, start=task.known, starts=min(task.starts, MOTION.starts), **options)
     curve = read[0].hill
-    begins = [(curve.curvature, SETTINGS.faded)]
-    begins += [(curve.curvature, curve.b)] if _off(dry) > SETTINGS.far else []
+    begins = [(curve.curvature, MOTION.faded)]
+    begins += [(curve.curvature, curve.b)] if _off(dry) > MOTION.far else []
     viscous = []
     for curvature, b in begins:
         effects = with_effects(dry_effects, [_force_velocity_law()(jnp.asarray(curvature), jnp.asarray(b))])

@@ -18,10 +18,8 @@ import jax.numpy as jnp
 
 from fitting import units
 from fitting.errors import InputError, unknown_name
+from fitting.library.settings import FORMULA
 
-LONGEST = 400  # characters
-DEEPEST = 30  # brackets, or operations inside each other
-LARGEST_POWER = 20
 CONSTANTS = {"pi": math.pi}
 FUNCTIONS = {
     "sin": "sin", "cos": "cos", "tan": "tan", "exp": "exp", "log": "log", "tanh": "tanh", "sinh": "sinh",
@@ -57,14 +55,14 @@ def read_expression(text: str, known: Sequence[str]) -> Expression:
     if not text:
         cure = "write one, as in 'screw = A*sin(x/p), ...'"
         raise InputError("there is no formula behind the equals sign", cure=cure)
-    if len(text) > LONGEST:
-        raise InputError(f"the formula has {len(text)} characters", cure=f"{LONGEST} are allowed")
+    if len(text) > FORMULA.longest:
+        raise InputError(f"the formula has {len(text)} characters", cure=f"{FORMULA.longest} are allowed")
     for place, character in enumerate(text, 1):
         if not _ADMITTED.match(character):
             cure = "write it with letters, digits, + - * / ** ( ) and commas"
             raise InputError(f"character {place} of the formula cannot stand in it", value=character, cure=cure)
-    if max(_nesting(text)) > DEEPEST:
-        raise InputError(f"the formula has brackets more than {DEEPEST} deep", cure="write it simpler")
+    if max(_nesting(text)) > FORMULA.deepest:
+        raise InputError(f"the formula has brackets more than {FORMULA.deepest} deep", cure="write it simpler")
     tree = _parsed(text)
     names: dict[str, None] = {}
     _admit(tree, text, known, names, 0)
@@ -100,8 +98,8 @@ def _parsed(text: str) -> ast.expr:
 
 def _admit(node: ast.expr, text: str, known: Sequence[str], names: dict[str, None], depth: int) -> None:
     """Refuse every part of the tree that is not arithmetic; collect the names."""
-    if depth > DEEPEST:
-        raise InputError(f"the formula is more than {DEEPEST} operations deep", cure="write it simpler")
+    if depth > FORMULA.deepest:
+        raise InputError(f"the formula is more than {FORMULA.deepest} operations deep", cure="write it simpler")
     match node:
         case ast.Constant(value=int() | float() as number) if not isinstance(number, bool):
             if not math.isfinite(_as_float(number)):
@@ -115,8 +113,8 @@ def _admit(node: ast.expr, text: str, known: Sequence[str], names: dict[str, Non
         case ast.BinOp(left=left, op=op, right=right) if isinstance(op, _OPERATIONS):
             _admit(left, text, known, names, depth + 1)
             _admit(right, text, known, names, depth + 1)
-            if isinstance(op, ast.Pow) and abs(_literal(right) or 0) > LARGEST_POWER:
-                raise InputError("the power is too high", value=_part(node, text), cure=f"{LARGEST_POWER} at most")
+            if isinstance(op, ast.Pow) and abs(_literal(right) or 0) > FORMULA.power:
+                raise InputError("the power is too high", value=_part(node, text), cure=f"{FORMULA.power} at most")
         case ast.Call(func=ast.Name(id=name), args=arguments, keywords=[]):
             _admit_call(name, len(arguments), text, node)
             for argument in arguments:

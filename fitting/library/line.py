@@ -18,6 +18,7 @@ import numpy as np
 from fitting import units
 from fitting.errors import InputError
 from fitting.library.expression import KNOWN_FUNCTIONS, Expression, in_words, read_expression
+from fitting.library.settings import LINE
 from mckibben_jax.effect import Pulling, name_of
 from mckibben_jax.effects import LIBRARY
 from mckibben_jax.laws.shape import shape
@@ -26,9 +27,6 @@ from mckibben_jax.parameter import parameter, parameters
 from mckibben_jax.state import State
 
 EXAMPLE = "screw = A*sin(2*pi*x/p), A = 1 N (-20..20), p = 12 mm (5..30)"
-LONGEST = 1000  # characters of a line
-MOST_PARAMETERS = 12
-SPREAD = (0.8, 0.5, 0.2)  # of its range: where else the search for a hidden shape begins
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,29}")
 _EFFECT_NAME = re.compile(r"[a-z][a-z0-9_]{0,39}")
 _FACTOR = r"(?:1|%|°|µ?[A-Za-z]+)(?:(?:\^|\*\*)-?\d(?:\.\d{1,3})?)?"
@@ -132,7 +130,7 @@ def _starts(given: Given) -> tuple[float, ...]:
     """Where a search for a hidden shape begins: at the value, and spread over the range."""
     assert given.range is not None
     lower, upper = given.range
-    return (given.value, *(lower + share * (upper - lower) for share in SPREAD))
+    return (given.value, *(lower + share * (upper - lower) for share in LINE.spread))
 
 
 # ------------------------------------------------------------------------------------------------------------ the line
@@ -142,16 +140,16 @@ def _split(line: str) -> tuple[str, str, list[str]]:
     """Name, formula, and the texts of the values behind it."""
     if not line:
         raise InputError("the definition is empty", cure=f'write --define "{EXAMPLE}"')
-    if len(line) > LONGEST:
-        raise InputError(f"the definition has {len(line)} characters", cure=f"{LONGEST} are allowed")
+    if len(line) > LINE.longest:
+        raise InputError(f"the definition has {len(line)} characters", cure=f"{LINE.longest} are allowed")
     name, sign, rest = line.partition("=")
     name = name.strip()
     if not sign:
         raise InputError("the definition has no equals sign", value=line, cure=f'write --define "{EXAMPLE}"')
     _check_effect_name(name)
     formula, *values = _pieces(rest)
-    if len(values) > MOST_PARAMETERS:
-        raise InputError(f"{name} has {len(values)} values", cure=f"{MOST_PARAMETERS} are allowed")
+    if len(values) > LINE.parameters:
+        raise InputError(f"{name} has {len(values)} values", cure=f"{LINE.parameters} are allowed")
     return name, formula, values
 
 

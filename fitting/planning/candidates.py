@@ -13,7 +13,7 @@ from fitting.planning.settings import GRID
 from fitting.recordings.inverse_dynamics import as_force
 from fitting.recordings.noise import noise_of
 from fitting.recordings.records import FORCE_TESTS, Experiment, Recording, Run
-from fitting.recordings.runs import AT_REST
+from fitting.recordings.settings import CYCLES
 
 
 @dataclass(frozen=True)
@@ -263,7 +263,7 @@ def _points(p: Protocol, can: Shown) -> Run:
         count.astype(float),
         pressure=still + p.pressures[0],
         contraction=np.tile(along, GRID.cycles),
-        rate=AT_REST * branch,
+        rate=CYCLES.at_rest * branch,
         pressure_rate=still,
         weight=still + 1.0,
         branch=branch,

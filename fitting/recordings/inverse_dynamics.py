@@ -17,22 +17,9 @@ from scipy.signal import savgol_coeffs, savgol_filter
 from fitting import units
 from fitting.recordings.noise import noise_of
 from fitting.recordings.records import FORCE_TESTS, MOVING_TESTS, Experiment, NoiseSource, Recording, Run
+from fitting.recordings.settings import DYNAMICS
 
-ORDER = 4  # of the polynomials
-SHORTEST = 7  # samples in a window at least
-LONGEST = 0.15  # s, that a window lasts at most
-LONGER = 1.25  # times, from one window that is tried to the next
-BLURRED = 1.5  # standard errors by which what a shorter window changes may exceed noise alone, in mean square
-SLOW = 0.01  # m/s: below this friction may not be what it is in motion, and the error of the speed counts
-INERTIA = 0.3  # largest |M x''| over the load: a mass known to 1 % errs there by 0.3 % of the load
-LOUD = 0.2  # largest noise of a force over the load
-STEADY = 0.05  # of the largest pressure: more change within a window has a corner that a polynomial rounds off
-UNEVEN = 0.05  # of a sampling interval, by which another may differ
-QUIET = 0.01  # noise of a force over the load that is low enough
-PLENTY = 12  # readings of one run, which a longer window than noise asks for should leave
-FEWEST = 8  # readings of one run
 ASIDE = "joins the fit and the comparison, but is not looked at here"
-ALIKE = 2.0  # ratio of the noises of runs that make one recording
 
 
 def as_force(experiment: Experiment) -> tuple[Experiment, tuple[str, ...]]:
@@ -106,7 +93,9 @@ class Motion:
         return self._derivative(2)
 
     def _derivative(self, order: int) -> np.ndarray:
-        return savgol_filter(self.run.measured, self.window, ORDER, deriv=order, delta=self.interval, mode="interp")
+        return savgol_filter(
+            self.run.measured, self.window, DYNAMICS.order, deriv=order, delta=self.interval, mode="interp"
+        )
 
     @property
     def force(self) -> np.ndarray:
@@ -121,18 +110,18 @@ class Motion:
     @property
     def filter(self) -> np.ndarray:
         """Weights of the positions of one window in its acceleration, 1/s2."""
-        return savgol_coeffs(self.window, ORDER, deriv=2, delta=self.interval)
+        return savgol_coeffs(self.window, DYNAMICS.order, deriv=2, delta=self.interval)
 
     @cached_property
     def moving(self) -> np.ndarray:
         """Samples whose window is whole and holds motion in one direction at a pressure that hardly changes."""
         least = lambda values: minimum_filter1d(values, self.window)  # noqa: E731
         most = lambda values: maximum_filter1d(values, self.window)  # noqa: E731
-        blur = 3 * self.error * np.linalg.norm(savgol_coeffs(self.window, ORDER, deriv=1, delta=self.interval))
-        slow = max(SLOW, float(blur))
+        blur = 3 * self.error * np.linalg.norm(savgol_coeffs(self.window, DYNAMICS.order, deriv=1, delta=self.interval))
+        slow = max(DYNAMICS.slow, float(blur))
         one_way = (least(self.speed) > slow) | (most(self.speed) < -slow)
         pressure = self.run.pressure
-        steady = most(pressure) - least(pressure) < STEADY * float(np.abs(pressure).max())
+        steady = most(pressure) - least(pressure) < DYNAMICS.steady * float(np.abs(pressure).max())
         whole = least(self._even * (self.run.weight > 0)) > 0
         inside = np.zeros(len(self.run), bool)
         inside[self.window // 2 : len(self.run) - self.window // 2] = True
@@ -141,7 +130,7 @@ class Motion:
     @property
     def _even(self) -> np.ndarray:
         """Samples that lie one interval from both neighbours."""
-        uneven = np.abs(np.diff(self.run.time) / self.interval - 1) > UNEVEN
+        uneven = np.abs(np.diff(self.run.time) / self.interval - 1) > DYNAMICS.uneven
         return ~(np.append(uneven, False) | np.insert(uneven, 0, False))
 
     @property
@@ -153,7 +142,7 @@ class Motion:
         half = self.window // 2
         padded = np.pad(self.speed, half, mode="edge")
         mean = (padded[2 * half :] - padded[: len(self.speed)]) / (2 * half * self.interval)
-        return self.moving & (np.abs(self.mass * mean) <= INERTIA * self.load)
+        return self.moving & (np.abs(self.mass * mean) <= DYNAMICS.inertia * self.load)
 
     @property
     def kept(self) -> np.ndarray:
@@ -167,22 +156,23 @@ def _motion(run: Run, recording: Recording, experiment: Experiment) -> Motion | 
     if run.set_pressure is not None and np.array_equal(run.pressure, run.set_pressure):
         return "the pressure in the muscle was not recorded, only the valve's set-point"
     run = _let_go(run) if recording.test == "quick release" else run
-    if run.load is None or len(run) < SHORTEST:
+    if run.load is None or len(run) < DYNAMICS.shortest:
         return "too few samples"
     load = float(np.median(run.load))
     mass = load / g + float(experiment.muscle.moving_mass)
     if mass <= 0 or np.ptp(run.load) > 0.01 * load:
         return "the moving mass is not known: no load hangs on it, or one that changes"
-    motion = Motion(run, float(np.median(np.diff(run.time))), SHORTEST, noise_of(recording), mass, load)
+    motion = Motion(run, float(np.median(np.diff(run.time))), DYNAMICS.shortest, noise_of(recording), mass, load)
     motion = _smoothed(motion)
     count = int(np.count_nonzero(motion.usable[motion.kept]))
-    if count < FEWEST:
-        slow = units.show(SLOW, "m/s", digits=2)
+    if count < DYNAMICS.fewest:
+        slow = units.show(DYNAMICS.slow, "m/s", digits=2)
         return (
-            f"fewer than {FEWEST} readings in even motion ({count}): faster than {slow} one way, "
-            f"accelerated by less than {INERTIA:.0%} of the load; record it for longer, or under a heavier load"
+            f"fewer than {DYNAMICS.fewest} readings in even motion ({count}): faster than {slow} one way, "
+            f"accelerated by less than {DYNAMICS.inertia:.0%} of the load; "
+            "record it for longer, or under a heavier load"
         )
-    if motion.noise > LOUD * load:
+    if motion.noise > DYNAMICS.loud * load:
         loud, whole = units.show(motion.noise, "N", digits=2), units.show(load, "N", digits=3)
         return f"M x'' is too noisy, {loud} of {whole}: read the position more finely or more often"
     return motion
@@ -195,9 +185,9 @@ def _let_go(run: Run) -> Run:
 
 def _smoothed(motion: Motion) -> Motion:
     """Over the longest window, up to `LONGEST`, whose accelerations differ from a shorter one's by noise alone."""
-    wanted = float(SHORTEST)
-    while (wanted := wanted * LONGER) * motion.interval <= LONGEST and wanted < len(motion.run):
-        if motion.noise < QUIET * motion.load:
+    wanted = float(DYNAMICS.shortest)
+    while (wanted := wanted * DYNAMICS.longer) * motion.interval <= DYNAMICS.longest and wanted < len(motion.run):
+        if motion.noise < DYNAMICS.quiet * motion.load:
             break
         longer = replace(motion, window=int(wanted) | 1)
         if longer.window > motion.window and not _as_good(longer, motion):
@@ -209,13 +199,13 @@ def _smoothed(motion: Motion) -> Motion:
 def _as_good(longer: Motion, shorter: Motion) -> bool:
     """Whether the longer window blurs nothing, and leaves enough."""
     count = np.count_nonzero(longer.usable[longer.kept])
-    if count < (FEWEST if shorter.noise > LOUD * shorter.load else PLENTY):
+    if count < (DYNAMICS.fewest if shorter.noise > DYNAMICS.loud * shorter.load else DYNAMICS.plenty):
         return False
     differ = (longer.acceleration - shorter.acceleration)[longer.moving]
     pad = (longer.window - shorter.window) // 2
     noise = longer.error * np.linalg.norm(longer.filter - np.pad(shorter.filter, pad))
     independent = np.count_nonzero(longer.moving[longer.kept])
-    return bool(np.mean(differ**2) < (1 + BLURRED * np.sqrt(2 / independent)) * noise**2)
+    return bool(np.mean(differ**2) < (1 + DYNAMICS.blurred * np.sqrt(2 / independent)) * noise**2)
 
 
 # ----------------------------------------------------------------------------------------------------- as recordings
@@ -225,7 +215,7 @@ def _alike(motions: Sequence[Motion]) -> list[list[Motion]]:
     """Motions, in the order of their noise, in groups of about one noise."""
     groups: list[list[Motion]] = []
     for motion in motions:
-        if groups and motion.noise <= ALIKE * groups[-1][0].noise:
+        if groups and motion.noise <= DYNAMICS.alike * groups[-1][0].noise:
             groups[-1].append(motion)
         else:
             groups.append([motion])

@@ -7,10 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import isotonic_regression
 
-WINDOW = 21  # samples in a local polynomial at most; longer windows average blocks first
-FEWEST = 5  # samples in a local polynomial at least
-BRIEF = 4  # samples that stay near a turning value without being a rest
-CHUNK = 100_000  # windows worked on at once: bounds the memory
+from fitting.recordings.settings import SIGNALS
+
+FEWEST = SIGNALS.fewest  # samples
 
 
 @dataclass(frozen=True)
@@ -111,7 +110,7 @@ def departures(signal: np.ndarray, turns: np.ndarray, threshold: float) -> np.nd
         away = np.abs(signal[turn:stop] - signal[turn])
         half, whole = (int(np.argmax(away > share * threshold)) for share in (0.5, 1.0))
         pace = max(whole - half, 1)
-        if half > max(3 * pace, BRIEF):
+        if half > max(3 * pace, SIGNALS.brief):
             left[k] = turn + half - pace
     return left
 
@@ -154,7 +153,7 @@ def rate(time: np.ndarray, signal: np.ndarray, edges: np.ndarray, noise: float) 
     noise = max(noise, 1e-12 * float(np.abs(signal).max()))  # arithmetic dust is not motion
     for first, last in itertools.pairwise(edges):
         # a turning sample was chosen for its error: where samples abound it stays out of the polynomials
-        inset = (int(first > 0), int(last < len(signal) - 1)) if last - first > 4 * FEWEST else (0, 0)
+        inset = (int(first > 0), int(last < len(signal) - 1)) if last - first > 4 * SIGNALS.fewest else (0, 0)
         inner = slice(first + inset[0], last + 1 - inset[1])
         s, e = _branch_rate(time[inner], signal[inner], noise)
         own = slice(first + (first > 0), last + 1)  # a turning point belongs to the branch it ends
@@ -173,12 +172,12 @@ def _without_flicker(time: np.ndarray, slope: np.ndarray, noise: float) -> np.nd
 
 def _branch_rate(time: np.ndarray, signal: np.ndarray, noise: float) -> tuple[np.ndarray, np.ndarray]:
     wanted = _window(time, signal, noise)
-    if wanted <= WINDOW:
+    if wanted <= SIGNALS.window:
         return _local_slopes(time, signal, min(wanted, len(time)), noise)
-    block = -(-wanted // WINDOW)
+    block = -(-wanted // SIGNALS.window)
     count = len(time) // block
     centre, mean = (_block_means(values, block, count) for values in (time, signal))
-    slope, error = _local_slopes(centre, mean, min(WINDOW, count), noise / math.sqrt(block))
+    slope, error = _local_slopes(centre, mean, min(SIGNALS.window, count), noise / math.sqrt(block))
     return np.interp(time, centre, slope), np.interp(time, centre, error)
 
 
@@ -190,7 +189,7 @@ def _window(time: np.ndarray, signal: np.ndarray, noise: float) -> int:
     count = len(time)
     travel = abs(float(signal[-1] - signal[0])) / max(count - 1, 1)  # mean way per sample
     needed = (12 * (20 * noise / travel) ** 2) ** (1 / 3) if travel > 0 else count
-    return int(np.clip(needed, FEWEST, max(count // 4, FEWEST))) | 1
+    return int(np.clip(needed, SIGNALS.fewest, max(count // 4, SIGNALS.fewest))) | 1
 
 
 def _block_means(values: np.ndarray, block: int, count: int) -> np.ndarray:
@@ -204,8 +203,8 @@ def _local_slopes(time: np.ndarray, signal: np.ndarray, window: int, noise: floa
         return np.zeros(count), np.full(count, np.inf)
     first = np.clip(np.arange(count) - window // 2, 0, count - window)
     parts = [
-        _polynomial_slopes(time, signal, first[at : at + CHUNK], slice(at, at + CHUNK), window, noise)
-        for at in range(0, count, CHUNK)
+        _polynomial_slopes(time, signal, first[at : at + SIGNALS.piece], slice(at, at + SIGNALS.piece), window, noise)
+        for at in range(0, count, SIGNALS.piece)
     ]
     return np.concatenate([p[0] for p in parts]), np.concatenate([p[1] for p in parts])
 
@@ -220,7 +219,7 @@ def _polynomial_slopes(
     t = t - centre
     spread = (t**2).sum(1)
     slope, variance = (t * x).sum(1) / spread, 1 / spread
-    if window >= FEWEST:
+    if window >= SIGNALS.fewest:
         skew = (t**3).sum(1) / spread
         bow = t**2 - skew[:, None] * t - (spread / window)[:, None]
         bow_spread = (bow**2).sum(1)

@@ -10,13 +10,13 @@ import numpy as np
 
 from fitting import units
 from fitting.errors import InputError, unknown_name
+from fitting.recordings.settings import TABLES
 from fitting.units import Measured
 from mckibben_jax.laws.rubber import shear_modulus_of_hardness
 from mckibben_jax.muscle import Muscle, quantities
 
 TOP_KEYS = ("name", "muscle", "recording", "source")
 INSTEAD = ("cord_length", "turns", "hardness")  # other ways to say the braid angle and the shear modulus
-LARGEST = 1_000_000  # bytes of a file that people write
 TOO_MUCH = "a file of this kind has some dozens of lines; is it another file?"
 REQUIRED = {"length": "300 mm", "radius": "7.0 +/- 0.1 mm", "braid_angle": "20 +/- 0.5 deg"}  # with an example
 
@@ -43,9 +43,9 @@ def _raw(path: Path) -> bytes:
     try:
         if not path.is_file():
             raise OSError
-        if path.stat().st_size > LARGEST:
+        if path.stat().st_size > TABLES.toml_bytes:
             size = f"{path.stat().st_size / 1e6:.1f} MB"
-            raise InputError(f"the file is larger than {LARGEST / 1e6:g} MB", path, value=size, cure=TOO_MUCH)
+            raise InputError(f"the file is larger than {TABLES.toml_bytes / 1e6:g} MB", path, value=size, cure=TOO_MUCH)
         return path.read_bytes()
     except (OSError, ValueError):
         raise InputError("no such file", path, cure=f"'mckibben init {path.parent}' writes one to fill in") from None

@@ -14,17 +14,11 @@ from fitting import units
 from fitting.errors import InputError
 from fitting.recordings.readings import POSITIONS
 from fitting.recordings.records import FORCE_TESTS, Experiment, Recording, Run
+from fitting.recordings.settings import PLAUSIBLE
 from fitting.recordings.tables import Table
 from mckibben_jax.laws.braid import ideal_force
 from mckibben_jax.muscle import Muscle
 
-BEYOND = 30.0  # times the ideal force, or one part in as many: no muscle, a wrong unit (10^3, 100) or a dead sensor
-ODD = 4.0  # times the ideal force: worth a word; whole numbers of that size are a converter's counts
-STANDSTILL = 1e-4  # contraction
-FEWEST = 5  # readings from which something is said of how they go together
-LEAST_PRESSURE = 1e3  # Pa: of a vented muscle the ideal law says nothing
-LEAST_CHANGE = 0.05  # of the ideal force: where it changes less, nothing is asked of the readings
-OPPOSED = -0.8  # correlation of the readings with the ideal force
 TINY_STROKE, LARGE_DROP = 0.005, 0.5  # a stroke of half a per cent does not take half of the force away
 
 
@@ -35,7 +29,7 @@ def check_plausible(parts: Sequence[Run], table: Table, test: str, muscle: Muscl
     if not used or (isinstance(valid, dict) and column in valid):
         return []
     pressure = max(float(np.max(part.pressure[part.usable])) for part in used)
-    if pressure < LEAST_PRESSURE:
+    if pressure < PLAUSIBLE.least_pressure:
         return []
     reach = _ideal(np.minimum(np.concatenate([p.contraction[p.usable] for p in used]).min(), 0.0), pressure, muscle)
     notes = _too_large(parts, table, column, float(reach))
@@ -64,8 +58,10 @@ def _too_large(parts: Sequence[Run], table: Table, column: str, reach: float) ->
     at = int(np.argmax(np.abs(values)))
     times, whole = abs(values[at]) / reach, bool(np.all(values == np.round(values)))
     most = f"{times:.3g} times what the ideal muscle of this size pulls at most ({units.show(reach, 'N')})"
-    if times > BEYOND or (times > ODD and whole and len(values) >= FEWEST and np.ptp(values) > 0):
-        beyond = int(np.count_nonzero(np.abs(values) > min(BEYOND, max(ODD, 0.5 * times)) * reach))
+    if times > PLAUSIBLE.beyond or (
+        times > PLAUSIBLE.odd and whole and len(values) >= PLAUSIBLE.fewest and np.ptp(values) > 0
+    ):
+        beyond = int(np.count_nonzero(np.abs(values) > min(PLAUSIBLE.beyond, max(PLAUSIBLE.odd, 0.5 * times)) * reach))
         few = beyond < max(3, 0.01 * len(values))
         raw = "whole numbers look like a converter's raw counts: turn them into newtons with its calibration; else "
         look = "check this reading" if few else "check the units of force and pressure, and the radius"
@@ -73,14 +69,16 @@ def _too_large(parts: Sequence[Run], table: Table, column: str, reach: float) ->
         cure = f"{raw if whole and not few else ''}{look}; if it is right, say so: {mine}"
         here = int(np.flatnonzero(table.row == rows[at])[0])
         raise table.error(f"the {column} is {most}", here, column, units.show(values[at], "N"), cure)
-    return [f"the {column} reaches {most}: is its unit right, and that of the pressure?"] if times > ODD else []
+    return (
+        [f"the {column} reaches {most}: is its unit right, and that of the pressure?"] if times > PLAUSIBLE.odd else []
+    )
 
 
 def _too_small(parts: Sequence[Run], table: Table, ideal: list[np.ndarray]) -> None:
     """A load cell that is disconnected, a muscle that was slack all the time, kN for N."""
     largest = max(float(np.max(np.abs(part.measured[part.usable]), initial=0.0)) for part in parts)
     pulls = max(float(np.max(force[part.usable], initial=0.0)) for part, force in zip(parts, ideal, strict=True))
-    if pulls > BEYOND * largest:
+    if pulls > PLAUSIBLE.beyond * largest:
         raise InputError(
             f"the force is all but nothing where the ideal muscle of this size pulls {units.show(pulls, 'N')}: "
             "the muscle was slack, the load cell not connected, or the unit is another",
@@ -97,11 +95,11 @@ def _constant(parts: Sequence[Run], table: Table, ideal: list[np.ndarray]) -> No
     stays, moves, steady = [], [], []
     for part, force in zip(parts, ideal, strict=True):
         expected, found = (_spread(values[part.usable]) for values in (force, part.measured))
-        if expected > LEAST_CHANGE * force.max(initial=0.0) > 0:
+        if expected > PLAUSIBLE.least_change * force.max(initial=0.0) > 0:
             stays.append(found)
             moves.append(expected)
             steady.append(_spread(part.pressure[part.usable]) < 0.1 * np.abs(part.pressure).max())
-    if moves and all(BEYOND * found < expected for found, expected in zip(stays, moves, strict=True)):
+    if moves and all(PLAUSIBLE.beyond * found < expected for found, expected in zip(stays, moves, strict=True)):
         swapped = "" if all(steady) else "check whether the columns force and pressure are exchanged; "
         raise InputError(
             "the force stays the same while the muscle moves: the ideal force changes by "
@@ -116,7 +114,7 @@ def _constant(parts: Sequence[Run], table: Table, ideal: list[np.ndarray]) -> No
 
 def _spread(values: np.ndarray) -> float:
     """Range of all but the outermost hundredth."""
-    return float(np.ptp(np.quantile(values, [0.01, 0.99]))) if len(values) >= FEWEST else 0.0
+    return float(np.ptp(np.quantile(values, [0.01, 0.99]))) if len(values) >= PLAUSIBLE.fewest else 0.0
 
 
 def _opposed(parts: Sequence[Run], table: Table, ideal: list[np.ndarray]) -> None:
@@ -124,9 +122,9 @@ def _opposed(parts: Sequence[Run], table: Table, ideal: list[np.ndarray]) -> Non
     together = []
     for part, force in zip(parts, ideal, strict=True):
         expected, found = force[part.usable], part.measured[part.usable]
-        if _spread(expected) > LEAST_CHANGE * force.max(initial=0.0) and np.ptp(found) > 0:
+        if _spread(expected) > PLAUSIBLE.least_change * force.max(initial=0.0) and np.ptp(found) > 0:
             together.append(float(np.corrcoef(expected, found)[0, 1]))
-    if together and max(together) < OPPOSED:
+    if together and max(together) < PLAUSIBLE.opposed:
         raise InputError(
             "the force rises where that of a muscle falls (with contraction, or as the pressure drops)",
             table.file,
@@ -157,7 +155,7 @@ def _tiny_stroke(parts: Sequence[Run], table: Table) -> None:
 def _at_rest(parts: Sequence[Run], table: Table) -> None:
     """A position test in which nothing moves."""
     stroke = max(float(np.ptp(part.contraction[part.usable])) for part in parts)
-    if stroke < STANDSTILL:
+    if stroke < PLAUSIBLE.standstill:
         position = next(name for name in POSITIONS if name in table)
         raise InputError(
             "the muscle does not move in any run",

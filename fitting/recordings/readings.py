@@ -9,17 +9,14 @@ import numpy as np
 from fitting import units
 from fitting.errors import InputError, concerning, nearest, unknown_name
 from fitting.recordings.records import FORCE_TESTS, Run
+from fitting.recordings.settings import TABLES
 from fitting.recordings.tables import COLUMNS, USUAL, Table, plain_name
 from mckibben_jax.muscle import Muscle
 
 PRESSURES = ("pressure", "set_pressure")
 POSITIONS = ("contraction", "length", "displacement")
 DIRECTIONS = {"contraction": 1, "inflate": 1, "elongation": -1, "deflate": -1}
-CONTRACTIONS = (-0.2, 0.6)  # beyond these no braided muscle goes
-LARGEST_PRESSURE = 50e5  # Pa
-SMALLEST_LOOP_PRESSURE = 1e3  # Pa
 FEWEST_SAMPLES = 5
-HELD = 0.01  # contraction that an isometric test may wander
 
 
 def read_runs(table: Table, test: str, muscle: Muscle, options: dict[str, Any], counts: Counter[str]) -> list[Run]:
@@ -159,7 +156,7 @@ def _directions(table: Table) -> np.ndarray:
 
 def _check_ranges(r: Run, table: Table, test: str, options: dict[str, Any], position: str) -> None:
     """Readings that no muscle gives betray a wrong unit, sign or length."""
-    low, high = CONTRACTIONS
+    low, high = TABLES.contractions
     _refuse(
         table,
         r.usable & ((r.contraction < low) | (r.contraction > high)),
@@ -173,12 +170,12 @@ def _check_ranges(r: Run, table: Table, test: str, options: dict[str, Any], posi
             continue
         _refuse(
             table,
-            r.usable & (pressure > LARGEST_PRESSURE),
+            r.usable & (pressure > TABLES.largest_pressure),
             name,
-            f"pressure above {units.show(LARGEST_PRESSURE, 'Pa')}",
+            f"pressure above {units.show(TABLES.largest_pressure, 'Pa')}",
             pressure,
             "check the column's unit",
-            units.shown_in("Pa", LARGEST_PRESSURE)[0],
+            units.shown_in("Pa", TABLES.largest_pressure)[0],
         )
         _refuse(
             table,
@@ -189,8 +186,8 @@ def _check_ranges(r: Run, table: Table, test: str, options: dict[str, Any], posi
             "check the unit, and whether it is gauge or absolute",
         )
     top = float(np.max(r.pressure[r.usable], initial=-np.inf))
-    if test == "loop" and 0 < top < SMALLEST_LOOP_PRESSURE and "pressure" not in options.get("valid", {}):
-        least = units.show(SMALLEST_LOOP_PRESSURE, "Pa")
+    if test == "loop" and 0 < top < TABLES.loop_pressure and "pressure" not in options.get("valid", {}):
+        least = units.show(TABLES.loop_pressure, "Pa")
         said = f'valid = {{ pressure = ["-{least}", "{least}"] }}'
         raise InputError(
             f"the pressure never reaches {least}",
@@ -252,7 +249,11 @@ def _check_run(r: Run, table: Table, test: str) -> None:
             f"{r.time[at]:.9g} s after {r.time[at - 1]:.9g} s",
             cure if back else "write the time with more digits, or delete one of the rows",
         )
-    if test == "isometric" and r.usable.any() and np.ptp(np.quantile(r.contraction[r.usable], [0.02, 0.98])) > HELD:
+    if (
+        test == "isometric"
+        and r.usable.any()
+        and np.ptp(np.quantile(r.contraction[r.usable], [0.02, 0.98])) > TABLES.held
+    ):
         where = f"run {r.name}: " if "run" in table else ""
         raise InputError(
             f"{where}the length is not held",
@@ -280,7 +281,7 @@ def _runs(r: Run, table: Table, test: str, counts: Counter[str]) -> list[tuple[s
 def _held_lengths(r: Run, timed: np.ndarray, counts: Counter[str]) -> list[tuple[str, np.ndarray]]:
     """Stretches of one length: a new run begins where the length jumps by more than a wandering sensor does."""
     rows = np.flatnonzero(timed & ~np.isnan(r.contraction))
-    jumps = np.flatnonzero(np.abs(np.diff(r.contraction[rows])) > HELD / 2) + 1
+    jumps = np.flatnonzero(np.abs(np.diff(r.contraction[rows])) > TABLES.held / 2) + 1
     parts = [part for part in np.split(rows, jumps) if len(part) >= FEWEST_SAMPLES]
     counts["between two lengths"] += len(rows) - sum(map(len, parts))
     return [(str(number), part) for number, part in enumerate(parts or [rows], 1)]

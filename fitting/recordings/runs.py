@@ -8,12 +8,8 @@ from fitting.recordings import motion_signals as signals
 from fitting.recordings import weightless
 from fitting.recordings.inputs import COMMANDED, UNKNOWN, InputErrors, estimated
 from fitting.recordings.records import Run
+from fitting.recordings.settings import CYCLES
 from fitting.recordings.smoother import Estimate
-
-AT_REST = 1e-9  # 1/s: a static point approached infinitely slowly; only the sign counts
-AT_ZERO = 1e-5  # contraction: a few micrometres, nearer to the length at rest than anybody sets it
-SMALLEST_LOOP = 0.01  # share of the stroke that a minor loop must have to be one
-SMALLEST_CYCLE = 0.08  # the same of the pressure: a port's pressure springs back when its valve closes
 
 
 def run_of(readings: Run, test: str, errors: InputErrors = UNKNOWN) -> Run:
@@ -63,13 +59,13 @@ def _held(contraction: np.ndarray) -> float:
     """
     held = float(np.median(contraction))
     scatter = 1.4826 * float(np.median(np.abs(contraction - held)))
-    return 0.0 if abs(held) <= max(scatter, AT_ZERO) else held
+    return 0.0 if abs(held) <= max(scatter, CYCLES.at_zero) else held
 
 
 def _static(r: Run, errors: InputErrors) -> Run:
     """Points without history: each is its own unit, and at most the direction of its approach is known."""
     count = np.arange(len(r.time))
-    return replace(r, rate=AT_REST * r.branch, loop=count, half=count, pressure_variance=np.zeros(len(count)))
+    return replace(r, rate=CYCLES.at_rest * r.branch, loop=count, half=count, pressure_variance=np.zeros(len(count)))
 
 
 def _isotonic(r: Run, errors: InputErrors) -> Run:
@@ -107,14 +103,18 @@ def _by_length(r: Run, rests: bool = False) -> signals.Branches:
     """
     if r.branch.any():
         return signals.branches_from_labels(r.branch)
-    return signals.branches_of(r.contraction, signals.turning_threshold(r.time, r.contraction, SMALLEST_LOOP), rests)
+    return signals.branches_of(
+        r.contraction, signals.turning_threshold(r.time, r.contraction, CYCLES.smallest_loop), rests
+    )
 
 
 def _by_pressure(r: Run) -> signals.Branches:
     """Branches as stated, else by the turning points of the pressure; a held pressure belongs to the way there."""
     if r.branch.any():
         return signals.branches_from_labels(r.branch)
-    return signals.branches_of(r.pressure, signals.turning_threshold(r.time, r.pressure, SMALLEST_CYCLE), rests=True)
+    return signals.branches_of(
+        r.pressure, signals.turning_threshold(r.time, r.pressure, CYCLES.smallest_cycle), rests=True
+    )
 
 
 def _speed(r: Run, signal: np.ndarray, branches: signals.Branches) -> np.ndarray:
@@ -129,7 +129,7 @@ def _pressure(r: Run, edges: np.ndarray, errors: InputErrors) -> tuple[Estimate,
     A set-point that stands in for the pressure is no reading and has no error.
     """
     commanded = r.set_pressure is not None and np.array_equal(r.pressure, r.set_pressure)
-    turns = signals.turning_points(r.pressure, signals.turning_threshold(r.time, r.pressure, SMALLEST_CYCLE))
+    turns = signals.turning_points(r.pressure, signals.turning_threshold(r.time, r.pressure, CYCLES.smallest_cycle))
     pressure = estimated(r.time, r.pressure, turns, COMMANDED if commanded else errors.pressure)
     if pressure.constant:
         return pressure, np.zeros(len(r.time))

@@ -10,8 +10,8 @@ import numpy as np
 import pandas as pd
 
 from fitting.errors import InputError
+from fitting.recordings.settings import TABLES
 
-MOST_BEFORE_HEADER = 50  # lines about the rig that a logger may put before its header
 _SAYS_SEPARATOR = re.compile(r"\s*\"?sep=.\"?\s*", re.IGNORECASE)  # what spreadsheets put there
 NUMBER = re.compile(r"\s*[+-]?(?:\d+[.,]?\d*|[.,]\d+)(?:[eE][+-]?\d+)?\s*")
 
@@ -30,7 +30,9 @@ def lines_of(text: str, path: Path, is_head: Callable[[str], bool]) -> tuple[int
         del kept[0]
     if not kept:
         raise InputError("the file is empty", path, cure="begin with a header: 'time [s],pressure [kPa],...'")
-    heads = [sum(map(is_head, re.split(r"[,;\t]", line.replace('"', "")))) for _, line in kept[:MOST_BEFORE_HEADER]]
+    heads = [
+        sum(map(is_head, re.split(r"[,;\t]", line.replace('"', "")))) for _, line in kept[: TABLES.lines_before_header]
+    ]
     for (number, line), count in zip(kept, heads, strict=False):
         if count > 1 and not heads[0]:
             cure = "begin every line above it with '#'"

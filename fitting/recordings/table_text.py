@@ -4,8 +4,8 @@ import re
 from pathlib import Path
 
 from fitting.errors import InputError
+from fitting.recordings.settings import TABLES
 
-LARGEST = 100_000_000  # bytes: some two million samples, read within 2 GiB of memory
 OTHER_KINDS = {
     b"PK\x03\x04": ("this is a spreadsheet, not a CSV", "save the sheet as CSV (UTF-8)"),
     b"\xd0\xcf\x11\xe0": ("this is a spreadsheet, not a CSV", "save the sheet as CSV (UTF-8)"),
@@ -34,10 +34,10 @@ def _raw(path: Path) -> bytes:
         if not path.is_file():  # a folder, or a device that never ends
             raise OSError
         size = path.stat().st_size
-        if size > LARGEST:
-            every = -(-size // LARGEST)
+        if size > TABLES.csv_bytes:
+            every = -(-size // TABLES.csv_bytes)
             cure = f"keep every {every}th row, leave out columns that are not needed, or cut it into several recordings"
-            problem = f"the file is larger than {LARGEST / 1e6:g} MB"
+            problem = f"the file is larger than {TABLES.csv_bytes / 1e6:g} MB"
             raise InputError(problem, path, value=f"{size / 1e6:.0f} MB", cure=cure)
         return path.read_bytes()
     except (OSError, ValueError):  # ValueError: a name with a zero byte

@@ -11,6 +11,7 @@ import pandas as pd
 
 from fitting import units
 from fitting.errors import InputError, nearest, unknown_name
+from fitting.recordings.settings import TABLES
 from fitting.recordings.table_cells import NUMBER, cells_of, heads_of, lines_of, separator_of
 from fitting.recordings.table_text import text_of
 
@@ -18,7 +19,6 @@ from fitting.recordings.table_text import text_of
 COLUMNS = {"run": None, "time": "s", "pressure": "Pa", "set_pressure": "Pa", "contraction": "1", "length": "m",
            "displacement": "m", "force": "N", "load": "load", "branch": None}  # fmt: skip
 USUAL = {"s": "s", "Pa": "kPa", "1": "1", "m": "mm", "N": "N", "load": "kg"}  # what such a column is mostly given in
-LARGEST_NUMBER = 1e30  # SI: what is squared and summed later stays finite
 OPTIONAL = ("run", "branch", "set_pressure")
 _HEADER = re.compile(r"^(.*?)\s*(?:\[([^\]]*)\]|\(([^)]*)\))?$", re.DOTALL)
 
@@ -166,7 +166,7 @@ def _column(name: str, cells: pd.Series, head: str, unit: str | None, place: _Pl
         factor = units.load_factor(unit) if si == "load" else units.factor(unit, si)
     except InputError as error:
         raise error.located(place.path, place.header_row, head) from None
-    beyond = np.abs(numbers) > LARGEST_NUMBER / factor
+    beyond = np.abs(numbers) > TABLES.largest_number / factor
     if beyond.any():
         at = int(np.argmax(beyond))
         cure = "write a reading that can be measured; leave the cell empty where one is missing"

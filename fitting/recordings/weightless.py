@@ -4,9 +4,7 @@ import itertools
 
 import numpy as np
 
-ISOLATED = 4.0  # times the steps next but one on both sides: a jump, which no smooth course makes
-BEYOND_NOISE = 8.0
-FEWEST = 10  # samples of a branch in which a jump is looked for
+from fitting.recordings.settings import JUMPS
 
 
 def near_edges(edges: np.ndarray, count: int) -> np.ndarray:
@@ -28,11 +26,11 @@ def late_jumps(measured: np.ndarray, edges: np.ndarray, noise: float) -> np.ndar
     jumps = np.zeros(len(measured), dtype=bool)
     for first, last in itertools.pairwise(edges):
         step = np.diff(measured[first : last + 1])
-        if len(step) < FEWEST:
+        if len(step) < JUMPS.fewest:
             continue
         size = np.abs(step - np.median(step))[: len(step) // 2 + 1]
         inner, beside = size[2:-2], np.maximum(size[:-4], size[4:])
-        found = np.flatnonzero((inner > ISOLATED * beside) & (inner > BEYOND_NOISE * noise)) + 2
+        found = np.flatnonzero((inner > JUMPS.isolated * beside) & (inner > JUMPS.beyond_noise * noise)) + 2
         if len(found):
             at = first + found[np.argmax(size[found])]  # between this sample and the next
             jumps[at - 1 : at + 3] = True

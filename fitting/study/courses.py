@@ -6,9 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from fitting.errors import InputError
+from fitting.study.settings import STUDY
 from mckibben_jax.muscle import Muscle
-
-MOST_SAMPLES = 2_000_000
 
 
 @dataclass(frozen=True)
@@ -71,6 +70,6 @@ def isotonic_courses(pressures: Sequence[float], loads: Sequence[float], duratio
 
 def _clock(duration: float, rate: float) -> np.ndarray:
     count = int(np.floor(duration * rate + 1e-9)) + 1
-    if not 5 <= count <= MOST_SAMPLES:
+    if not 5 <= count <= STUDY.samples:
         raise InputError(f"a run would have {count} samples", cure="change --rate or --duration")
     return np.arange(count) / rate

@@ -11,12 +11,12 @@ from fitting.planning.next_measurement import NextMeasurement, measurements, rem
 from fitting.planning.sharper import sharper
 from fitting.problem.varying import Varying
 from fitting.recordings.records import Experiment
+from fitting.study.settings import STUDY
 from fitting.study.task import Task
 from mckibben_jax.effect import Effect, name_of
 from mckibben_jax.effects import LIBRARY
 
 INSTRUMENT = "instrument"  # the source of an effect that is none of the muscle's
-SURE = 0.8  # power from which a pair counts as separated
 
 Sets = tuple[str, ...]
 
@@ -76,5 +76,5 @@ def plan(
 
 
 def _still_tied(rivals: Sequence[Sets], steps: Sequence[NextMeasurement]) -> tuple[tuple[Sets, Sets], ...]:
-    done = {frozenset((p.one, p.other)) for step in steps for p in step.pairs if p.power >= SURE}
+    done = {frozenset((p.one, p.other)) for step in steps for p in step.pairs if p.power >= STUDY.separated}
     return tuple((a, b) for a, b in combinations(rivals, 2) if frozenset((a, b)) not in done)

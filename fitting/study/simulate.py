@@ -14,9 +14,8 @@ from fitting import units
 from fitting.errors import InputError
 from fitting.problem.points import clock, from_behind, twice
 from fitting.recordings.experiment import kind_of
-from fitting.recordings.readings import CONTRACTIONS
 from fitting.recordings.records import FORCE_TESTS
-from fitting.recordings.runs import AT_REST
+from fitting.recordings.settings import CYCLES, TABLES
 from fitting.study.courses import (
     Course,
     isometric_courses,
@@ -26,13 +25,12 @@ from fitting.study.courses import (
     static_courses,
     step_courses,
 )
+from fitting.study.settings import STUDY
 from fitting.version import program_version
 from fitting.writing import write_text
 from mckibben_jax.model import Model
 from mckibben_jax.muscle import quantities
 from mckibben_jax.state import State
-
-STATIONS = (0.0, 0.05, 0.1, 0.15, 0.2, 0.25)  # contractions of a static map
 
 
 @dataclass(frozen=True)
@@ -74,7 +72,7 @@ def simulate(
     elif test == "isometric":
         courses = isometric_courses((0.0,) if contractions is None else contractions, pressures, duration, rate)
     elif test == "static":
-        courses = static_courses(STATIONS if contractions is None else contractions, pressures)
+        courses = static_courses(STUDY.stations if contractions is None else contractions, pressures)
     else:
         loaded = {"quick release": release_courses, "step": step_courses, "isotonic": isotonic_courses}
         courses = loaded[test](pressures, loads, duration, rate)
@@ -93,7 +91,7 @@ def _imposed(course: Course) -> State:
     contraction, pressure = course.contraction, course.pressure
     assert contraction is not None
     if course.direction is not None:
-        time, pressure, rate = clock(len(course.time)), twice(pressure), AT_REST * twice(course.direction)
+        time, pressure, rate = clock(len(course.time)), twice(pressure), CYCLES.at_rest * twice(course.direction)
         contraction, rise = from_behind(contraction, course.direction), np.zeros_like(pressure)
     else:
         time, (rate, rise) = course.time, (np.gradient(values, course.time) for values in (contraction, pressure))
@@ -180,7 +178,7 @@ def write_data_set(
         raise InputError("the model gives no finite number there", cure="ask for a smaller contraction or load")
     positions = [_position(model, *both) for both in zip(courses, clean, strict=True)]
     for course, position in zip(courses, positions, strict=True):
-        if not (CONTRACTIONS[0] <= position.min() and position.max() <= CONTRACTIONS[1]):
+        if not (TABLES.contractions[0] <= position.min() and position.max() <= TABLES.contractions[1]):
             what = "" if course.load is None else f" under {units.show(course.load, 'N')}"
             problem = f"the muscle would go to contraction {position[np.argmax(np.abs(position))]:.3g}{what}"
             cure = "ask for turning points from -0.2 to 0.6" if course.load is None else "another --load or --pressure"

@@ -7,8 +7,9 @@ import numpy as np
 from rich.console import RenderableType
 
 from fitting import units
-from fitting.hill.hill import FEWEST_LOADS, Curves, HillCurve, Reading, loads_of
+from fitting.hill.hill import Curves, HillCurve, Reading, loads_of
 from fitting.hill.motion import Motions
+from fitting.hill.settings import RELEASES
 from fitting.report.text.amounts import amount, places
 from fitting.report.text.layout import columns, line, lines
 
@@ -32,14 +33,15 @@ def hill_report(
         shown.append(line("HILL", _numbers(one.hill), "bold"))
         shown.append(line("DRY", _dry(one)))
         shown += lines("WARNING", [ALIKE], "yellow") if one.alike else []
-    shown += lines("LEFT OUT", [_few(read) for read in groups if loads_of(read) < FEWEST_LOADS], "yellow")
+    shown += lines("LEFT OUT", [_few(read) for read in groups if loads_of(read) < RELEASES.fewest_loads], "yellow")
     shown += [] if motions is None else _motion(motions, max(r.speed for one in curves for r in one.hill.readings))
     return [*shown, line("", ""), _table(curves)]
 
 
 def _few(read: Sequence[Reading]) -> str:
     pressure = units.show(float(np.mean([reading.pressure for reading in read])), "Pa")
-    return f"{len(read)} releases at {pressure}: {loads_of(read)} loads there, and a curve needs {FEWEST_LOADS}."
+    here = f"{len(read)} releases at {pressure}: {loads_of(read)} loads there"
+    return f"{here}, and a curve needs {RELEASES.fewest_loads}."
 
 
 def _numbers(c: HillCurve) -> str:

@@ -13,7 +13,8 @@ from fitting.report.text.amounts import percent
 from fitting.report.text.diagnosis import effect_set
 from fitting.report.text.layout import columns, line, lines, paste_line
 from fitting.report.text.next_step import shell_words
-from fitting.study.plan import SURE, Plan, Sets
+from fitting.study.plan import Plan, Sets
+from fitting.study.settings import STUDY
 
 REST = 60.0  # s between recordings, for creep and warmth to fade
 
@@ -38,7 +39,7 @@ def _expected(plan: Plan) -> str:
 def _separated(verdict: str, steps: Sequence[NextMeasurement], tied: Sequence[tuple[Sets, Sets]]) -> str:
     if not steps:
         return "as now: no force test on this muscle, nor on one of another length or wall, separates them"
-    decided = [p.power for step in steps for p in step.pairs if p.power >= SURE]
+    decided = [p.power for step in steps for p in step.pairs if p.power >= STUDY.separated]
     if tied:
         pairs = ", ".join(f"{effect_set(a)} or {effect_set(b)}{_in_how_many(steps, a, b)}" for a, b in tied)
         rest = f"; the other pairs are decided (probability {percent(min(decided))} each)" if decided else ""

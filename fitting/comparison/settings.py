@@ -1,0 +1,45 @@
+"""Settings of comparisons: each number with its unit, and where it comes from. "Chosen": nobody derived it."""
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class BinSettings:
+    """Sorting samples by a quantity."""
+
+    levels: int = 12  # that a quantity may have to be sorted by levels; chosen
+    apart: float = 0.02  # of the span: levels closer than this are one; chosen
+    wide: float = 0.05  # of the span: a level that spreads further is none; chosen
+    zero: float = 1e-4  # of the largest level: a smaller one is called 0; chosen
+    cells: int = 12  # steps of pressure and of contraction on the map of the misfit; chosen
+
+
+@dataclass(frozen=True)
+class ErrorSettings:
+    """What is said of an error."""
+
+    negligible: float = 0.005  # of full scale: an error so small is real, but nobody need mind; chosen
+    notable: float = 0.02  # of full scale: from here on it is asked whether pressures are absolute; chosen
+    vented: float = 0.9  # atmospheres, at least: what a gauge shows that reads absolute; chosen
+    fewest: int = 10  # samples in a place that may be called the worst; chosen
+    fewest_shared: int = 8  # samples that two branches must share to be repetitions; chosen
+
+
+@dataclass(frozen=True)
+class FingerprintSettings:
+    """The traces that a misfit leaves: the power laws that remove most of it."""
+
+    rows: int = 4000  # readings that are enough; more are thinned; chosen for speed
+    nodes: int = 6  # of the course along the stroke; chosen
+    fine: int = 40  # nodes where a ripple along the stroke, or friction in stripes, needs them; chosen
+    finer: float = 2.0  # times what few nodes remove, that many must; chosen
+    pressure_grid: tuple[float, float, float] = (-0.5, 3.01, 0.05)  # exponents from, to, step; chosen
+    speed_grid: tuple[float, float, float] = (-0.5, 2.01, 0.05)  # the same in speed; chosen
+    notable: float = 0.05  # of the squared misfit: what a power law must remove to be spoken of; chosen
+    most_memory: float = 0.99  # correlation of neighbouring errors at most; chosen
+    sure: float = 4.0  # standard errors that an exponent wrong by a half must be away: known to an eighth; derived
+    rounds: int = 3  # of an exponent in pressure and one in speed, each beside the other; chosen
+    lowest: float = 0.02  # of the largest pressure or speed: below, a power is not defined well; chosen
+
+
+BINS, ERRORS, FINGERPRINT = BinSettings(), ErrorSettings(), FingerprintSettings()

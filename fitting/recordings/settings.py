@@ -1,0 +1,83 @@
+"""Settings of reading recordings: each number with its unit, and where it comes from. "Chosen": nobody derived it."""
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class TableSettings:
+    """Files that people write, and what a braided muscle and its rig can at most read."""
+
+    csv_bytes: int = 100_000_000  # some two million samples, read within 2 GiB of memory; measured
+    toml_bytes: int = 1_000_000  # of a file of some dozens of lines; chosen
+    lines_before_header: int = 50  # about the rig, that a logger may put there; chosen
+    largest_number: float = 1e30  # SI: what is squared and summed later stays finite; chosen
+    contractions: tuple[float, float] = (-0.2, 0.6)  # beyond these no braided muscle goes; chosen
+    largest_pressure: float = 50e5  # Pa; chosen
+    loop_pressure: float = 1e3  # Pa, that a loop reaches unless it says that it was vented; chosen
+    held: float = 0.01  # contraction that an isometric test may wander; chosen
+
+
+@dataclass(frozen=True)
+class MotionSignalSettings:
+    """Noise, turning points and speeds of a recorded motion."""
+
+    window: int = 21  # samples in a local polynomial at most; longer windows average blocks first; chosen
+    fewest: int = 5  # samples in a local polynomial at least; chosen
+    brief: int = 4  # samples that stay near a turning value without being a rest; chosen
+    piece: int = 100_000  # windows worked on at once: bounds the memory; chosen
+
+
+@dataclass(frozen=True)
+class JumpSettings:
+    """Jumps of a signal, which no smooth course makes: such samples carry no weight."""
+
+    isolated: float = 4.0  # times the steps next but one on both sides; chosen
+    beyond_noise: float = 8.0  # times the noise of one reading; chosen
+    fewest: int = 10  # samples of a branch in which a jump is looked for; chosen
+
+
+@dataclass(frozen=True)
+class PlausibleSettings:
+    """Readings that no muscle gives."""
+
+    beyond: float = 30.0  # times the ideal force, or one part in as many: a wrong unit or a dead sensor; chosen
+    odd: float = 4.0  # times the ideal force: worth a word; whole numbers of that size are a converter's counts; chosen
+    standstill: float = 1e-4  # contraction; chosen
+    fewest: int = 5  # readings from which something is said of how they go together; chosen
+    least_pressure: float = 1e3  # Pa: of a vented muscle the ideal law says nothing; chosen
+    least_change: float = 0.05  # of the ideal force: where it changes less, nothing is asked of the readings; chosen
+    opposed: float = -0.8  # correlation of the readings with the ideal force; chosen
+
+
+@dataclass(frozen=True)
+class InverseDynamicsSettings:
+    """Motions read as force, through the second derivative of a smoothed position."""
+
+    order: int = 4  # of the polynomials; chosen
+    shortest: int = 7  # samples in a window at least; chosen
+    longest: float = 0.15  # s, that a window lasts at most; chosen
+    longer: float = 1.25  # times, from one window that is tried to the next; chosen
+    blurred: float = 1.5  # standard errors by which a shorter window may differ beyond noise, in mean square; chosen
+    slow: float = 0.01  # m/s: below, friction may not be what it is in motion, and the speed's error counts; chosen
+    inertia: float = 0.3  # largest |M x''| over the load: a mass known to 1 % errs there by 0.3 % of it; chosen
+    loud: float = 0.2  # largest noise of a force over the load; chosen
+    steady: float = 0.05  # of the largest pressure: with more change in a window a corner is rounded off; chosen
+    uneven: float = 0.05  # of a sampling interval, by which another may differ; chosen
+    quiet: float = 0.01  # noise of a force over the load that is low enough; chosen
+    plenty: int = 12  # readings of one run, which a longer window than noise asks for should leave; chosen
+    fewest: int = 8  # readings of one run; chosen
+    alike: float = 2.0  # ratio of the noises of runs that make one recording; chosen
+
+
+@dataclass(frozen=True)
+class CycleSettings:
+    """Runs cut into cycles."""
+
+    at_rest: float = 1e-9  # 1/s: a static point approached infinitely slowly, only the sign counts; chosen
+    at_zero: float = 1e-5  # contraction: some micrometres, nearer to the length at rest than anybody sets it; chosen
+    smallest_loop: float = 0.01  # share of the stroke that a minor loop must have to be one; chosen
+    smallest_cycle: float = 0.08  # the same of the pressure: a port's springs back when its valve closes; chosen
+
+
+TABLES, SIGNALS, JUMPS = TableSettings(), MotionSignalSettings(), JumpSettings()
+PLAUSIBLE, DYNAMICS, CYCLES = PlausibleSettings(), InverseDynamicsSettings(), CycleSettings()
