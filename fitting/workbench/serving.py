@@ -19,9 +19,8 @@ from urllib.parse import urlsplit
 import click
 
 from fitting.errors import InputError
+from fitting.workbench.settings import WORKBENCH
 
-PORT = 8642
-NEXT_PORTS = 20
 ASKED = "MCKIBBEN_WORKBENCH"  # how the command line reaches the notebook: as JSON
 Scope = MutableMapping[str, Any]
 App = Callable[[Scope, Callable[[], Awaitable[Any]], Callable[[Any], Awaitable[None]]], Awaitable[None]]
@@ -90,7 +89,7 @@ def _written(host: str) -> str:
 def listening(host: str, port: int | None) -> socket.socket:
     """A socket at the port asked for, else at the first free one."""
     family = socket.AF_INET6 if ":" in host else socket.AF_INET
-    for number in [port] if port else range(PORT, PORT + NEXT_PORTS):
+    for number in [port] if port else range(WORKBENCH.port, WORKBENCH.port + WORKBENCH.next_ports):
         try:
             return socket.create_server((host, number), family=family)
         except OSError as error:

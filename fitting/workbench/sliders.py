@@ -11,9 +11,7 @@ from fitting.least_squares.record import Fit
 from fitting.problem.residuals import Problem, Samples, problem
 from fitting.problem.unknowns import Unknowns
 from fitting.study.task import Task
-
-PLACES = 201  # of a slider
-AROUND = 10.0  # standard errors that a slider goes to either side, if that is more than the value itself
+from fitting.workbench.settings import WORKBENCH
 
 
 @jax.jit
@@ -78,9 +76,9 @@ def lay_out(task: Task, fit: Fit | None) -> LaidOut:
 def _slider(layout: Unknowns, vector: np.ndarray, name: str, error: float) -> Slider:
     at = layout.names.index(name)
     entry, value = layout.entries[at], float(vector[at])
-    reach = max(abs(value), AROUND * error if np.isfinite(error) else 0.0, 0.01 * (entry.upper - entry.lower))
+    reach = max(abs(value), WORKBENCH.around * error if np.isfinite(error) else 0.0, 0.01 * (entry.upper - entry.lower))
     lower, upper = max(entry.lower, value - reach), min(entry.upper, value + reach)
     unit, size = units.shown_in(entry.unit, max(abs(lower), abs(upper)))
-    places = np.unique(np.append(np.linspace(lower, upper, PLACES), value)) / size
+    places = np.unique(np.append(np.linspace(lower, upper, WORKBENCH.places), value)) / size
     shown = [float(f"{place:.5g}") for place in places]
     return Slider(name, unit, size, tuple(dict.fromkeys(shown)), float(f"{value / size:.5g}"))

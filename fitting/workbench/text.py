@@ -16,8 +16,8 @@ from fitting.report.text.evidence import sort_evidence
 from fitting.report.text.fit import fit_warnings
 from fitting.report.text.study import data_text
 from fitting.workbench.session import Session, Step, in_own_units, where_we_are
+from fitting.workbench.settings import WORKBENCH
 
-MOST_OFFERED = 8
 WELCOME = """Open a data set. You then see the ideal muscle with dry friction beside what was measured. **Run the
 diagnosis** to learn which effect is missing, **add** it with a click, and watch the error fall. To try it first, choose
 `muscle_b` from the data that come with the program: something is hidden in it."""
@@ -99,7 +99,7 @@ def offers(step: Step | None) -> list[str]:
         return []
     helping, idle, _ = sort_evidence(step.diagnosis)
     sets = [" + ".join(names) for names in step.diagnosis.explanations if len(names) > 1]
-    return list(dict.fromkeys([*sets, *(e.name for e in (*helping, *idle))]))[:MOST_OFFERED]
+    return list(dict.fromkeys([*sets, *(e.name for e in (*helping, *idle))]))[: WORKBENCH.offered]
 
 
 @in_own_units

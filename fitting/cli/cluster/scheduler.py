@@ -11,10 +11,10 @@ from typing import Any
 
 import jax
 
+from fitting.cli.settings import WORK
 from fitting.errors import InputError
 from fitting.library.line import Defined, defined
 
-AHEAD = 2  # pieces in flight for each thread of the workers
 GO_ON = "the same command then goes on where it stopped"
 
 Piece = tuple[Any, tuple]  # a piece's name, and what it is called with
@@ -72,7 +72,7 @@ def _together(
         begun.update((future.key, piece) for future, piece in new)
         return [future for future, _ in new]
 
-    waiting = as_completed(submit(AHEAD * max(1, sum(client.nthreads().values()))), loop=client.loop)
+    waiting = as_completed(submit(WORK.ahead * max(1, sum(client.nthreads().values()))), loop=client.loop)
     for future in waiting:
         value, error = outcome(client, future)
         waiting.update(submit(1))

@@ -5,11 +5,10 @@ from collections.abc import Callable, Iterable, Iterator
 from typing import Any
 
 from fitting.cli.cluster.scheduler import GO_ON, connect, packed, spread, unpacked
+from fitting.cli.settings import WORK
 from fitting.designs.sweep import Work
 from fitting.designs.sweep_file import Order
 from fitting.errors import InputError
-
-PATIENCE = 20  # failures of one piece before it is given up
 
 
 def on(address: str) -> Work:
@@ -22,7 +21,7 @@ def _pieces(
 ) -> Iterator[tuple[int, Any]]:
     sent = packed(order)
     asked = ((number, (sent, number, piece, floor())) for number in numbers)
-    for number, found, error in spread(client, do_piece, asked, retries=PATIENCE):
+    for number, found, error in spread(client, do_piece, asked, retries=WORK.patience):
         if error is not None:
             cure = f"look at the log of the workers; {GO_ON}"
             raise InputError(f"the workers could not do a piece: {error}", cure=cure) from error

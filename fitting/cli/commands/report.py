@@ -17,6 +17,7 @@ from fitting.cli.options import (
     study_options,
 )
 from fitting.cli.run import CommandRun, start
+from fitting.cli.settings import WORK
 from fitting.errors import InputError
 
 if TYPE_CHECKING:
@@ -24,7 +25,6 @@ if TYPE_CHECKING:
     from fitting.report.page.parts import Section
 
 PAGE = "mckibben_report.html"
-FEWEST_STEPS = 100  # of chains: fewer were not begun with this model, or hardly
 
 
 @click.command("report", cls=Command)
@@ -88,7 +88,7 @@ def _posterior(run: CommandRun, fit: "Fit") -> "list[Section]":
     except (InputError, OSError, sqlite3.Error) as error:  # the page is there without it
         run.print([line("NOTE", f"{kept} cannot be read, and no posterior stands on the page: {error}")])
         return []
-    if steps[-1] < FEWEST_STEPS:
+    if steps[-1] < WORK.fewest_steps:
         run.print([line("NOTE", f"{kept} holds no posterior of this model and these data: left out")])
         return []
     return posterior_sections(found)

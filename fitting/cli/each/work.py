@@ -11,6 +11,7 @@ from typing import Any
 
 import jax
 
+from fitting.cli.settings import WORK
 from fitting.compiled.store import keep_compiled
 from fitting.errors import InputError
 from fitting.report.results import comparison_result, diagnosis_result, fit_result, provenance
@@ -18,7 +19,6 @@ from fitting.study.task import Task, fitted
 from fitting.units import own_units, spoken
 
 FIT, DIAGNOSE = "fit", "diagnose"
-MAPS = 30_000  # of a process's memory; XLA makes some for each program that it compiles, Linux allows 65,530
 
 
 @dataclass(frozen=True)
@@ -107,7 +107,7 @@ def _make_room() -> None:
     """Drop compiled programs before there are more than a process may have: data sets of many sizes need many."""
     try:
         with Path("/proc/self/maps").open() as maps:
-            many = sum(1 for _ in maps) > MAPS
+            many = sum(1 for _ in maps) > WORK.maps
     except OSError:  # no Linux, no such limit
         return
     if many:

@@ -6,9 +6,10 @@ from fitting import units
 from fitting.comparison.compare import Comparison
 from fitting.diagnosis.record import Diagnosis, Evidence
 from fitting.report.page.parts import Grid, Line, Section
-from fitting.report.page.similar_groups import ALIKE, groups, groups_html, named_by
+from fitting.report.page.similar_groups import groups, groups_html, named_by
 from fitting.report.pictures import figures, maps
 from fitting.report.pictures.effect_bars import effect_bars
+from fitting.report.settings import ADVICE, SHOWN
 from fitting.report.text.amounts import amount
 from fitting.report.text.catalogue import first_sentence, meaning
 from fitting.report.text.diagnosis import classes_text, effect_set, most_similar, p_value_text, remark, substitutes_text
@@ -16,7 +17,6 @@ from fitting.report.text.evidence import sort_evidence
 from fitting.report.text.reasons import why_text
 from fitting.study.task import Task
 
-MOST_EXPLAINED = 4  # effects under the verdict
 DETECTABLE = "smallest detectable size"
 ABSORBED = "absorbed by other parameters"
 UNIT = "N"  # of all errors of a diagnosis, whatever was measured: motions are read as force
@@ -33,7 +33,7 @@ TERMS = (
 
 def meanings(d: Diagnosis, task: Task) -> list[tuple[str, str]]:
     """What the effects are that the verdict names."""
-    known = [name for name in named_by(d) if name in task.library][:MOST_EXPLAINED]
+    known = [name for name in named_by(d) if name in task.library][: SHOWN.explained]
     return [(name, f"{first_sentence(meaning(task.library[name]))}.") for name in known]
 
 
@@ -87,8 +87,8 @@ def alike(d: Diagnosis) -> Section | None:
         return None
     found = groups(d)
     words = (
-        f"Effects in one row change these data in nearly the same way (cosine of {ALIKE:g} or more): where one of them "
-        "is named, another of its row could be meant. What the verdict names has a green frame.",
+        f"Effects in one row change these data in nearly the same way (cosine of {ADVICE.similar:g} or more): "
+        "where one of them is named, another of its row could be meant. What the verdict names has a green frame.",
         *(f"{classes_text(group)}: these data cannot tell them apart." for group in d.classes),
     )
     return Section(

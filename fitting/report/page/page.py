@@ -16,9 +16,10 @@ from fitting.report.pictures.fall import fall_html
 from fitting.report.pictures.loops import frame, key, loops_html, thinning_text
 from fitting.report.pictures.panels import panels
 from fitting.report.results import provenance, shown_names
+from fitting.report.settings import ERROR_TEXT
 from fitting.report.text.amounts import amount, percent
 from fitting.report.text.attempts import held_text, why_not_kept
-from fitting.report.text.comparison import NEAR_FLOOR, error_cells, error_text, judgement, kind_text, worst_text
+from fitting.report.text.comparison import error_cells, error_text, judgement, kind_text, worst_text
 from fitting.report.text.diagnosis import effect_set, leading_text, measurement_text, verdict_text
 from fitting.report.text.fit import fit_warnings, range_cells, value_cells
 from fitting.report.text.next_step import after_comparison, after_diagnosis
@@ -124,7 +125,7 @@ def _cards(c: Comparison, d: Diagnosis | None) -> list[tuple[str, str]]:
         (percent(c.share), f"of full scale, {amount(c.full_scale, c.unit)}"),
         (amount(c.floor, c.unit), "noise, " + ("one reading" if c.noise_floor is None else "repeated loops")),
     ]
-    if c.fingerprint.odd_share is not None and c.rmse > NEAR_FLOOR * c.floor:
+    if c.fingerprint.odd_share is not None and c.rmse > ERROR_TEXT.near_floor * c.floor:
         cards.append((percent(c.fingerprint.odd_share), "of the misfit is odd: changes sign with the direction"))
     return cards if d is None else [*cards, (f"{d.p_value:.2g}", "p in the test that nothing is missing")]
 

@@ -7,8 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fitting.diagnosis.record import Diagnosis
-
-ALIKE = 0.9  # cosine from which one effect could be taken for another
+from fitting.report.settings import ADVICE
 
 
 @dataclass(frozen=True)
@@ -35,7 +34,7 @@ def groups(d: Diagnosis) -> list[Group]:
         return []
     alike = np.nan_to_num(cosines(d, names))
     apart = squareform(np.clip(1 - alike, 0, 1), checks=False)
-    label = fcluster(linkage(apart, "complete"), 1 - ALIKE, "distance")
+    label = fcluster(linkage(apart, "complete"), 1 - ADVICE.similar, "distance")
     members = [np.flatnonzero(label == k) for k in np.unique(label)]
     found = [Group(tuple(names[i] for i in own), float(alike[np.ix_(own, own)].min())) for own in members]
     named = {*named_by(d)}

@@ -10,6 +10,7 @@ from fitting import units
 from fitting.designs.answer import Answer
 from fitting.errors import InputError
 from fitting.report.pictures.figures import BLUE, INK, ORANGE
+from fitting.report.settings import DESIGN_PICTURE
 from fitting.report.text.design import named
 from fitting.writing import write_whole
 from mckibben_jax.design.best import Design, Task
@@ -23,21 +24,18 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 PICTURES = (".svg", ".pdf", ".png")
-STRANDS = 10  # drawn of each family
-FITTING = 0.08  # length of an end fitting over that of the muscle
 SETTINGS: dict[Any, Any] = {
     "svg.fonttype": "none",
     "font.size": 9,
     "axes.spines.top": False,
     "axes.spines.right": False,
 }
-PRESSURE = 3e5  # Pa, where a task names none
 
 
 def stroke_of(task: Task, found: Design) -> tuple[float, float]:
     """Pressure (Pa) at which a design is shown contracted, the largest that the task names, and the stroke there."""
     pressures = [at["pressure"] for at in (task.at, *(c.at for c in task.constraints)) if "pressure" in at]
-    pressure = max(pressures, default=PRESSURE)
+    pressure = max(pressures, default=DESIGN_PICTURE.pressure)
     return pressure, float(QUANTITIES["stroke"].law(built(found.muscle, task.effects), {"pressure": pressure}))
 
 
@@ -82,12 +80,12 @@ def _side_view(axes: "Axes", muscle: Muscle, contraction: float) -> None:
     axes.add_patch(Rectangle((0, -outer), length, 2 * outer, facecolor="#d9d4c8", edgecolor="none"))
     along = np.linspace(0, length, 1500)
     turn = 2 * np.pi * float(muscle.turns) * along / length
-    for start in 2 * np.pi * np.arange(STRANDS) / STRANDS:
+    for start in 2 * np.pi * np.arange(DESIGN_PICTURE.strands) / DESIGN_PICTURE.strands:
         for way, colour in ((1, BLUE), (-1, ORANGE)):
             phase = start + way * turn
             seen = np.where(np.cos(phase) >= 0, radius * np.sin(phase), np.nan)  # what lies in front
             axes.plot(along, seen, color=colour, linewidth=0.7)
-    tip, rest = FITTING * float(muscle.length), float(muscle.radius)
+    tip, rest = DESIGN_PICTURE.fitting * float(muscle.length), float(muscle.radius)
     for x in (-tip, length):
         axes.add_patch(Rectangle((x, -rest), tip, 2 * rest, facecolor="#6b7280", edgecolor="none"))
 

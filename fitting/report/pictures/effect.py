@@ -14,6 +14,7 @@ from rich.text import Text
 
 from fitting import units
 from fitting.report.pictures.figures import BLUE, INK, VERMILION, panel_axes
+from fitting.report.settings import PICTURE
 from mckibben_jax.effect import Effect
 from mckibben_jax.effects import LIBRARY
 from mckibben_jax.model import Model, model
@@ -30,9 +31,6 @@ SIZES = {
     "breaking_stress": 28e6, "moving_mass": 0.1,
 }  # fmt: skip
 MUSCLE = Muscle(**{name: jnp.asarray(value) for name, value in SIZES.items()})
-SAMPLES = 480
-PLAIN = 0.25  # of what the plainest test shows: with as much, a test that comes earlier in the list is shown instead
-LEAST = 0.05  # N: less is nothing
 WIDE, HIGH = 60, 12  # characters
 
 
@@ -53,8 +51,9 @@ def trace(kind: type[Effect]) -> Trace | None:
     for effect in _instances(kind):
         found = [_added(without, effect, *test) for test in _tests()]
         sizes = [float(np.ptp(each.added)) + float(np.abs(each.added).max()) for each in found]
-        if max(sizes) > LEAST:
-            return next(each for each, size in zip(found, sizes, strict=True) if size >= PLAIN * max(sizes))
+        if max(sizes) > PICTURE.least:
+            plain = PICTURE.plain * max(sizes)
+            return next(each for each, size in zip(found, sizes, strict=True) if size >= plain)
     return None
 
 
@@ -87,12 +86,12 @@ def _tests() -> list[tuple[str, str, State, np.ndarray]]:
     for speed in (0.01, 0.3):
         time, contraction = _along(np.array([0.0, 0.26, 0.1, 0.2, 0.0]), speed / 0.3)
         name = f"a loop at 3 bar and {units.show(speed, 'm/s')}, with a minor one"
-        tests.append((name, "contraction", _states(time, contraction, np.full(SAMPLES, 3e5)), contraction))
-    held = np.full(SAMPLES, 0.1)
+        tests.append((name, "contraction", _states(time, contraction, np.full(PICTURE.samples, 3e5)), contraction))
+    held = np.full(PICTURE.samples, 0.1)
     time, pressure = _along(np.array([0.2e5, 5e5, 0.2e5]), 1e5)
     name = "an isometric test, pressure up and down"
     tests.append((name, "pressure [bar]", _states(time, held, pressure), pressure / 1e5))
-    time = np.linspace(0, 0.3, SAMPLES)
+    time = np.linspace(0, 0.3, PICTURE.samples)
     pressure = np.interp(time, [0, 0.02, 0.03, 0.15, 0.16], [1e5, 1e5, 4e5, 4e5, 1e5])
     tests.append(("a jump of the pressure at a held length", "time [s]", _states(time, held, pressure), time))
     return tests
@@ -100,7 +99,7 @@ def _tests() -> list[tuple[str, str, State, np.ndarray]]:
 
 def _along(turns: np.ndarray, speed: float) -> tuple[np.ndarray, np.ndarray]:
     corners = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(turns)) / speed)])
-    time = np.linspace(0.0, corners[-1], SAMPLES)
+    time = np.linspace(0.0, corners[-1], PICTURE.samples)
     return time, np.interp(time, corners, turns)
 
 

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from fitting import units
+from fitting.report.settings import ERROR_TEXT
 from fitting.report.text.amounts import amount
-from fitting.report.text.comparison import NEAR_FLOOR
 from fitting.study.stages import Stage
 
 
@@ -27,7 +27,7 @@ def _left(stage: Stage) -> float:
 
 def _row(stage: Stage, k: int, count: int, floor: float, top: float, unit: str, choose: str) -> str:
     width, left = (100 * value / top for value in (stage.rmse, _left(stage)))
-    near = " near" if stage.rmse <= NEAR_FLOOR * floor else ""
+    near = " near" if stage.rmse <= ERROR_TEXT.near_floor * floor else ""
     mark = f'<span class="left" style="left:{left:.2f}%"></span>' if left else ""
     value = amount(stage.rmse, unit) + (f" (held out {amount(stage.left_out, unit)})" if left else "")
     bars = (

@@ -12,6 +12,7 @@ from fitting.comparison.compare import Comparison, branch_name
 from fitting.diagnosis.record import Diagnosis
 from fitting.recordings.records import Experiment
 from fitting.report.pictures.panels import Panel, panels
+from fitting.report.settings import FIGURE
 from fitting.study.stages import Stage
 
 if TYPE_CHECKING:
@@ -22,8 +23,6 @@ if TYPE_CHECKING:
 # Okabe & Ito: told apart by every kind of colour vision
 BLUE, ORANGE, GREEN, GREY, VERMILION, SKY = "#0072B2", "#E69F00", "#009E73", "#8C8C8C", "#D55E00", "#56B4E9"
 INK = "#13579b"  # stands for the page's own text colour, which is light on dark or dark on light
-COLUMNS = 4
-MOST_EFFECTS = 10
 SETTINGS: dict[Any, Any] = {
     "svg.fonttype": "none", "text.parse_math": False, "font.size": 9, "axes.titlesize": 9, "axes.labelsize": 9,
     "axes.edgecolor": INK, "axes.labelcolor": INK, "axes.titlecolor": INK, "text.color": INK, "xtick.color": INK,
@@ -61,8 +60,8 @@ def waterfall(stages: Sequence[Stage], floor: float, unit: str = "N") -> "Figure
 def traces(c: Comparison, experiments: Sequence[Experiment]) -> "Figure":
     """Measured against model, one small panel per run; the worst runs if there are too many."""
     shown = panels(experiments, c.fit.samples, c.fit.residual)
-    rows = -(-len(shown) // COLUMNS)
-    columns = min(COLUMNS, max(len(shown), 1))
+    rows = -(-len(shown) // FIGURE.columns)
+    columns = min(FIGURE.columns, max(len(shown), 1))
     figure = blank(1.9 * columns + 0.3, 1.62 * rows + 0.5)
     with settings():
         for number, panel in enumerate(shown):
@@ -80,7 +79,7 @@ def traces(c: Comparison, experiments: Sequence[Experiment]) -> "Figure":
 def effects_picture(d: Diagnosis, floor: float, unit: str = "N") -> "Figure":
     """What the error would be with each effect added: the fewer newtons the better."""
     tested = [e for e in d.effects.values() if e.detection_limit is not None and np.isfinite(e.held_out_rmse or np.nan)]
-    tested = sorted(tested, key=lambda e: e.held_out_rmse or 0.0)[:MOST_EFFECTS]
+    tested = sorted(tested, key=lambda e: e.held_out_rmse or 0.0)[: FIGURE.effects]
     name, size = units.shown_in(unit, d.rmse)
     figure, axes = _figure(6.8, 0.9 + 0.23 * len(tested))
     with settings():

@@ -16,15 +16,13 @@ import numpy as np
 from fitting.comparison.compare import branch_name
 from fitting.report.pictures import figures
 from fitting.report.pictures.panels import Panel
+from fitting.report.settings import FIGURE
 from fitting.report.text.amounts import amount
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 WIDTH, HEIGHT, STRIP = 3.1, 2.75, 0.62  # inches of one panel, and of the strip of misfit that is a part of it
-MARGIN = 0.04  # of the span, around the readings
-SIGMAS = 2.0  # of the band in the strip that is noise
-ROOM = 1.15  # of the strip, over the largest misfit
 CLASSES = {1: "up", -1: "down", 0: "flat"}
 
 
@@ -88,13 +86,13 @@ class Frame:
 
     def misfit(self, values: np.ndarray) -> str:
         """Model minus measurement on a scale of its own, which is written beside it, over the band of noise."""
-        reach = ROOM * max(float(np.nanmax(np.abs(values))), self.panel.noise / self.panel.size, 1e-12)
+        reach = FIGURE.room * max(float(np.nanmax(np.abs(values))), self.panel.noise / self.panel.size, 1e-12)
         left, top, width, height = self.strip.place
-        band = min(SIGMAS * self.panel.noise / self.panel.size / reach, 1.0)
+        band = min(FIGURE.sigmas * self.panel.noise / self.panel.size / reach, 1.0)
         tall = max(height * band, 0.5)
         corner = f"M{left:.1f} {top + (height - tall) / 2:.1f}"
         noise = f'<path class="noise" d="{corner}h{width:.1f}v{tall:.1f}h-{width:.1f}z"/>'
-        shown = amount(reach / ROOM * self.panel.size, self.panel.unit, 2)
+        shown = amount(reach / FIGURE.room * self.panel.size, self.panel.unit, 2)
         place = f'x="{left + width:.1f}" y="{top - 2:.1f}"'
         scale = f'<text class="reach" {place}>misfit, &#177; {html.escape(shown)}</text>'
         dots = "".join(self._missed(branch, values / reach) for branch in CLASSES)
@@ -146,7 +144,7 @@ def _window(axes: "Axes", dpi: float) -> Window:
 
 def _span(values: np.ndarray) -> tuple[float, float]:
     lower, upper = float(np.nanmin(values)), float(np.nanmax(values))
-    margin = MARGIN * (upper - lower) or max(abs(upper), 1.0) * 0.05
+    margin = FIGURE.margin * (upper - lower) or max(abs(upper), 1.0) * 0.05
     return lower - margin, upper + margin
 
 

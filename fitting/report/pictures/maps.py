@@ -9,13 +9,12 @@ from fitting.comparison.compare import PRESSURE_LED, Comparison, branch_name
 from fitting.diagnosis.record import Diagnosis
 from fitting.report.page.similar_groups import cosines
 from fitting.report.pictures.figures import BLUE, VERMILION, blank, settings
+from fitting.report.settings import FIGURE
 from fitting.report.text.amounts import places
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
-
-MOST_ALIKE = 24
 
 
 def branch_maps(c: Comparison) -> list["Figure"]:
@@ -57,7 +56,7 @@ def _small_maps(c: Comparison, shown: dict[str, np.ndarray]) -> list["Figure"]:
 def alike_names(d: Diagnosis) -> list[str]:
     """Effects that look like another in these data, the most alike first."""
     strongest = {e.name: max(e.similar.values(), default=0.0) for e in d.effects.values() if e.similar}
-    return sorted(strongest, key=lambda name: -strongest[name])[:MOST_ALIKE]
+    return sorted(strongest, key=lambda name: -strongest[name])[: FIGURE.similar]
 
 
 def alike_map(d: Diagnosis) -> "Figure":

@@ -11,12 +11,8 @@ from fitting import units
 from fitting.problem.residuals import Samples
 from fitting.recordings.noise import noise_of
 from fitting.recordings.records import FORCE_TESTS, Experiment, Recording, Run
+from fitting.report.settings import FIGURE
 from fitting.report.text.amounts import amount
-
-MOST_PANELS = 24
-SAME = 0.05  # of the highest pressure of a map: it varies by more, or it is held
-MOST_POINTS = 400  # in a panel
-FEWEST_ON_A_BRANCH = 24  # or it has no shape left; where there are too many branches, some whole loops are drawn
 
 
 @dataclass(frozen=True)
@@ -82,7 +78,7 @@ class Panel:
         if self.is_few:
             return [np.arange(len(self.run))]
         parts = np.split(np.arange(len(self.run)), np.flatnonzero(np.diff(self.run.half)) + 1)
-        most = MOST_POINTS // FEWEST_ON_A_BRANCH
+        most = FIGURE.points // FIGURE.fewest_on_a_branch
         if len(parts) <= most:
             return parts
         first = np.linspace(0, (len(parts) - 2) // 2, most // 2).astype(int) * 2  # whole loops, evenly through the run
@@ -91,11 +87,11 @@ class Panel:
     @property
     def is_thinned(self) -> bool:
         """Whether samples are left out of the picture."""
-        return sum(map(len, self.branches)) > MOST_POINTS or sum(map(len, self.branches)) < len(self.run)
+        return sum(map(len, self.branches)) > FIGURE.points or sum(map(len, self.branches)) < len(self.run)
 
     def shown(self, values: np.ndarray) -> list[np.ndarray]:
         """Of each branch its ends and the samples that shape these values most (largest triangles)."""
-        each = max(MOST_POINTS // len(self.branches), FEWEST_ON_A_BRANCH)
+        each = max(FIGURE.points // len(self.branches), FIGURE.fewest_on_a_branch)
         return [part[_largest_triangles(values[part], each)] for part in self.branches]
 
 
@@ -119,7 +115,7 @@ def panels(experiments: Sequence[Experiment], samples: Samples, residual: np.nda
                 found += _panel(samples, residual, recording, run, number, noise)
                 number += 1
     found = _told_apart(found, experiments)
-    worst = sorted(found, key=lambda panel: -panel.rmse)[:MOST_PANELS]
+    worst = sorted(found, key=lambda panel: -panel.rmse)[: FIGURE.panels]
     return [panel for panel in found if any(panel is one for one in worst)]
 
 
@@ -164,6 +160,6 @@ def _held(run: Run, test: str) -> str:
     if run.load is not None:
         return amount(float(np.median(run.load)), "N")
     lowest, highest = float(np.min(run.pressure)), float(np.max(run.pressure))
-    if test == "static" and highest - lowest > SAME * highest:
+    if test == "static" and highest - lowest > FIGURE.same_pressure * highest:
         return f"{amount(lowest, 'Pa')} to {amount(highest, 'Pa')}"
     return amount(float(np.median(run.pressure)), "Pa")

@@ -8,22 +8,18 @@ from fitting import units
 from fitting.posterior.predict import Band
 from fitting.posterior.record import Posterior
 from fitting.report.pictures.figures import BLUE, GREY, INK, SETTINGS, SKY, VERMILION
+from fitting.report.settings import FIGURE, POSTERIOR_PICTURE
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-MOST_PARAMETERS = 8
-MOST_BANDS = 16
-COLUMNS = 4
-MASS = (0.9, 0.5)  # of the draws, inside each line
 CELLS, SMOOTH = 40, 1.2
-MOST_POINTS = 400
 
 
 def pairs(posterior: Posterior) -> "Figure":
     """Every parameter's draws, and every two of them against each other: lines hold 50 and 90 % of the draws."""
-    names = list(posterior.parameters)[:MOST_PARAMETERS]
+    names = list(posterior.parameters)[: POSTERIOR_PICTURE.parameters]
     draws = [_shown(posterior, name) for name in names]
     count = len(names)
     figure = _canvas(0.6 + 1.35 * count, 0.5 + 1.25 * count)
@@ -42,9 +38,9 @@ def pairs(posterior: Posterior) -> "Figure":
 
 def predicted(posterior: Posterior) -> "Figure":
     """Measured minus predicted, run by run, in the band that should hold 90 % of the readings."""
-    shown = sorted(posterior.bands, key=lambda band: band.inside)[:MOST_BANDS]
+    shown = sorted(posterior.bands, key=lambda band: band.inside)[: POSTERIOR_PICTURE.bands]
     shown = sorted(shown, key=lambda band: band.run)
-    columns = min(COLUMNS, len(shown))
+    columns = min(FIGURE.columns, len(shown))
     rows = -(-len(shown) // columns)
     figure = _canvas(1.9 * columns + 0.4, 1.45 * rows + 0.3)
     with _style():
@@ -61,7 +57,7 @@ def predicted(posterior: Posterior) -> "Figure":
 
 def _band(axes: "Axes", band: Band, of_several: bool) -> None:
     _, size = units.shown_in(band.unit)
-    thin = slice(None, None, max(1, len(band.position) // MOST_POINTS))
+    thin = slice(None, None, max(1, len(band.position) // FIGURE.points))
     at, middle = band.position[thin], band.middle[thin]
     low, high, measured = ((part[thin] - middle) / size for part in (band.low, band.high, band.measured))
     axes.fill_between(at, low, high, color=SKY, alpha=0.35, linewidth=0)
@@ -103,7 +99,7 @@ def _together(axes: "Axes", x: np.ndarray, y: np.ndarray) -> None:
     density = gaussian_filter(counts, SMOOTH).T
     ordered = np.sort(density.ravel())[::-1]
     held = np.cumsum(ordered) / ordered.sum()
-    levels = sorted({float(ordered[np.searchsorted(held, mass)]) for mass in MASS})
+    levels = sorted({float(ordered[np.searchsorted(held, mass)]) for mass in POSTERIOR_PICTURE.mass})
     middles = [0.5 * (edge[1:] + edge[:-1]) for edge in (across, up)]
     axes.contourf(*middles, density, levels=[*levels, density.max() * 1.01], colors=[SKY, BLUE][-len(levels) :])
 

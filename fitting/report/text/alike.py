@@ -7,11 +7,8 @@ from rich.console import RenderableType
 
 from fitting.diagnosis.similarity import Knowable
 from fitting.least_squares.record import Fit
+from fitting.report.settings import ADVICE, SHOWN
 from fitting.report.text.layout import line, lines
-
-KNOWN = 0.1  # of its range: a combination of numbers with less error than this is known from the data
-WEIGHTY = 0.3  # of a combination: numbers with less share are not worth naming
-MOST = 4
 
 
 def combinations(fit: Fit) -> tuple[int, tuple[tuple[str, ...], ...]]:
@@ -25,8 +22,8 @@ def combinations(fit: Fit) -> tuple[int, tuple[tuple[str, ...], ...]]:
     span = np.array([entry.upper - entry.lower for entry in entries])
     slopes = fit.slopes[: len(fit.samples)] * span
     strength, ways = np.linalg.eigh(slopes.T @ slopes)  # inverse squares of errors, along orthogonal combinations
-    open_ = [way for value, way in zip(strength, ways.T, strict=True) if value * KNOWN**2 < 1]
-    named = (tuple(fit.free[i] for i in np.argsort(-np.abs(way)) if abs(way[i]) > WEIGHTY) for way in open_)
+    open_ = [way for value, way in zip(strength, ways.T, strict=True) if value * ADVICE.known**2 < 1]
+    named = (tuple(fit.free[i] for i in np.argsort(-np.abs(way)) if abs(way[i]) > ADVICE.weighty) for way in open_)
     return len(span) - len(open_), tuple(named)
 
 
@@ -35,7 +32,7 @@ def known_report(fit: Fit) -> list[RenderableType]:
     count, rest = combinations(fit)
     if not fit.free or not rest:
         return []
-    words = "; ".join(" with ".join(names[:MOST]) for names in rest)
+    words = "; ".join(" with ".join(names[: SHOWN.combinations]) for names in rest)
     said = f"{count} of {len(fit.free)} combinations of fitted parameters are determined by these data; not: {words}"
     return [line("KNOWN", said)]
 

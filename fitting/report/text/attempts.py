@@ -5,15 +5,14 @@ from typing import Any
 
 from fitting.diagnosis.discover import Attempt
 from fitting.diagnosis.step_rules import Objection, Reason
+from fitting.report.settings import SHOWN
 from fitting.report.text.amounts import amount
-
-SHOWN = 5  # a step: who wants all of them reads the JSON
 
 
 def attempts_text(attempts: Sequence[Attempt], unit: str) -> list[str]:
     """One sentence for each of the first attempts, and how many more there are."""
-    words = [attempt_text(attempt, unit) for attempt in attempts[:SHOWN]]
-    more = len(attempts) - SHOWN
+    words = [attempt_text(attempt, unit) for attempt in attempts[: SHOWN.attempts]]
+    more = len(attempts) - SHOWN.attempts
     return [*words, f"{more} more were tried and not kept."] if more > 0 else words
 
 

@@ -10,19 +10,12 @@ from fitting.comparison.compare import Comparison, Row
 from fitting.comparison.compare import Table as ErrorTable
 from fitting.comparison.fingerprint import Fingerprint
 from fitting.recordings.records import NoiseSource
+from fitting.report.settings import ERROR_TEXT, LAYOUT, SHOWN
 from fitting.report.text.amounts import amount, percent, places
 from fitting.report.text.layout import columns, line, lines, spaced
 from fitting.report.text.noise import NOISE_TEXT
-from fitting.report.text.study import BAR
 from fitting.report.text.warnings import comparison_warnings
 
-SLOW = 6.0  # times the scatter of neighbouring readings: so much may still be noise that changes slowly
-NEAR_FLOOR = 1.5  # times the floor: what is left is hardly more than noise
-MOSTLY = 0.8
-FEWEST_RUNS = 4  # of which one can be called odd
-ALONE = 3.0  # times the error of the next: one run alone is off
-FLAT = 0.15  # an exponent that is none
-MOST_RUNS = 12
 ERRORS = {"rms": "rmse", "mean": "bias", "largest": "largest"}  # columns of the error tables: the field of a `Row`
 
 
@@ -34,10 +27,10 @@ def worst_text(c: Comparison) -> str:
 def _one_run(c: Comparison) -> list[str]:
     """What one run alone shows is seldom an effect: the recording, or what was done to the muscle in it."""
     runs = next((table.rows for table in c.tables if table.title == "run"), ())
-    if len(runs) < FEWEST_RUNS or not fails(c):
+    if len(runs) < ERROR_TEXT.fewest_runs or not fails(c):
         return []
     first, second = sorted(runs, key=lambda row: -row.rmse)[:2]
-    if first.rmse < ALONE * second.rmse:
+    if first.rmse < ERROR_TEXT.alone * second.rmse:
         return []
     most = f"no other run has more than {amount(second.rmse, c.unit)}"
     return [f"One run alone has a large error: {first.label}, {amount(first.rmse, c.unit)}; {most}. Look at it first."]
@@ -60,7 +53,7 @@ def floor_text(c: Comparison) -> str:
 
 def fails(c: Comparison) -> bool:
     """Whether the model leaves more than noise."""
-    return c.rmse > NEAR_FLOOR * c.floor
+    return c.rmse > ERROR_TEXT.near_floor * c.floor
 
 
 def judgement(c: Comparison) -> str:
@@ -82,7 +75,7 @@ def judgement(c: Comparison) -> str:
         return f"The model describes these data nearly to their noise: RMS error {amount(c.rmse, c.unit)}."
     times = f"{c.rmse / c.floor:.0f} times" if c.rmse > 2.5 * c.floor else f"{c.rmse / c.floor:.1f} times"
     size = " The error is small: below 0.5 % of full scale." if c.negligible else ""
-    guessed = not c.noise_floor and NoiseSource.NEIGHBOURS in c.noise_sources and c.rmse < SLOW * c.floor
+    guessed = not c.noise_floor and NoiseSource.NEIGHBOURS in c.noise_sources and c.rmse < ERROR_TEXT.slow * c.floor
     doubt = " Neighbouring readings do not show slow noise: if you know the noise, state it in muscle.toml."
     error = f"The RMS error of the model is {amount(c.rmse, c.unit)}, {times} the noise of these data."
     return f"{error}{size}{doubt * guessed}"
@@ -100,9 +93,9 @@ def _parity(traces: Fingerprint) -> str:
     share = traces.odd_share
     if share is None:
         return "no state was reached in both directions, so hysteresis cannot be separated from the rest"
-    if share > MOSTLY:
+    if share > ERROR_TEXT.mostly:
         return f"{percent(share)} of the misfit changes sign with the direction of motion (odd: hysteresis)"
-    if share < 1 - MOSTLY:
+    if share < 1 - ERROR_TEXT.mostly:
         return f"{percent(1 - share)} of the misfit is the same in both directions (even: not hysteresis)"
     return f"{percent(share)} of the misfit changes sign with the direction of motion, the rest does not"
 
@@ -111,7 +104,8 @@ def _even(traces: Fingerprint) -> list[str]:
     n = traces.pressure_exponent_even
     if n is None:
         return []
-    if abs(n) < FLAT:  # the table of what is left shows otherwise: the fit hides a part that goes with pressure
+    # the table of what is left shows otherwise: the fit hides a part that goes with pressure
+    if abs(n) < ERROR_TEXT.flat:
         return ["the even part of the misfit is the same at every pressure; fitted parameters absorb some of it"]
     return [f"the even part grows as pressure to the power {n:.2g}{_meaning(n)}"]
 
@@ -123,7 +117,9 @@ def _odd(traces: Fingerprint) -> list[str]:
 
 
 def _meaning(exponent: float) -> str:
-    return " (independent of it)" if abs(exponent) < FLAT else " (proportional)" if abs(exponent - 1) < 0.1 else ""
+    if abs(exponent) < ERROR_TEXT.flat:
+        return " (independent of it)"
+    return " (proportional)" if abs(exponent - 1) < 0.1 else ""
 
 
 def _drift(traces: Fingerprint) -> list[str]:
@@ -148,15 +144,15 @@ def comparison_report(c: Comparison) -> list[RenderableType]:
 
 def _errors_by(table: ErrorTable, unit: str) -> RenderableType:
     rows = table.rows
-    left_out = len(rows) - MOST_RUNS if len(rows) > MOST_RUNS + 1 else 0
+    left_out = len(rows) - SHOWN.runs if len(rows) > SHOWN.runs + 1 else 0
     if left_out:
-        worst = sorted(rows, key=lambda row: -row.rmse)[:MOST_RUNS]
+        worst = sorted(rows, key=lambda row: -row.rmse)[: SHOWN.runs]
         rows = tuple(row for row in rows if row in worst)
     top = max(row.rmse for row in rows)
     heads, cells = error_cells(rows, unit)
     shown = columns(f"by {table.title}", *heads, "", words=(0, len(heads) + 1), spare=(len(heads) + 1,))
     for row, words in zip(rows, cells, strict=True):
-        shown.add_row(*words, Text("█" * max(1, round(BAR * row.rmse / top)) if top > 0 else "", style="cyan"))
+        shown.add_row(*words, Text("█" * max(1, round(LAYOUT.bar * row.rmse / top)) if top > 0 else "", style="cyan"))
     if left_out:
         shown.add_row(f"... and {left_out} with less error", *("" for _ in heads))
     return spaced(shown)

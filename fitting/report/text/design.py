@@ -7,6 +7,7 @@ from typing import Any
 
 from fitting import units
 from fitting.designs.answer import Answer
+from fitting.report.settings import ADVICE
 from mckibben_jax.design.best import Design, Met, to_json
 from mckibben_jax.design.merit import CONDITIONS
 from mckibben_jax.design.pareto import Second
@@ -17,8 +18,6 @@ ONE_MORE = {"Pa": ("bar", 1e5), "m": ("mm", 1e-3), "rad": ("degree", 0.017453292
             "1": ("percentage point", 0.01), "J": ("joule", 1.0), "s": ("ms", 1e-3), "N/m": ("N/mm", 1e3),
             "m^3": ("millilitre", 1e-6), "kg": ("gram", 1e-3)}  # fmt: skip
 COUNTS = {"fatigue_cycles": ("thousand cycles", 1e3)}
-LITTLE = 1e-3  # of the objective: a price below is not worth a sentence
-FEW = 3  # of a unit in a limit: of less, no whole one is spoken of
 
 
 def answer_text(found: Answer) -> str:
@@ -109,7 +108,7 @@ def prices(found: Design) -> list[str]:
 
 
 def _matters(m: Met, found: Design) -> bool:
-    return m.active and abs(m.relative) > LITTLE
+    return m.active and abs(m.relative) > ADVICE.little
 
 
 def _sentence(m: Met, found: Design, asked: bool) -> str:
@@ -125,7 +124,7 @@ def _sentence(m: Met, found: Design, asked: bool) -> str:
 
 def _how_many(units_in_limit: float) -> float:
     """One of a unit, or as small a part (0.1, 0.01, ...) as is a small part of the limit: a price holds for no more."""
-    return 1.0 if units_in_limit <= 0 else 10.0 ** min(0, math.floor(math.log10(units_in_limit / FEW)))
+    return 1.0 if units_in_limit <= 0 else 10.0 ** min(0, math.floor(math.log10(units_in_limit / ADVICE.few)))
 
 
 def sensitivities(found: Design) -> list[str]:

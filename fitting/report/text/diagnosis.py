@@ -10,6 +10,7 @@ from fitting import units
 from fitting.diagnosis.flip_groups import rests_on_in_words
 from fitting.diagnosis.record import Diagnosis, Evidence, Explanation
 from fitting.recordings.records import FORCE_TESTS, MOVING_TESTS, Experiment
+from fitting.report.settings import ADVICE, SHOWN
 from fitting.report.text.amounts import amount, percent
 from fitting.report.text.evidence import named_explanations, named_sets, sort_evidence
 from fitting.report.text.layout import columns, line, lines, spaced
@@ -18,10 +19,8 @@ from fitting.report.text.reasons import why_text
 if TYPE_CHECKING:
     from fitting.planning.next_measurement import NextMeasurement
 
-HOPELESS = 0.1  # power of a recording that separates as good as nothing
 SOME, MOST = 0.05, 0.5  # of the squared error: what takes away less is not told, not added for its own sake
 FOUND = ("missing", "one of", "not in the library")
-MOST_VALUED = 3  # explanations of which the values are shown
 
 
 def effect_set(names: Sequence[str]) -> str:
@@ -102,7 +101,7 @@ def substitutes_text(d: Diagnosis) -> list[str]:
 def measurement_text(planned: "NextMeasurement") -> list[str]:
     """What to record next and why, and how surely it decides."""
     often = f"It separates them with a power of {percent(planned.power)}"
-    if planned.power < HOPELESS:
+    if planned.power < ADVICE.hopeless:
         often += "; no other recording that was tried has more"
     return [f"{planned.what}: {planned.why}.", f"{often}."]
 
@@ -128,7 +127,7 @@ def diagnosis_report(d: Diagnosis, unit: str = "N") -> list[RenderableType]:
     shown.append(line("TEST", p_value_text(d)))
     shown += lines("OR", substitutes_text(d))
     shown += lines("SIMILAR", (f"{classes_text(group)}: these data cannot tell them apart" for group in d.classes))
-    shown += lines("VALUES", (values_text(e) for e in named_explanations(d)[:MOST_VALUED] if e.estimate))
+    shown += lines("VALUES", (values_text(e) for e in named_explanations(d)[: SHOWN.valued] if e.estimate))
     shown += lines("NEAREST", (f"{effect_set(e.effects)}: {amount(e.rmse, unit)}" for e in d.nearest))
     return [*shown, *_evidence(d, unit)]
 

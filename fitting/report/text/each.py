@@ -8,11 +8,11 @@ import numpy as np
 from rich.console import RenderableType
 
 from fitting import units
+from fitting.report.settings import SHOWN
 from fitting.report.text.amounts import amount, percent
 from fitting.report.text.layout import columns, line, lines
 from fitting.study.data_sets import DataSet
 
-MOST = 20  # rows, messages and parameters that are shown; the table has all
 NOT_USED, NOT_CONVERGED = "cannot be used", "not converged"
 
 Result = dict[str, Any]
@@ -60,13 +60,14 @@ def report(sets: Sequence[DataSet], results: Sequence[Result]) -> list[Renderabl
     counts = Counter(outcome(result) for result in results)
     shown: list[RenderableType] = [line("RESULT", _counted(counts, len(sets)), "bold")]
     missing = Counter(text for result in results for text in _missing(result))
-    shown += lines("MISSING", (f"{names}: {count}" for names, count in missing.most_common(MOST)))
+    shown += lines("MISSING", (f"{names}: {count}" for names, count in missing.most_common(SHOWN.folders)))
     if any("error" not in result for result in results):
         shown.append(_table(sets, results))
     shown += _parameters(results)
     bad = [f"{result['error']['message']}" for result in results if "error" in result]
-    shown += lines("NOT USED", bad[:MOST], "yellow")
-    return shown + ([line("", f"... and {len(bad) - MOST} more: see the table")] if len(bad) > MOST else [])
+    shown += lines("NOT USED", bad[: SHOWN.folders], "yellow")
+    more = len(bad) - SHOWN.folders
+    return shown + ([line("", f"... and {more} more: see the table")] if more > 0 else [])
 
 
 def _counted(counts: Counter[str], total: int) -> str:
@@ -85,12 +86,12 @@ def _table(sets: Sequence[DataSet], results: Sequence[Result]) -> RenderableType
     good = [(one, result) for one, result in zip(sets, results, strict=True) if "error" not in result]
     ranked = sorted(good, key=lambda pair: -_share(pair[1]))
     table = columns("data set", "error, rms", "of full scale", "outcome", words=(0, 3))
-    for one, result in ranked[:MOST]:
+    for one, result in ranked[: SHOWN.folders]:
         rmse, full, unit = _errors(result)
         size = percent(_share(result)) if full else "-"
         table.add_row(one.name, amount(rmse, unit), size, ": ".join([outcome(result), *_missing(result)]))
-    if len(ranked) > MOST:
-        table.add_row(f"... and {len(ranked) - MOST} with less error", "", "", "")
+    if len(ranked) > SHOWN.folders:
+        table.add_row(f"... and {len(ranked) - SHOWN.folders} with less error", "", "", "")
     return table
 
 
@@ -110,6 +111,6 @@ def _parameters(results: Sequence[Result]) -> list[RenderableType]:
     if not several:
         return []
     table = columns("parameter", "data sets", "least", "median", "largest")
-    for (name, unit), found in list(several.items())[:MOST]:
+    for (name, unit), found in list(several.items())[: SHOWN.folders]:
         table.add_row(name, str(len(found)), *(units.show(x, unit) for x in np.quantile(found, (0.0, 0.5, 1.0))))
     return [table]

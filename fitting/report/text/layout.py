@@ -10,10 +10,7 @@ from rich.measure import Measurement
 from rich.table import Table
 from rich.text import Text
 
-WIDTH = 110  # where the output is no terminal and COLUMNS is not set
-LABEL = 9
-NOTE = 16  # letters to which the last column, often a remark, may be narrowed
-UNBOUNDED = 10_000  # columns of a terminal, to measure what a table needs
+from fitting.report.settings import LAYOUT
 
 
 class Lasting(Console):
@@ -30,13 +27,13 @@ def console(quiet: bool = False) -> Console:
     plain = Lasting(highlight=False, markup=False, quiet=quiet)
     if plain.is_terminal or "COLUMNS" in os.environ:
         return plain
-    return Lasting(highlight=False, markup=False, quiet=quiet, width=WIDTH)
+    return Lasting(highlight=False, markup=False, quiet=quiet, width=LAYOUT.width)
 
 
 def line(label: str, text: str, style: str = "") -> RenderableType:
     """A line 'WHERE   ...' whose text stays to the right of its label."""
     grid = Table.grid(padding=(0, 1))
-    grid.add_column(width=LABEL, no_wrap=True)
+    grid.add_column(width=LAYOUT.label, no_wrap=True)
     grid.add_column(overflow="fold")
     grid.add_row(Text(label, style="bold"), Text(text, style=style))
     return grid
@@ -44,7 +41,7 @@ def line(label: str, text: str, style: str = "") -> RenderableType:
 
 def paste_line(label: str, command: str) -> Text:
     """A command behind its label, which no narrow terminal breaks: it can be pasted."""
-    return Text.assemble((label.ljust(LABEL + 1), "bold"), command)
+    return Text.assemble((label.ljust(LAYOUT.label + 1), "bold"), command)
 
 
 def lines(label: str, texts: Iterable[str], style: str = "") -> list[RenderableType]:
@@ -68,7 +65,7 @@ class TextTable:
         shown = list(range(len(self.heads)))
         for column in self.spare:
             if (
-                Measurement.get(console, options.update(width=UNBOUNDED), self._table(shown)).minimum
+                Measurement.get(console, options.update(width=LAYOUT.unbounded), self._table(shown)).minimum
                 <= options.max_width
             ):
                 break
@@ -80,7 +77,7 @@ class TextTable:
         for number in shown:
             side, last = ("left" if number in self.words else "right"), number == len(self.heads) - 1
             widest = max(cell_len(str(cell)) for cell in (self.heads[number], *(row[number] for row, _ in self.rows)))
-            least = min(widest, NOTE) if last else widest
+            least = min(widest, LAYOUT.note) if last else widest
             table.add_column(self.heads[number], justify=side, header_style="dim", min_width=least, overflow="fold")
         for cells, style in self.rows:
             table.add_row(*(cells[number] for number in shown), style=style)

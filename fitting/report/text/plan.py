@@ -9,14 +9,13 @@ from fitting import units
 from fitting.planning.candidates import simulation
 from fitting.planning.next_measurement import NextMeasurement
 from fitting.report.results import measurement_result
+from fitting.report.settings import ADVICE
 from fitting.report.text.amounts import percent
 from fitting.report.text.diagnosis import effect_set
 from fitting.report.text.layout import columns, line, lines, paste_line
 from fitting.report.text.next_step import shell_words
 from fitting.study.plan import Plan, Sets
 from fitting.study.settings import STUDY
-
-REST = 60.0  # s between recordings, for creep and warmth to fade
 
 
 def _purpose(plan: Plan) -> str:
@@ -68,7 +67,7 @@ def plan_report(plan: Plan, model: str) -> list[RenderableType]:
         shown += [line("NEEDS", step.needs, "yellow")] if step.needs else []
         shown += [paste_line("REHEARSE", command)] if command else []
     if len(plan.steps) > 1:
-        shown.append(line("ORDER", f"as listed, {duration(REST)} of rest without pressure between recordings"))
+        shown.append(line("ORDER", f"as listed, {duration(ADVICE.rest)} of rest without pressure between recordings"))
     cured = [_tie(plan, *pair) for pair in plan.tied]
     return [*shown, *lines("TIED", cured, "yellow"), line("EXPECT", _expected(plan)), *_pairs(plan)]
 
@@ -116,7 +115,7 @@ def plan_result(plan: Plan, model: str) -> dict[str, Any]:
         "explanations": [list(names) for names in d.explanations],
         "purpose": _purpose(plan),
         "protocol": [
-            {"order": order, "rest_s": REST * (order > 1), **(measurement_result(step) or {}), "simulate": run}
+            {"order": order, "rest_s": ADVICE.rest * (order > 1), **(measurement_result(step) or {}), "simulate": run}
             for order, (step, run) in enumerate(zip(plan.steps, _rehearsals(plan, model), strict=True), start=1)
         ],
         "tied": [[list(a), list(b)] for a, b in plan.tied],

@@ -6,13 +6,12 @@ from rich.console import RenderableType
 from rich.text import Text
 
 from fitting.recordings.records import Experiment, NoiseSource
+from fitting.report.settings import LAYOUT
 from fitting.report.text.amounts import amount
 from fitting.report.text.attempts import attempts_text, held_text
 from fitting.report.text.layout import columns, line, lines, spaced
 from fitting.study.stages import Stage
 from fitting.study.task import Task
-
-BAR = 12  # letters of the longest bar
 
 
 def data_text(experiments: Sequence[Experiment]) -> str:
@@ -42,7 +41,7 @@ def steps_report(stages: Sequence[Stage], unit: str = "N") -> list[RenderableTyp
     table = columns("", "RMS", "on held-out runs", "", *(["verdict then"] if said else []), words=(0, 3), spare=(3,))
     top = max(stage.rmse for stage in stages) or 1.0
     for stage in stages:
-        bar = Text("█" * max(1, round(BAR * stage.rmse / top)), style="cyan")
+        bar = Text("█" * max(1, round(LAYOUT.bar * stage.rmse / top)), style="cyan")
         verdict = [stage.verdict] if said else []
         table.add_row(stage.added, amount(stage.rmse, unit), amount(stage.left_out, unit), bar, *verdict)
     return [spaced(table)]

@@ -6,11 +6,9 @@ import numpy as np
 
 from fitting import units
 from fitting.designs.sweep import Swept
+from fitting.report.settings import SHOWN
 from mckibben_jax.design.merit import QUANTITIES
 from mckibben_jax.muscle import quantities as muscle_quantities
-
-SHOWN = 5
-LISTED = 1000  # of the best designs, in the result for machines; the file has all
 
 
 def describe(found: Swept) -> str:
@@ -39,7 +37,7 @@ def _best(found: Swept) -> list[str]:
     heads = [*batch.space.ranges, *(name for name, _ in batch.outputs)]
     columns = list(found.rows.values())[1:-1]
     cells = [[units.show(column[i], unit) for column, unit in zip(columns, kinds, strict=True)]
-             for i in range(min(SHOWN, len(found.tally.numbers)))]  # fmt: skip
+             for i in range(min(SHOWN.designs, len(found.tally.numbers)))]  # fmt: skip
     widths = [max(map(len, column)) for column in zip(heads, *cells, strict=True)]
     size = "largest" if batch.largest else "smallest"
     told = [f"the {len(found.tally.numbers):,} with the {size} {batch.outputs[batch.by][0]}; first of them:"]
@@ -49,7 +47,7 @@ def _best(found: Swept) -> list[str]:
 
 def to_json(found: Swept) -> dict[str, Any]:
     """For machines: SI, the unit in the key."""
-    count = min(LISTED, len(found.tally.numbers))
+    count = min(SHOWN.listed_designs, len(found.tally.numbers))
     best = [{name: column[i].item() for name, column in found.rows.items()} for i in range(count)]
     return {
         "designs": found.designs,

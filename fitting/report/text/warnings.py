@@ -3,11 +3,8 @@
 import numpy as np
 
 from fitting.comparison.compare import Comparison
+from fitting.report.settings import WARNING_TEXT
 from fitting.report.text.amounts import amount
-
-UNLIKELY = 0.3  # of full scale: no effect that is known leaves so much
-LIKELY = (0.6, 1.6)  # ratios of measured to modelled force that no wrong unit or diameter gives
-HALF = 0.5  # of the error: less must be left without the atmosphere
 
 
 def comparison_warnings(c: Comparison) -> list[str]:
@@ -19,10 +16,10 @@ def _size(c: Comparison) -> list[str]:
     """A hint where the model misses so much that a unit or a size is likelier to be wrong than the physics."""
     rows = c.fit.problem.of_force(c.fit.samples)
     measured, model = c.fit.samples.measured[rows], (c.fit.samples.measured + c.fit.residual)[rows]
-    if c.unit != "N" or c.share < UNLIKELY or not np.any(model):
+    if c.unit != "N" or c.share < WARNING_TEXT.unlikely or not np.any(model):
         return []
     ratio = float(model @ measured / (model @ model))
-    if LIKELY[0] < ratio < LIKELY[1]:
+    if WARNING_TEXT.likely[0] < ratio < WARNING_TEXT.likely[1]:
         return []
     times = f"{ratio:.2g}"
     return [
@@ -34,7 +31,7 @@ def _size(c: Comparison) -> list[str]:
 
 def _pressure(c: Comparison) -> list[str]:
     """A hint where readings that begin at an atmosphere fit far better without it."""
-    if c.if_absolute is None or c.if_absolute > HALF * c.rmse:
+    if c.if_absolute is None or c.if_absolute > WARNING_TEXT.half * c.rmse:
         return []
     return [
         f"Were these pressures absolute, the error would be {amount(c.if_absolute, c.unit)} instead of "
