@@ -4,12 +4,14 @@ import ast
 import json
 from pathlib import Path
 
+import numpy as np
 import pytest
 from click.testing import CliRunner
-from hidden.simulator import NOISES, STRANGERS, TYPICAL
+from hidden.simulator import NOISES, STRANGERS, TYPICAL, Truth, with_baseline
 from hidden.study.__main__ import main
 from hidden.study.cases import chosen, plan
-from hidden.study.protocols import LOOPS, OTHERS
+from hidden.study.erring import MEASURED, NO_OTHER, RIGS
+from hidden.study.protocols import LOOPS, OTHERS, PROTOCOLS, WHOLE
 
 HERE = Path(__file__).parent / "hidden"
 
@@ -41,7 +43,8 @@ def test_the_plan_goes_beyond_loops():
     """Every other kind of recording, clean in every noise and with everything at two sizes; behind all that was."""
     cases = plan(1)
     kinds = [case for case in cases if case.group == "kinds"]
-    assert cases[-len(kinds) :] == tuple(kinds)
+    loops_only = [case.group not in ("kinds", "instruments") for case in cases]
+    assert loops_only == sorted(loops_only, reverse=True)
     assert set(LOOPS).isdisjoint(OTHERS)
     for protocol in OTHERS:
         mine = [case for case in kinds if case.protocol == protocol]
@@ -71,9 +74,39 @@ def test_a_share_is_even_and_nested(share):
     for group in ("single", "power", "outside"):
         whole, part = (sum(case.group == group for case in these) for these in (cases, small))
         assert part == pytest.approx(share * whole, rel=0.15, abs=3)
-    pilots = {(c.noise, c.protocol) for c in small if c.group == "none" and c.number == 0}
-    assert {(c.noise, c.protocol) for c in small if c.unit == "limit"} <= pilots
+    pilots = {c.place for c in small if c.group in ("none", "instruments") and not c.hidden and c.number == 0}
+    assert {c.place for c in small if c.unit == "limit"} <= pilots
     assert set(chosen(cases, 1.0)) == set(cases)
+
+
+def test_the_plan_has_instruments_that_err():
+    """200 clean recordings of each kind that shows in every protocol, the data sheets stated in half of them."""
+    mine = [case for case in plan(1) if case.group == "instruments"]
+    clean = [case for case in mine if not case.hidden]
+    assert {case.instruments for case in clean} == set(RIGS)
+    assert sum(case.instruments == "laboratory" for case in clean) == 200
+    assert sum(case.stated for case in clean if case.instruments == "laboratory") == 100
+    single = [case for case in mine if len(case.hidden) == 1 and case.unit == "limit"]
+    assert len({case.hidden for case in single if case.instruments == "laboratory"}) >= 20
+    assert len({(case.hidden, case.instruments) for case in single}) >= 20 * 10
+    assert not any(case.stated for case in mine if case.instruments == "exact")
+
+
+def test_a_statement_changes_neither_noise_nor_draws_and_has_a_record_of_its_own():
+    mine = [case for case in plan(1) if case.group == "instruments" and case.number == 3 and not case.hidden]
+    rich = [case for case in mine if case.protocol == "rich" and case.instruments in ("laboratory", "drift")]
+    assert len({case.id for case in rich}) == 4
+    assert len({case.recording_seed() for case in rich}) == 1
+
+
+@pytest.mark.parametrize("protocol", MEASURED)
+def test_kinds_left_out_of_a_protocol_change_nothing_there(protocol):
+    """What is called idle is idle, and what is not shows."""
+    truth = Truth(WHOLE, with_baseline())
+    exact, *others = (PROTOCOLS[protocol].recordings(truth, NOISES["ar"], 3, 60, rig)[0] for rig in RIGS.values())
+    for rig, other in zip(list(RIGS)[1:], others, strict=True):
+        same = all(np.array_equal(exact.columns[key], other.columns[key]) for key in exact.columns if key != "branch")
+        assert same == (rig in NO_OTHER[protocol]), rig
 
 
 def test_noise_is_independent_of_how_it_is_said():
@@ -89,7 +122,7 @@ def test_the_truth_shares_no_code_with_the_program():
     truth = [path for path in HERE.glob("*.py") if not path.name.startswith(("test_", "make_"))]
     truth += [
         HERE / "study" / f"{name}.py"
-        for name in ("protocols", "sizes", "cases", "mimicry", "changes", "scores", "kinds")
+        for name in ("protocols", "sizes", "cases", "mimicry", "changes", "scores", "kinds", "erring", "rig_scores")
     ]
     for path in truth:
         for node in ast.walk(ast.parse(path.read_text())):

@@ -5,9 +5,10 @@ prints as its detection limit), `outside` (an effect of nobody's library), `pair
 of the stated size alone), `invariance` (the same recording said in another way), `next` (one effect measured poorly,
 with the recording that the program then proposes, and with one drawn at random), `kinds` (nothing, one effect of the
 library, or one of nobody's, in isometric tests, static maps, loops with either, loops driven by a sine, and loops of
-which every run has its own pressure or speed; the other groups have loops at constant speeds only). A size is the rms
-misfit that is left once the baseline has been refitted: in noise sigmas, or in detection limits. What a kind of
-recording cannot show has no such size, and is not diagnosed.
+which every run has its own pressure or speed; the other groups have loops at constant speeds only), `instruments` (the
+cases of `erring`: instruments that err, one kind alone or all together; they are exact in all other groups). A size is
+the rms misfit that is left once the baseline has been refitted: in noise sigmas, or in detection limits. What a kind
+of recording cannot show has no such size, and is not diagnosed.
 """
 
 from __future__ import annotations
@@ -46,11 +47,13 @@ FAMILIES = (
     set(FRICTIONS),
     {"presliding", "maxwell_slip"},
 )
+ERRING = "instruments"
+Place = tuple[str, str, str, bool]
 
 
 @dataclass(frozen=True)
 class Case:
-    """One recording to be diagnosed. `unit` of the size: "sigma" or "limit"."""
+    """One recording to be diagnosed. `unit` of the size: "sigma" or "limit"; `stated`: whether data sheets are."""
 
     group: str
     hidden: tuple[str, ...]
@@ -61,13 +64,22 @@ class Case:
     number: int
     seed: int
     change: str = CHANGES[0]
+    instruments: str = "exact"
+    stated: bool = False
+
+    @property
+    def place(self) -> Place:
+        """What a detection limit depends on."""
+        return self.noise, self.protocol, self.instruments, self.stated
 
     @property
     def id(self) -> str:
         """A name that says everything."""
         size = f"{self.size:g}{self.unit}" if self.hidden else "-"
         hidden = "+".join(self.hidden) or "nothing"
-        parts = (self.group, hidden, size, self.noise, self.protocol, self.change, str(self.number))
+        parts = [self.group, hidden, size, self.noise, self.protocol, self.change, str(self.number)]
+        if self.group == ERRING:
+            parts += [self.instruments, "stated" if self.stated else "presumed"]
         return "/".join(part.replace(" ", "-") for part in parts)
 
     @property
@@ -92,8 +104,10 @@ class Case:
 
 def plan(seed: int = 1) -> tuple[Case, ...]:
     """Every case of the full study."""
+    from .erring import erring
+
     made = (nothing(seed), singles(seed), powers(seed), outsiders(seed), several(seed), invariances(seed), ties(seed))
-    return tuple(case for group in (*made, kinds(seed)) for case in group)
+    return tuple(case for group in (*made, kinds(seed), erring(seed)) for case in group)
 
 
 def nothing(seed: int) -> Iterable[Case]:
@@ -193,16 +207,17 @@ def chosen(cases: Sequence[Case], share: float, groups: Collection[str] = ()) ->
         if group == "invariance":  # a recording and what it is compared with stay together
             taken |= {case for case in mine if turn(case.number) < share}
             continue
-        mine.sort(key=lambda c: (c.noise, c.protocol, c.unit, c.size, zlib.crc32(c.id.encode())))
+        mine.sort(key=lambda c: (*c.place, c.unit, c.size, zlib.crc32(c.id.encode())))
         taken |= {case for place, case in enumerate(mine) if turn(place) < share}
-    needed = {(case.noise, case.protocol) for case in taken if case.unit == "limit"}
-    taken |= {case for case in cases if is_pilot(case) and (case.noise, case.protocol) in needed}
+    needed = {case.place for case in taken if case.unit == "limit"}
+    taken |= {case for case in cases if is_pilot(case) and case.place in needed}
     return tuple(case for case in cases if case in taken)
 
 
 def is_pilot(case: Case) -> bool:
-    """Whether the detection limits of a noise and a protocol are read off this case."""
-    return case.group == "none" and case.number == 0
+    """Whether the detection limits of a noise, a protocol and its instruments are read off this case."""
+    exact = case.instruments == "exact"  # whose limits come from the group `none`
+    return case.group == ("none" if exact else ERRING) and not case.hidden and case.number == 0
 
 
 def turn(place: int) -> float:

@@ -11,8 +11,9 @@ from typing import Any
 import numpy as np
 
 from ..simulator import EVERY_NOISE, Dataset, Noise, Truth, write
-from .cases import Case
+from .cases import ERRING, Case
 from .changes import changed
+from .erring import RIGS
 from .follow import followed
 from .mimicry import mimic
 from .protocols import PROTOCOLS
@@ -24,7 +25,7 @@ NEXT = "next"
 
 
 def judged(case: Case, limits: dict[str, float], rivals: bool = False) -> dict[str, Any]:
-    """The record of one case. `limits`: printed detection limits (N) for this noise and protocol."""
+    """The record of one case. `limits`: printed detection limits (N) for this noise, protocol and instruments."""
     began = time.perf_counter()
     noise = EVERY_NOISE[case.noise]
     hidden, target = hidden_of(case, limits)
@@ -32,27 +33,27 @@ def judged(case: Case, limits: dict[str, float], rivals: bool = False) -> dict[s
     if hidden is None:
         return record | {"visible": False, "seconds": time.perf_counter() - began}
     truth = hiding(base_of(hidden), hidden)
-    data = PROTOCOLS[case.protocol].data(truth, noise, case.recording_seed())
+    data = PROTOCOLS[case.protocol].data(truth, noise, case.recording_seed(), RIGS[case.instruments])
     record |= {"visible": True, "parameters": hidden, "floor": true_floor(case, data)}
     with TemporaryDirectory() as folder:
-        changed(write(data, Path(folder) / "data"), case.change, case.random)
+        changed(write(data, Path(folder) / "data", say_accuracy=case.stated), case.change, case.random)
         record |= said(case, Path(folder) / "data", list(base_of(hidden)), rivals, truth)
     return record | mimicked(case, hidden, record)
 
 
 def hidden_of(case: Case, limits: dict[str, float]) -> tuple[dict[str, dict[str, float]] | None, float]:
-    """What is hidden, with its parameters (None where these data could not show it), and each one's misfit alone, N."""
+    """What is hidden, with its parameters (None where these data could not show it), and the least misfit of one, N."""
     shapes, sigma = case.shapes(), noise_sd(EVERY_NOISE[case.noise])
-    unit = sigma if case.unit == "sigma" or not case.hidden else limits.get(case.hidden[0])
-    if unit is None:
-        return None, float("nan")
-    target, found = case.size * unit, {}
-    for name in case.hidden:
-        given = sized(case.protocol, name, target, shapes[name], sigma, case.hidden)
+    if not case.hidden:
+        return {}, case.size * sigma
+    targets = {name: case.size * (sigma if case.unit == "sigma" else limits.get(name, np.nan)) for name in case.hidden}
+    least, found = min(targets.values()), {}
+    for name, target in targets.items():
+        given = sized(case.protocol, name, target, shapes[name], sigma, case.hidden) if np.isfinite(target) else None
         if given is None:
-            return None, target
+            return None, least
         found[name] = given
-    return found, target
+    return found, least
 
 
 def mimicked(case: Case, hidden: dict[str, dict[str, float]], record: dict[str, Any]) -> dict[str, float]:
@@ -69,10 +70,16 @@ def noise_sd(noise: Noise) -> float:
 
 
 def true_floor(case: Case, data: Dataset) -> float:
-    """Rms of what no model could foretell: the readings' noise, and the muscle's spread from run to run, N."""
-    steady = replace(EVERY_NOISE[case.noise], spread=0.0)
-    predicted = PROTOCOLS[case.protocol].recordings(data.truth, steady)
-    left = [read.columns["force"] - mean.clean for read, mean in zip(data.recordings, predicted, strict=True)]
+    """Rms of what no model could foretell: the readings' noise, and the muscle's spread from run to run, N.
+
+    What instruments err by all along a run could be foretold by who knew it, and is left out.
+    """
+    silent = replace(EVERY_NOISE[case.noise], sd=0.0, step=0.0, spread=0.0)
+    rig, seed = RIGS[case.instruments], case.recording_seed()
+    predicted = PROTOCOLS[case.protocol].recordings(data.truth, silent, seed, instruments=rig)
+    left = [
+        read.columns["force"] - mean.columns["force"] for read, mean in zip(data.recordings, predicted, strict=True)
+    ]
     return float(np.sqrt(np.mean(np.concatenate(left) ** 2)))
 
 
@@ -95,7 +102,7 @@ def said(case: Case, folder: Path, base: list[str], rivals: bool, truth: Truth) 
     found = concluded(search)
     seconds = time.perf_counter() - began
     record = verdict_of(found) | {"seconds": seconds}
-    if case.group == "none":
+    if case.group in ("none", ERRING) and not case.hidden:
         record["limits"] = {n: e.detection_limit for n, e in found.effects.items() if e.detection_limit is not None}
     if case.group == OUTSIDE:
         record["fingerprint"] = fingerprint(found, experiment)

@@ -12,10 +12,17 @@ import numpy as np
 from jinja2 import Environment
 
 from .kinds import kind_scores, named_kinds
+from .rig_scores import alarm_table, named_rigs, rig_scores, usual
 from .rivals import NAMES
 from .scores import ELSE, KIND, Record, Score, answered, confusion, holds, right, rival_scores, scores, sets, wrong
 
 MOST_WRONG = 60
+RIGS_TEXT = """Gauges, load cells and rulers that err as those of laboratories do; all other tables have exact
+instruments. Columns: with the data sheets stated in muscle.toml, and with accuracies presumed by the program."""
+ALARMS_TEXT = (
+    """Each kind alone, all together ("laboratory"; a ripple that no gauge shows is no part of it), and half of that."""
+)
+RIVALS_TEXT = """All kinds of error together."""
 FALSE = "#c00000"  # what was named wrongly, or not at all
 HEADS = (
     "one effect, % of cases",
@@ -53,6 +60,12 @@ among those that crashed or were not diagnosed. Shares of cases, and how many ca
 {% for row in kind_rows %}<tr><td>{{ row[0].measure }} {{ row[0].goal }}{% for s in row %}
 <td>{{ counted(s) }}{% endfor %}</tr>
 {% endfor %}</table>{% endif %}
+{% for title, text, columns, rows in rigs %}<h2>{{ title }}</h2>
+<p>{{ text }}</p>
+<table><tr><th>measure{% for column in columns %}<th>{{ column }}{% endfor %}</tr>
+{% for row in rows %}<tr><td>{{ row[0].measure }} {{ row[0].goal }}{% for s in row %}
+<td>{{ counted(s) }}{% endfor %}</tr>
+{% endfor %}</table>{% endfor %}
 {% if picture %}<h2>What was hidden, and what was named</h2>
 <p>Counts; red is what must not happen. An exact like of the truth counts as the truth. The lowest rows are in nobody's
 library.</p>
@@ -74,7 +87,7 @@ library.</p>
 def write_page(records: Sequence[Record], path: Path, command: str) -> str:
     """Write PATH, and beside it .md and .csv; returns their names in words."""
     path.parent.mkdir(parents=True, exist_ok=True)
-    table, rivals, kinds = scores(records), rival_scores(records), kind_scores(records)
+    table, rivals, kinds, rigs = scores(records), rival_scores(records), kind_scores(records), rig_tables(records)
     page = Environment(autoescape=True).from_string(PAGE)
     path.write_text(
         page.render(
@@ -86,6 +99,7 @@ def write_page(records: Sequence[Record], path: Path, command: str) -> str:
             kinds=list(kinds),
             counted=counted,
             kind_rows=list(zip(*kinds.values(), strict=True)),
+            rigs=[(title, text, list(one), list(zip(*one.values(), strict=True))) for title, text, one in rigs],
             picture=base64.b64encode(picture(records)).decode(),
             rivals=list(rivals) if len(rivals) > 1 else [],
             rows=list(zip(*rivals.values(), strict=True)),
@@ -95,8 +109,11 @@ def write_page(records: Sequence[Record], path: Path, command: str) -> str:
             failures=failures(records),
         )
     )
-    path.with_suffix(".md").write_text(markdown(table, command) + kind_markdown(kinds))
-    write_csv([*table, *named_kinds(kinds)], path.with_suffix(".csv"))
+    sections = "".join(column_markdown(title, one) for title, _, one in rigs)
+    path.with_suffix(".md").write_text(
+        markdown(table, command) + column_markdown("other kinds of recording", kinds) + sections
+    )
+    write_csv([*table, *named_kinds(kinds), *named_rigs(rigs[0][2] if rigs else {})], path.with_suffix(".csv"))
     return f"{path}, {path.with_suffix('.md').name}, {path.with_suffix('.csv').name}"
 
 
@@ -107,11 +124,21 @@ def markdown(table: Sequence[Score], command: str) -> str:
     return "\n".join([f"`{command}`", "", *head, *rows]) + "\n"
 
 
-def kind_markdown(kinds: dict[str, list[Score]]) -> str:
-    """The scores of other kinds of recording: a row for each measure, a column for each kind."""
+def rig_tables(records: Sequence[Record]) -> list[tuple[str, str, dict[str, list[Score]]]]:
+    """Title, explanation and scores of what was measured with instruments that err."""
+    tables = [
+        ("Instruments that err", RIGS_TEXT, rig_scores(records)),
+        ("Clean recordings said to lack something, by kind of instrument", ALARMS_TEXT, alarm_table(records)),
+        ("Instruments that err: the same cases by other methods", RIVALS_TEXT, rival_scores(usual(records))),
+    ]
+    return [(title, text, table) for title, text, table in tables if len(table) > 1]
+
+
+def column_markdown(title: str, kinds: dict[str, list[Score]]) -> str:
+    """Scores of several columns: a row for each measure."""
     if not kinds:
         return ""
-    head = [f"| other kinds of recording | goal | {' | '.join(kinds)} |", "|---" * (2 + len(kinds)) + "|"]
+    head = [f"| {title} | goal | {' | '.join(kinds)} |", "|---" * (2 + len(kinds)) + "|"]
     cells = [[row[0].measure, row[0].goal, *map(counted, row)] for row in zip(*kinds.values(), strict=True)]
     return "\n".join(["", *head, *(f"| {' | '.join(row)} |" for row in cells)]) + "\n"
 

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from ..rig import MAJOR_AND_MINOR, STATIONS
-from ..simulator import Dataset, Muscle, Noise, Recording, Truth, dataset, isometric, loops, static
+from ..simulator import EXACT, Dataset, Instruments, Muscle, Noise, Recording, Truth, dataset, isometric, loops, static
 
 WHOLE = Muscle(shear_modulus=5.4e5, strand_width=3e-4, strand_modulus=2e9, strand_poisson=0.4)
 SINGLE_LOOP = (0.0, 0.26, 0.0)
@@ -36,13 +36,15 @@ class Part:
     test: str = "loop"
     given: dict = field(default_factory=dict)
 
-    def record(self, truth: Truth, noise: Noise, seed: int = 0, samples: int | None = None) -> Recording:
+    def record(
+        self, truth: Truth, noise: Noise, seed: int = 0, samples: int | None = None, instruments: Instruments = EXACT
+    ) -> Recording:
         """Measure; `samples` of a run instead of the protocol's own, where a test has any (a map has points)."""
         key, usual = CONTRACTIONS[self.test]
         given = {key: usual, **self.given}
         if samples is not None and self.test != "static":
             given["samples"] = samples
-        return MADE[self.test](truth, noise=noise, seed=seed, **given)
+        return MADE[self.test](truth, noise=noise, seed=seed, instruments=instruments, **given)
 
     def stretched(self, ratio: float) -> Part:
         """The same displacements on a muscle whose length is `ratio` times as long."""
@@ -58,14 +60,15 @@ class Protocol:
     errors: dict[str, float] = field(default_factory=dict)
 
     def recordings(
-        self, truth: Truth, noise: Noise, seed: int = 0, samples: int | None = None
+        self, truth: Truth, noise: Noise, seed: int = 0, samples: int | None = None, instruments: Instruments = EXACT
     ) -> tuple[Recording, ...]:
-        """Measure; every recording has noise of its own."""
-        return tuple(part.record(truth, noise, seed + i, samples) for i, part in enumerate(self.parts))
+        """Measure; every recording has noise, and errors of its instruments, of its own."""
+        return tuple(part.record(truth, noise, seed + i, samples, instruments) for i, part in enumerate(self.parts))
 
-    def data(self, truth: Truth, noise: Noise, seed: int) -> Dataset:
+    def data(self, truth: Truth, noise: Noise, seed: int, instruments: Instruments = EXACT) -> Dataset:
         """Measure, and state the muscle as well as its owner knows it."""
-        return dataset(truth, self.recordings(truth, noise, seed), "Hidden", noise, seed, **self.errors)
+        made = self.recordings(truth, noise, seed, instruments=instruments)
+        return dataset(truth, made, "Hidden", noise, seed, **self.errors)
 
     def stretched(self, ratio: float) -> Protocol:
         """The same displacements on a muscle whose length is `ratio` times as long."""

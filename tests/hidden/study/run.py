@@ -21,10 +21,11 @@ from zlib import crc32
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
-from .cases import Case, chosen, is_pilot, plan, turn
+from .cases import ERRING, Case, Place, chosen, is_pilot, plan, turn
+from .erring import TOGETHER
 
 Work = Callable[[Case, dict[str, float], bool], dict[str, Any]]
-Limits = dict[tuple[str, str], dict[str, float]]  # of a noise and a protocol: effect -> N
+Limits = dict[Place, dict[str, float]]  # of a noise, a protocol and its instruments: effect -> N
 CASES = 60  # after which a process is replaced: compiled programs of every shape pile up to gigabytes
 
 
@@ -74,9 +75,14 @@ def in_order(cases: Sequence[Case]) -> list[Case]:
 
 
 def limits_of(done) -> Limits:
-    """The printed detection limits of every noise and protocol."""
-    clean = (record for record in done if record["group"] == "none" and record["number"] == 0)
-    return {(record["noise"], record["protocol"]): record["limits"] for record in clean if "limits" in record}
+    """The printed detection limits of every noise, protocol and kind of instruments."""
+    clean = (record for record in done if "limits" in record and record["number"] == 0)
+    return {place_of(record): record["limits"] for record in clean}
+
+
+def place_of(record: dict[str, Any]) -> Place:
+    """`Case.place` of a record; records from before instruments erred had exact ones."""
+    return record["noise"], record["protocol"], record.get("instruments", "exact"), record.get("stated", False)
 
 
 # ---------------------------------------------------------------------------------------------------------- the clock
@@ -120,7 +126,7 @@ def finished(working, cases: Sequence[Case], asked: Asked, ahead: int) -> Iterat
     while left or waiting:
         while left and len(waiting) < ahead:
             case = left.pop()
-            own = asked.limits.get((case.noise, case.protocol), {})
+            own = asked.limits.get(case.place, {})
             given = (case, own, has_rivals(case, asked.rivals))
             waiting[working.schedule(asked.work, args=given, timeout=asked.seconds)] = case
         for future in wait(waiting, return_when=FIRST_COMPLETED).done:
@@ -155,7 +161,9 @@ def failed(case: Case, why: str) -> dict[str, Any]:
 
 def has_rivals(case: Case, share: float) -> bool:
     """Whether the rivals answer this case too: an even share of every group."""
-    return case.group not in ("power", "invariance", "next", "kinds") and turn(crc32(case.id.encode())) < share
+    alone = case.group == ERRING and case.instruments != TOGETHER
+    unasked = alone or case.group in ("power", "invariance", "next", "kinds")
+    return not unasked and turn(crc32(case.id.encode())) < share
 
 
 # ----------------------------------------------------------------------------------------------------------- the file
