@@ -14,6 +14,7 @@ from fitting.comparison.settings import ERRORS
 from fitting.least_squares.evaluate import rmse_at_pressures
 from fitting.least_squares.record import Fit
 from fitting.problem.residuals import Samples
+from fitting.recordings.channel_errors import ChannelErrors, channel_errors
 from fitting.recordings.noise import noise_of, source_of_noise
 from fitting.recordings.records import MOVING_TESTS, Experiment, NoiseSource, Recording
 
@@ -74,6 +75,7 @@ class Comparison:
     cells: Cells | None
     fingerprint: Fingerprint
     notes: tuple[str, ...]
+    channels: tuple[ChannelErrors, ...] = ()  # what the instruments of each recording may err by
     if_absolute: float | None = None  # the error, were the pressures absolute; None where they cannot be
 
     @property
@@ -128,8 +130,15 @@ def compare(fit: Fit, experiments: Sequence[Experiment]) -> Comparison:
         cells=parity,
         fingerprint=traces,
         notes=_notes(recordings, pairs, parity),
+        channels=_channels(recordings),
         if_absolute=_if_absolute(fit, rmse / full_scale) if unit == "N" else None,
     )
+
+
+def _channels(recordings: Sequence[tuple[Experiment, Recording]]) -> tuple[ChannelErrors, ...]:
+    """Those of every file, once: a file of motions may be several recordings of force."""
+    files = {(experiment.name, recording.file): recording for experiment, recording in recordings}
+    return tuple(errors for recording in files.values() for errors in channel_errors(recording))
 
 
 def _if_absolute(fit: Fit, share: float) -> float | None:

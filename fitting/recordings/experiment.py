@@ -13,6 +13,7 @@ from fitting import units
 from fitting.errors import InputError, concerning, unknown_name
 from fitting.recordings.accuracy import Accuracy
 from fitting.recordings.accuracy_table import accuracy_of
+from fitting.recordings.channel_errors import found_errors
 from fitting.recordings.input_errors import input_errors
 from fitting.recordings.muscle_file import muscle_of, name_of, read_muscle, read_toml, source_of
 from fitting.recordings.noise import one_load_cell
@@ -127,10 +128,11 @@ def _read(path: Path, test: str, muscle: Muscle, options: dict[str, Any], name: 
     accuracy = accuracy_of(options.get("accuracy"), test, float(muscle.length), _noise(options.get("noise"), test))
     table = read_table(path, options.get("columns"), options.get("units"))
     with units.spoken(units.own_units([_stated(table)])):  # what is wrong is said as the owner of the data would
-        runs, notes = _checked_runs(table, test, muscle, options, accuracy)
+        runs, notes, found = _checked_runs(table, test, muscle, options, accuracy)
     position = next(column for column in POSITIONS if column in table)
     noise = (accuracy.force if test in FORCE_TESTS else accuracy.position).noise
-    return Recording(name, test, runs, noise, notes, position, _stated(table), accuracy=accuracy), table.raw
+    read = Recording(name, test, runs, noise, notes, position, _stated(table), accuracy=accuracy, found=found)
+    return read, table.raw
 
 
 def _noise(stated: Any, test: str) -> float | None:
@@ -146,8 +148,8 @@ def _noise(stated: Any, test: str) -> float | None:
 
 def _checked_runs(
     table: Table, test: str, muscle: Muscle, options: dict[str, Any], stated: Accuracy
-) -> tuple[tuple[Run, ...], tuple[str, ...]]:
-    """The runs of a table, every reading checked, and notes on what was set aside."""
+) -> tuple[tuple[Run, ...], tuple[str, ...], Accuracy]:
+    """The runs of a table, every reading checked; notes on what was set aside; and what the readings err by."""
     counts: Counter[str] = Counter()
     parts = read_runs(table, test, muscle, options, counts)
     odd = check_plausible(parts, table, test, muscle, options.get("valid"))
@@ -160,7 +162,8 @@ def _checked_runs(
         raise InputError(
             f"no sample is left that carries weight: {why}", table.file, cure="widen `valid`, or record more"
         )
-    return runs, (*_notes(counts, table, test, runs), *_smoothed(parts, runs, test), *odd, *_limits_of(runs, test))
+    notes = (*_notes(counts, table, test, runs), *_smoothed(parts, runs, test), *odd, *_limits_of(runs, test))
+    return runs, notes, found_errors(parts, test, float(muscle.length))
 
 
 def _smoothed(parts: Sequence[Run], runs: tuple[Run, ...], test: str) -> list[str]:

@@ -126,6 +126,7 @@ class Recording:
     units: Mapping[str, str] = field(default_factory=dict)  # SI unit -> what the file gives it in ("Pa" -> "psi")
     noise_source: NoiseSource = NoiseSource.STATED  # where `noise` is known from, if it is given
     accuracy: Accuracy = NOTHING_STATED  # as muscle.toml states it; `presumed.allowed` fills what is missing
+    found: Accuracy = NOTHING_STATED  # noise and resolution of its channels, as their readings show them
 
     @property
     def unit(self) -> str:

@@ -13,6 +13,7 @@ from fitting.diagnosis.flip_groups import rests_on_in_words
 from fitting.diagnosis.record import Diagnosis, Evidence, Explanation
 from fitting.least_squares.record import Fit
 from fitting.report.text.attempts import attempts_result
+from fitting.report.text.instruments import channels_result
 from fitting.report.text.noise import NOISE_TEXT
 from fitting.report.text.reasons import notes_of, why_text
 from fitting.study.stages import Stage
@@ -37,6 +38,7 @@ def comparison_result(c: Comparison) -> dict[str, Any]:
         "fingerprint": fingerprint_result(c.fingerprint),
         "worst": c.worst,
         **{f"by_{table.title}": [_row(row, c.unit) for row in table.rows] for table in c.tables},
+        "channels": channels_result(c.channels),
         "notes": list(c.notes),
     }
 
@@ -128,6 +130,7 @@ def diagnosis_result(d: Diagnosis, c: Comparison, planned: "NextMeasurement | No
         "level": d.level,
         "rests_on": rests_on_in_words(d.rests_on),
         "by_recording": recordings_result(c),
+        "channels": channels_result(c.channels),
         "effects": {name: _evidence(evidence) for name, evidence in d.effects.items()},
         "fingerprint": fingerprint_result(c.fingerprint),
         "next_measurement": measurement_result(planned),

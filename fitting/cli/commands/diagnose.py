@@ -29,6 +29,7 @@ def command(propose: bool, **options: Any) -> None:
     from fitting.report.results import diagnosis_result
     from fitting.report.text.comparison import error_text
     from fitting.report.text.diagnosis import diagnosis_report, measurement_text, motion_notes
+    from fitting.report.text.instruments import channel_lines
     from fitting.report.text.layout import line, lines, paste_line
     from fitting.report.text.next_step import after_diagnosis
     from fitting.report.text.proposal import proposal_result, proposal_text
@@ -46,7 +47,7 @@ def command(propose: bool, **options: Any) -> None:
     run.print(diagnosis_report(found, compared.unit))
     notes = [*of_force(run.task.experiments)[1], *motion_notes(found, run.task.experiments)]
     run.print(lines("NOTE", notes))
-    run.print([line("ERROR", error_text(compared))])
+    run.print([line("ERROR", error_text(compared)), *lines("CHANNELS", channel_lines(compared.channels))])
     run.print([line("MEASURE", " ".join(measurement_text(planned)))] if planned else [])
     after = after_diagnosis(found, run.request.again, propose)
     run.print([paste_line("NEXT", after.command)] if after else [])

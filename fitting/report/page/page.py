@@ -22,6 +22,7 @@ from fitting.report.text.attempts import held_text, why_not_kept
 from fitting.report.text.comparison import error_cells, error_text, judgement, kind_text, worst_text
 from fitting.report.text.diagnosis import effect_set, leading_text, measurement_text, verdict_text
 from fitting.report.text.fit import fit_warnings, range_cells, value_cells
+from fitting.report.text.instruments import HEADS, channel_cells, channel_lines
 from fitting.report.text.next_step import after_comparison, after_diagnosis
 from fitting.report.text.study import data_text
 from fitting.report.text.warnings import comparison_warnings
@@ -65,6 +66,7 @@ def page(
         _where(c),
         *([] if d is None else [effects(d, c), alike(d)]),
         _parameters(c.fit),
+        _instruments(c),
         *([] if planned is None else [_planned(planned)]),
         *posterior,
         _provenance(task, c, d),
@@ -230,6 +232,18 @@ def _parameters(fit: Fit) -> Section:
         "independent of the others, and is too small.",
     )
     return Section("Parameters", sentences=words, tables=(Grid(heads, rows, words=(5, 6)),))
+
+
+def _instruments(c: Comparison) -> Section:
+    """What each channel may err by, each in a sentence; and folded, that of every recording."""
+    grid = Grid(HEADS, tuple(Line(channel_cells(each)) for each in c.channels), words=(0, 1, 3, 6, 7))
+    words = "What is presumed is that of common instruments: state yours below [recording.accuracy] in muscle.toml."
+    return Section(
+        "What the instruments may err by",
+        sentences=(*(_sentence(text) for text in channel_lines(c.channels)), words),
+        folded=(grid,),
+        folded_title="Every recording and channel, one standard deviation each",
+    )
 
 
 def _parameter(fit: Fit, name: str) -> tuple[str, ...]:

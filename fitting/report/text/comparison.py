@@ -12,6 +12,7 @@ from fitting.comparison.fingerprint import Fingerprint
 from fitting.recordings.records import NoiseSource
 from fitting.report.settings import ERROR_TEXT, LAYOUT, SHOWN
 from fitting.report.text.amounts import amount, percent, places
+from fitting.report.text.instruments import channel_lines
 from fitting.report.text.layout import columns, line, lines, spaced
 from fitting.report.text.noise import NOISE_TEXT
 from fitting.report.text.warnings import comparison_warnings
@@ -136,6 +137,7 @@ def comparison_report(c: Comparison) -> list[RenderableType]:
         line("KIND", kind_text(c)),
         *lines("WARNING", comparison_warnings(c), "yellow"),
     ]
+    shown += lines("CHANNELS", channel_lines(c.channels))
     shown += lines("NOTE", c.notes)
     if len(c.by_recording) > 1:
         shown.append(_recordings(c))

@@ -1,0 +1,115 @@
+"""What each channel of a recording may err by: as its readings show, as muscle.toml states, as is presumed."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, fields, replace
+
+import numpy as np
+
+from fitting.recordings import motion_signals as signals
+from fitting.recordings.accuracy import Accuracy, Channel, ChannelAccuracy
+from fitting.recordings.inputs import SETTINGS, rounding, stamp_error
+from fitting.recordings.noise import noise_of
+from fitting.recordings.presumed import allowed
+from fitting.recordings.records import FORCE_TESTS, NoiseSource, Recording, Run
+
+ROUNDED = 1e-6  # of the largest reading: finer steps are arithmetic, or a file written with all digits
+UNITS = {Channel.PRESSURE: "Pa", Channel.POSITION: "m", Channel.FORCE: "N", Channel.TIME: "s"}
+WHITE = ("noise", "resolution")  # errors that readings themselves show
+
+
+@dataclass(frozen=True)
+class ChannelErrors:
+    """The errors of one channel of one recording, in its SI `unit`; None is not known."""
+
+    file: str
+    channel: Channel
+    unit: str
+    found: ChannelAccuracy  # noise and resolution, as the readings show them
+    allowed: ChannelAccuracy  # as stated, else as presumed
+    skew: float | None  # s, of the channel TIME alone
+    stated: tuple[str, ...]  # names of the errors that muscle.toml states
+
+    @property
+    def noise(self) -> float | None:
+        """Standard deviation of one reading: as stated, else as found."""
+        return self.allowed.noise if "noise" in self.stated else self.found.noise
+
+    @property
+    def resolution(self) -> float | None:
+        """Step in which readings are rounded: as stated, else as found; None where they are not."""
+        return self.allowed.resolution if "resolution" in self.stated else self.found.resolution
+
+    @property
+    def systematic(self) -> dict[str, float]:
+        """The errors that no number of readings averages out, by name."""
+        if self.channel is Channel.TIME:
+            return {} if self.skew is None else {"skew": self.skew}
+        errors = ((each.name, getattr(self.allowed, each.name)) for each in fields(ChannelAccuracy))
+        return {name: size for name, size in errors if size is not None and name not in WHITE}
+
+
+def channel_errors(recording: Recording) -> tuple[ChannelErrors, ...]:
+    """The errors of every channel that the recording has."""
+    limits, found = allowed(recording), _found(recording)
+    return tuple(
+        ChannelErrors(
+            recording.file,
+            channel,
+            UNITS[channel],
+            getattr(found, channel, ChannelAccuracy()),
+            getattr(limits, channel, ChannelAccuracy()),
+            limits.skew if channel is Channel.TIME else None,
+            _stated(recording.accuracy, channel),
+        )
+        for channel in _channels(recording)
+    )
+
+
+def _channels(recording: Recording) -> tuple[Channel, ...]:
+    """Those that were read: a motion that is read as force has no load cell, points have no time."""
+    force = recording.test in FORCE_TESTS and recording.noise_source is not NoiseSource.MOTION
+    timed = recording.test != "static"
+    return Channel.PRESSURE, Channel.POSITION, *([Channel.FORCE] if force else []), *([Channel.TIME] if timed else [])
+
+
+def _stated(accuracy: Accuracy, channel: Channel) -> tuple[str, ...]:
+    if channel is Channel.TIME:
+        return () if accuracy.skew is None else ("skew",)
+    stated: ChannelAccuracy = getattr(accuracy, channel)
+    return tuple(each.name for each in fields(stated) if getattr(stated, each.name) is not None)
+
+
+def _found(recording: Recording) -> Accuracy:
+    """What the readings show: of a force, the scatter of neighbours within branches, as `noise_of` has it."""
+    if recording.test not in FORCE_TESTS or recording.test == "static":
+        return recording.found
+    scatter = noise_of(replace(recording, noise=None))
+    return replace(recording.found, force=replace(recording.found.force, noise=scatter))
+
+
+def found_errors(parts: Sequence[Run], test: str, length: float) -> Accuracy:
+    """Noise and resolution that readings show, before anything is estimated; `length` of the muscle in m."""
+    of_force = test in FORCE_TESTS
+    position = [length * part.contraction if of_force else part.measured for part in parts]
+    return Accuracy(
+        pressure=_white([part.pressure for part in parts], parts, test),
+        position=_white(position, parts, test),
+        force=_white([part.measured for part in parts], parts, test) if of_force else ChannelAccuracy(),
+    )
+
+
+def _white(readings: Sequence[np.ndarray], parts: Sequence[Run], test: str) -> ChannelAccuracy:
+    """Noise of one reading, None for points without history; and the step of rounding, if there is one."""
+    together = np.concatenate(readings)
+    step = rounding(together)
+    resolution = step if step > ROUNDED * float(np.abs(together).max()) else None
+    if test == "static":
+        return ChannelAccuracy(resolution=resolution)
+    levels = [_noise(part.time, values) for part, values in zip(parts, readings, strict=True)]
+    return ChannelAccuracy(noise=float(np.median(levels)), resolution=resolution)
+
+
+def _noise(time: np.ndarray, reading: np.ndarray) -> float:
+    """Standard deviation of one reading's error; what rounded time stamps seem to add is none of it."""
+    level = signals.noise_level(time, reading)
+    return level if level > SETTINGS.stamps * stamp_error(time, reading) else 0.0
