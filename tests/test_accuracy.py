@@ -1,6 +1,7 @@
 """`[recording.accuracy]`: what is stated of instruments is read, refused with a cure, and reaches what uses it."""
 
 import json
+import re
 
 import numpy as np
 import pytest
@@ -15,6 +16,7 @@ from fitting.recordings.channel_errors import channel_errors
 from fitting.recordings.experiment import read_experiment
 from fitting.recordings.noise import noise_of
 from fitting.recordings.presumed import allowed, presumed
+from fitting.recordings.template import write_muscle_file
 from fitting.report.text.instruments import channel_lines
 
 HOUR = 3600.0
@@ -221,6 +223,12 @@ def test_a_table_that_is_none_is_refused(tmp_path):
         read(tmp_path, 'accuracy = "good"')
 
 
+@pytest.mark.parametrize("column", ["pressure", "force", "time"])
+def test_a_line_without_its_head_is_led_to_it(tmp_path, column):
+    with pytest.raises(InputError, match=r"row 10: .*Cure: write a line \[recording.accuracy\] above it"):
+        read(tmp_path, f'{column} = {{ gain = "1 %" }}')
+
+
 def test_no_force_is_read_where_the_position_is_measured(tmp_path):
     with pytest.raises(InputError, match="row 12: accuracy: no force is read in a recording of test = 'quick release'"):
         stated(tmp_path, 'force = { noise = "1 N" }', csv=table(release_columns()), test="quick release")
@@ -316,3 +324,57 @@ def test_compare_prints_the_channels_and_writes_them(tmp_path):
     assert channels["pressure"]["allowed"]["gain"] == pytest.approx(0.003)
     assert channels["pressure"]["stated"] == ["gain"]
     assert "What the instruments may err by" in page.read_text()
+
+
+# -------------------------------------------------------------------------------------------------------- round trip
+
+
+def uncommented(text):
+    """The text with the lines of every [recording.accuracy] in force: the signs of its comments are taken away."""
+    line = re.compile(r"^# (?=\[recording.accuracy\]|(pressure|force|displacement|length|contraction|time) = \{)", re.M)
+    return line.sub("", text)
+
+
+def filled(folder):
+    write_muscle_file(folder)
+    path = folder / "muscle.toml"
+    text = path.read_text().replace('length = "? mm"', 'length = "300 mm"', 1)
+    text = text.replace('radius = "? mm"', 'radius = "7 mm"').replace('"? deg"', '"20 deg"')
+    path.write_text(text)
+    return path
+
+
+def test_what_init_leaves_as_comments_is_what_is_presumed(tmp_path):
+    for name, columns in (("rig", loop_columns()), ("held", isometric_columns()), ("release", release_columns())):
+        (tmp_path / f"{name}.csv").write_text(table(columns))
+    path = filled(tmp_path)
+    before = read_experiment(tmp_path).recordings
+    assert all(each.accuracy == NOTHING_STATED for each in before)
+    path.write_text(uncommented(path.read_text()))
+    for each in read_experiment(tmp_path).recordings:
+        stated, guessed = each.accuracy, presumed(each)
+        assert stated.pressure.zero == pytest.approx(guessed.pressure.zero, rel=0.05)
+        assert stated.pressure.gain == pytest.approx(guessed.pressure.gain)
+        assert stated.position.zero_per_run == pytest.approx(guessed.position.zero_per_run)
+        assert stated.skew == pytest.approx(guessed.skew, rel=0.05)
+        if each.test != "quick release":
+            assert stated.force.gain_per_run == pytest.approx(guessed.force.gain_per_run)
+            assert stated.force.hysteresis == pytest.approx(guessed.force.hysteresis)
+
+
+def test_init_writes_an_accuracy_in_the_units_of_the_file(tmp_path):
+    (tmp_path / "rig.csv").write_text(loop_csv())
+    assert '# pressure = { zero = "0.002 bar", gain = "0.25 %" }' in filled(tmp_path).read_text()
+
+
+def test_init_says_where_the_accuracies_belong(tmp_path):
+    (tmp_path / "rig.csv").write_text(loop_csv())
+    shown = " ".join(CliRunner().invoke(main, ["init", str(tmp_path)]).output.split())
+    assert "belongs below [recording.accuracy]" in shown
+
+
+def test_a_file_without_units_gets_usual_values(tmp_path):
+    (tmp_path / "rig.csv").write_text(loop_csv().replace("pressure [bar]", "pressure"))
+    write_muscle_file(tmp_path)
+    text = (tmp_path / "muscle.toml").read_text()
+    assert '# pressure = { zero = "0.5 kPa", gain = "0.25 %" }' in text

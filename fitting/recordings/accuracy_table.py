@@ -20,6 +20,7 @@ POSITIONS = {
     "displacement": "m",
 }  # columns of one channel: SI unit of what is stated
 COLUMNS = {"pressure": "Pa", **POSITIONS, "force": "N"}
+ACCURATE = (*COLUMNS, Channel.TIME.value)
 ERRORS = tuple(each.name for each in fields(ChannelAccuracy))
 SHARES = ("gain", "gain_per_run", "hysteresis")
 EXAMPLES = {
@@ -64,7 +65,7 @@ def _position_column(stated: Mapping[str, Any]) -> str | None:
 
 
 def _check_column(column: str, errors: Any, test: str) -> None:
-    known = [each for each in (*COLUMNS, Channel.TIME.value) if each != "force" or test in FORCE_TESTS]
+    known = [each for each in ACCURATE if each != "force" or test in FORCE_TESTS]
     if column == "force" and test in POSITION_TESTS:
         cure = "leave this line out; what a test of this kind measures is the displacement"
         raise InputError(f"accuracy: no force is read in a recording of test = '{test}'", value=column, cure=cure)

@@ -12,7 +12,7 @@ import numpy as np
 from fitting import units
 from fitting.errors import InputError, concerning, unknown_name
 from fitting.recordings.accuracy import Accuracy
-from fitting.recordings.accuracy_table import accuracy_of
+from fitting.recordings.accuracy_table import ACCURATE, accuracy_of
 from fitting.recordings.channel_errors import found_errors
 from fitting.recordings.input_errors import input_errors
 from fitting.recordings.muscle_file import muscle_of, name_of, read_muscle, read_toml, source_of
@@ -195,6 +195,9 @@ def kind_of(test: str) -> str:
 def _check_options(options: dict[str, Any]) -> None:
     for key, value in options.items():
         with concerning(key):
+            if isinstance(value, dict) and key in ACCURATE:
+                cure = "write a line [recording.accuracy] above it"
+                raise InputError(f"{key}: how far a channel may err belongs below [recording.accuracy]", cure=cure)
             if key not in OPTIONS:
                 raise unknown_name("key in [[recording]]:", key, OPTIONS)
             if check := CHECKS.get(key):

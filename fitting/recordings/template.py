@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from fitting.errors import InputError, nearest
+from fitting.recordings.accuracy_template import accuracy_lines
 from fitting.recordings.muscle_file import REQUIRED
 from fitting.recordings.records import TESTS
 from fitting.recordings.tables import COLUMNS, plain_name, read_heads, read_table, split_head
@@ -106,9 +107,10 @@ def _recording_lines(path: Path) -> Iterator[str]:
     unused = [head for head in heads if head not in called.values()]
     named = {name: head for name, head in called.items() if plain_name(head) != name}
     units = {name: "?" for name, head in called.items() if COLUMNS[name] is not None and not split_head(head)[1]}
+    test = _test(path, named, units, set(called))
     yield "[[recording]]"
     yield f"file = {_quoted(path.name)}"
-    yield f'test = "{_test(path, named, units, set(called))}"   # a guess: {", ".join(TESTS)}'
+    yield f'test = "{test}"   # a guess: {", ".join(TESTS)}'
     if named:
         yield f"columns = {_table(named)}   # a guess"
     if units:
@@ -118,6 +120,7 @@ def _recording_lines(path: Path) -> Iterator[str]:
     yield '# noise = "0.5 N"        # standard deviation of one reading, if known'
     yield '# pressure = "absolute"  # gauge is presumed'
     yield "# force_sign = -1        # where the rig counts pulling as negative"
+    yield from accuracy_lines(path, test, called, named, units)
 
 
 def _table(entries: dict[str, str]) -> str:

@@ -7,6 +7,11 @@ import click
 from fitting.cli.options import Command, output_options
 from fitting.cli.run import errors_for_machines
 
+ACCURACY = (
+    "what the data sheets of your instruments say belongs below [recording.accuracy]; what is not stated is presumed "
+    "as it stands there, and compare and diagnose print it"
+)
+
 
 @click.command("init", cls=Command)
 @click.argument("folder")
@@ -23,6 +28,7 @@ def command(folder: str, **options: Any) -> None:
     shown = [
         line("WRITTEN", str(path)),
         line("NOW", "write a value for every '?' in it, and check what is called a guess or not used"),
+        line("ALSO", ACCURACY),
         line("NEXT", f"mckibben compare {shell_words([folder])}"),
     ]
     output(options, "mckibben init", shown, {"written": str(path)})

@@ -1,0 +1,69 @@
+"""The lines of [recording.accuracy] that `mckibben init` leaves to fill in: what is presumed, in the file's units."""
+
+from collections.abc import Collection, Iterator, Mapping
+from pathlib import Path
+
+import numpy as np
+
+from fitting import units
+from fitting.errors import InputError
+from fitting.recordings.accuracy_table import POSITIONS
+from fitting.recordings.presumed import PRESUMED
+from fitting.recordings.records import FORCE_TESTS
+from fitting.recordings.tables import Table, read_table
+
+FIGURES = 2
+USUAL_PRESSURE, USUAL_STEP = 5e5, 0.02  # Pa, s: where the file cannot be read yet, for lack of a unit
+
+
+def accuracy_lines(
+    path: Path, test: str, names: Collection[str], called: Mapping[str, str], given: Mapping[str, str]
+) -> Iterator[str]:
+    """Comments that become a table when their signs are taken away; `names` are the columns that the file has."""
+    try:
+        table = read_table(path, called, given)
+    except InputError:
+        table = None
+    yield "# [recording.accuracy]   # what the data sheets of your instruments say, one standard deviation each;"
+    yield "#                        # what is not stated is presumed as it stands here, and the noise is estimated"
+    yield f'# pressure = {{ zero = "{_pressure_zero(table)}", gain = "{_share(PRESUMED.pressure_gain)}" }}'
+    if test in FORCE_TESTS:
+        shares = _share(PRESUMED.force_gain_per_run), _share(PRESUMED.force_hysteresis)
+        yield f'# force = {{ gain_per_run = "{shares[0]}", hysteresis = "{shares[1]}" }}'
+    for position in (name for name in POSITIONS if name in names):
+        yield f'# {position} = {{ zero_per_run = "{_held(table, position, test)}" }}'
+    if test != "static":
+        yield f'# time = {{ skew = "{_skew(table)}" }}'
+    yield '# more of the same: noise = "150 Pa", resolution = "0.1 kPa", zero_per_run = "1 N", drift = "5 N/h"'
+
+
+def _share(size: float) -> str:
+    return units.show(size, "1", unit="%", digits=FIGURES)
+
+
+def _pressure_zero(table: Table | None) -> str:
+    """What is presumed of the gauge's zero: a share of the largest reading."""
+    scale = USUAL_PRESSURE
+    if table is not None and "pressure" in table:
+        scale = float(np.nanmax(np.abs(table["pressure"]))) or USUAL_PRESSURE
+    return _shown(table, "pressure", "Pa", PRESUMED.pressure_zero * scale)
+
+
+def _held(table: Table | None, position: str, test: str) -> str:
+    """What is presumed of a length from run to run; as a share it needs the muscle's length, which is not known yet."""
+    if POSITIONS[position] == "1":
+        return "? %" if test == "isometric" else "0 %"
+    return _shown(table, position, "m", PRESUMED.held_length if test == "isometric" else 0.0)
+
+
+def _skew(table: Table | None) -> str:
+    """What is presumed of the time between channels."""
+    steps = np.diff(table["time"]) if table is not None and "time" in table else np.array([])
+    steps = steps[np.isfinite(steps) & (steps > 0)]
+    step = float(np.median(steps)) if steps.size else USUAL_STEP
+    return units.show(PRESUMED.skew_steps * step, "s", digits=FIGURES)
+
+
+def _shown(table: Table | None, column: str, si: str, size: float) -> str:
+    """A size in the unit of its column."""
+    return units.show(size, si, unit=None if table is None else table.units.get(column), digits=FIGURES)
