@@ -122,7 +122,18 @@ def test_the_truth_shares_no_code_with_the_program():
     truth = [path for path in HERE.glob("*.py") if not path.name.startswith(("test_", "make_"))]
     truth += [
         HERE / "study" / f"{name}.py"
-        for name in ("protocols", "sizes", "cases", "mimicry", "changes", "scores", "kinds", "erring", "rig_scores")
+        for name in (
+            "protocols",
+            "sizes",
+            "cases",
+            "mimicry",
+            "changes",
+            "scores",
+            "kinds",
+            "erring",
+            "rig_scores",
+            "distance",
+        )
     ]
     for path in truth:
         for node in ast.walk(ast.parse(path.read_text())):

@@ -4,9 +4,10 @@ import pytest
 from hidden.simulator import EVERY_NOISE, LABORATORY, Truth, static, with_baseline
 from hidden.simulator import dataset as data_set
 from hidden.simulator import write as write_folder
+from hidden.study import distance
 from hidden.study.cases import Case
 from hidden.study.judge import true_floor
-from hidden.study.page import write_page
+from hidden.study.page import column_markdown, write_page
 from hidden.study.protocols import PROTOCOLS, WHOLE
 from hidden.study.rig_scores import WITHIN, alarm_table, rig_scores, usual
 from hidden.study.run import limits_of
@@ -14,7 +15,7 @@ from test_hidden_scores import record
 
 from fitting import read_experiment
 
-MINE = {"instruments": "laboratory", "stated": True}
+MINE = {"instruments": "laboratory", "stated": True, "unit": "limit", "size": 3.0}
 
 
 def told(hidden, verdict, explanations=(), **more):
@@ -50,6 +51,14 @@ def test_statements_have_columns_of_their_own():
     assert [by_measure(single, key)[measure].value for key in ("all", "stated", "presumed")] == [0.5, 1.0, 0.0]
 
 
+def test_power_is_that_at_the_printed_limit():
+    records = [told(["tip"], verdict, size=1.0) for verdict in ("missing", "one of", "inconclusive", "missing")]
+    found = by_measure(records)
+    assert found["power at the printed detection limit"].value == 0.75
+    assert found["one effect at 3 x its limit: in the set"].count == 0
+    assert usual(records) == []
+
+
 def test_several_strangers_and_kinds_alone_are_counted_apart():
     records = [
         told(["hill", "tip"], "missing", [["hill", "tip"]]),
@@ -70,7 +79,37 @@ def test_the_page_shows_them(tmp_path):
     write_page(records, tmp_path / "page.html", "a command")
     for name in ("page.html", "page.md"):
         assert "laboratory" in (tmp_path / name).read_text()
-    assert "instruments, stated: one effect at 3 x its limit: in the set" in (tmp_path / "page.csv").read_text()
+    assert (
+        "Instruments that err, stated: one effect at 3 x its limit: in the set" in (tmp_path / "page.csv").read_text()
+    )
+
+
+def test_distances_are_limits_over_what_the_oracle_detects(tmp_path, monkeypatch):
+    """Of the pilots only; the oracle is asked once, and not again when the study goes on."""
+    asked = []
+    monkeypatch.setattr(distance, "asked", lambda *key: asked.append(key) or (0.5 if key[2] == "tip" else None))
+    pilot = told([], "nothing detectable", number=0, noise="ar", limits={"tip": 1.0, "creep": 2.0, "hill": None})
+    old = record("none", [], "nothing detectable", number=0, noise="ar", limits={"tip": 0.6})
+    found = [pilot, {**pilot, "stated": False}, {**pilot, "number": 1}, {**pilot, "noise": "white"}, old]
+    for _ in range(2):
+        mine = distance.distances(found, tmp_path / "oracle.jsonl")
+    assert [(one.effect, one.instruments, one.stated) for one in mine] == [
+        ("tip", "laboratory", True), ("tip", "laboratory", False), ("tip", "exact", False),
+    ]  # fmt: skip
+    assert [one.ratio for one in mine] == pytest.approx([2.0, 2.0, 1.2])
+    assert sorted(asked) == [("rich", "exact", "tip"), ("rich", "laboratory", "creep"), ("rich", "laboratory", "tip")]
+    table = distance.distance_scores(mine)
+    assert {key: (column[0].value, column[0].met) for key, column in table.items()} == {
+        "rich, laboratory, stated": (2.0, False),
+        "rich, laboratory, presumed": (2.0, False),
+        "rich, exact": (pytest.approx(1.2), True),
+    }
+    assert "| tip |  | 2.00 | 2.00 | 1.20 |" in column_markdown("Distance", table)
+
+
+def test_the_oracle_is_asked_in_newtons():
+    assert 0.1 < distance.asked("poor", "exact", "tip") < 0.5
+    assert distance.asked("poor", "exact", "supply_lag") is None
 
 
 def test_limits_belong_to_their_instruments():

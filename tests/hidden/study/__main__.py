@@ -31,14 +31,17 @@ def main(
     groups: tuple[str, ...],
 ) -> None:  # fmt: skip
     """Hide effects, diagnose, and count how often the verdict was right."""
-    from .page import write_page
+    from .distance import distances
+    from .page import rig_markdown, rig_tables, write_page
     from .run import records, study
 
     place = Path(out)
     found = records(place) if only_page else study(place, share, workers, seed, limit, rivals, groups=groups)
     command = f"python -m tests.hidden.study --share {share:g} --workers {workers} --seed {seed} --rivals {rivals:g}"
     command += f" --groups {','.join(groups)}" if groups else ""
-    written = write_page(found, Path(page) if page else place.with_suffix(".html"), command)
+    oracle = distances(found, place.with_suffix(".oracle.jsonl"))
+    written = write_page(found, Path(page) if page else place.with_suffix(".html"), command, oracle)
+    click.echo(rig_markdown(rig_tables(found, oracle)))
     click.echo(f"{len(found)} cases; {written}")
 
 

@@ -1,9 +1,9 @@
 """The group `instruments` of the plan: gauges, load cells and rulers that err, alone and all together.
 
 Clean recordings of every kind of instrument, measured richly, poorly, with the length held, and point by point; under
-all errors together (`laboratory`) one effect of each family at three times its limit, two and three at once, and
-effects of nobody's library; one effect under each kind alone. All of it twice: with the data sheets stated and with
-accuracies presumed. Cases that differ in kind and statement only have the same noise and the same draws.
+all errors together (`laboratory`) one effect of each family at its limit and at three times that, two and three at
+once, and effects of nobody's library; one effect under each kind alone. All of it twice: with the data sheets stated
+and with accuracies presumed. Cases that differ in kind and statement only have the same noise and the same draws.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ NO_OTHER = {
 
 def erring(seed: int) -> Iterator[Case]:
     """Every case of the group."""
-    for case in (*clean(seed), *singles(seed), *strangers(seed), *several(seed)):
+    for case in (*clean(seed), *singles(seed), *powers(seed), *strangers(seed), *several(seed)):
         yield replace(case, stated=False)
         if case.instruments != "exact":  # nothing to be stated
             yield replace(case, stated=True)
@@ -59,6 +59,12 @@ def singles(seed: int) -> Iterable[Case]:
         yield from (case_of((name,), LIMITS, "limit", protocol, 0, seed) for protocol in MEASURED)
         alone = (rig for rig in RIGS if rig != TOGETHER and rig not in NO_OTHER["rich"])
         yield from (case_of((name,), LIMITS, "limit", "rich", 0, seed, rig) for rig in alone)
+
+
+def powers(seed: int) -> Iterable[Case]:
+    """One effect of each family as large as its printed detection limit, all errors together."""
+    for name, protocol in product(one_of_each_family(), MEASURED):
+        yield case_of((name,), 1.0, "limit", protocol, 0, seed)
 
 
 def one_of_each_family() -> tuple[str, ...]:

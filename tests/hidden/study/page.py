@@ -11,18 +11,25 @@ from pathlib import Path
 import numpy as np
 from jinja2 import Environment
 
+from .distance import Distance, distance_scores
 from .kinds import kind_scores, named_kinds
 from .rig_scores import alarm_table, named_rigs, rig_scores, usual
 from .rivals import NAMES
 from .scores import ELSE, KIND, Record, Score, answered, confusion, holds, right, rival_scores, scores, sets, wrong
 
 MOST_WRONG = 60
+Section = tuple[str, str, dict[str, list[Score]]]  # title, explanation, columns of scores
+ERR, ALARMS = "Instruments that err", "Clean recordings said to lack something, by kind of instrument"
+RIVALS, ORACLE = "Instruments that err: the same cases by other methods", "Distance to the oracle"
 RIGS_TEXT = """Gauges, load cells and rulers that err as those of laboratories do; all other tables have exact
 instruments. Columns: with the data sheets stated in muscle.toml, and with accuracies presumed by the program."""
 ALARMS_TEXT = (
     """Each kind alone, all together ("laboratory"; a ripple that no gauge shows is no part of it), and half of that."""
 )
 RIVALS_TEXT = """All kinds of error together."""
+ORACLE_TEXT = """The printed detection limit over the size that an oracle with the same accuracies detects with power
+0.8; it knows the family of the effect and the covariance of the noise. Who does not know the family cannot be below
+1.26: a smaller number says that the printed limit promises more than the recording holds."""
 FALSE = "#c00000"  # what was named wrongly, or not at all
 HEADS = (
     "one effect, % of cases",
@@ -84,10 +91,11 @@ library.</p>
 </html>"""
 
 
-def write_page(records: Sequence[Record], path: Path, command: str) -> str:
-    """Write PATH, and beside it .md and .csv; returns their names in words."""
+def write_page(records: Sequence[Record], path: Path, command: str, oracle: Sequence[Distance] = ()) -> str:
+    """Write PATH, and beside it .md and .csv; returns their names in words. `oracle`: distances to it."""
     path.parent.mkdir(parents=True, exist_ok=True)
-    table, rivals, kinds, rigs = scores(records), rival_scores(records), kind_scores(records), rig_tables(records)
+    table, rivals, kinds = scores(records), rival_scores(records), kind_scores(records)
+    rigs = rig_tables(records, oracle)
     page = Environment(autoescape=True).from_string(PAGE)
     path.write_text(
         page.render(
@@ -109,11 +117,11 @@ def write_page(records: Sequence[Record], path: Path, command: str) -> str:
             failures=failures(records),
         )
     )
-    sections = "".join(column_markdown(title, one) for title, _, one in rigs)
     path.with_suffix(".md").write_text(
-        markdown(table, command) + column_markdown("other kinds of recording", kinds) + sections
+        markdown(table, command) + column_markdown("other kinds of recording", kinds) + rig_markdown(rigs)
     )
-    write_csv([*table, *named_kinds(kinds), *named_rigs(rigs[0][2] if rigs else {})], path.with_suffix(".csv"))
+    more = [score for title, _, one in rigs if title != RIVALS for score in named_rigs(title, one)]
+    write_csv([*table, *named_kinds(kinds), *more], path.with_suffix(".csv"))
     return f"{path}, {path.with_suffix('.md').name}, {path.with_suffix('.csv').name}"
 
 
@@ -124,14 +132,20 @@ def markdown(table: Sequence[Score], command: str) -> str:
     return "\n".join([f"`{command}`", "", *head, *rows]) + "\n"
 
 
-def rig_tables(records: Sequence[Record]) -> list[tuple[str, str, dict[str, list[Score]]]]:
-    """Title, explanation and scores of what was measured with instruments that err."""
+def rig_tables(records: Sequence[Record], oracle: Sequence[Distance] = ()) -> list[Section]:
+    """What was measured with instruments that err, and how far from the oracle the program is."""
     tables = [
-        ("Instruments that err", RIGS_TEXT, rig_scores(records)),
-        ("Clean recordings said to lack something, by kind of instrument", ALARMS_TEXT, alarm_table(records)),
-        ("Instruments that err: the same cases by other methods", RIVALS_TEXT, rival_scores(usual(records))),
+        (ERR, RIGS_TEXT, rig_scores(records)),
+        (ALARMS, ALARMS_TEXT, alarm_table(records)),
+        (RIVALS, RIVALS_TEXT, rival_scores(usual(records))),
+        (ORACLE, ORACLE_TEXT, distance_scores(oracle)),
     ]
-    return [(title, text, table) for title, text, table in tables if len(table) > 1]
+    return [(title, text, table) for title, text, table in tables if table and (len(table) > 1 or title != RIVALS)]
+
+
+def rig_markdown(sections: Sequence[Section]) -> str:
+    """The same as Markdown tables."""
+    return "".join(column_markdown(title, table) for title, _, table in sections)
 
 
 def column_markdown(title: str, kinds: dict[str, list[Score]]) -> str:
@@ -144,8 +158,10 @@ def column_markdown(title: str, kinds: dict[str, list[Score]]) -> str:
 
 
 def counted(score: Score) -> str:
-    """A share and the number of cases that it rests on."""
-    return f"{score.words} of {score.count}" if score.count else "-"
+    """A share and the number of cases that it rests on; a plain number alone."""
+    if not score.count:
+        return "-"
+    return f"{score.words} of {score.count}" if score.share else score.words
 
 
 def write_csv(table: Sequence[Score], path: Path) -> None:

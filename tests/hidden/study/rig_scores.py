@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from .cases import ERRING
+from .cases import ERRING, LIMITS
 from .erring import TOGETHER
 from .kinds import is_outside, strange, unsure
 from .scores import (
@@ -48,7 +48,8 @@ def measures(records: Sequence[Record]) -> list[Score]:
     rich = [r for r in together if not r["hidden"] and r["protocol"] == "rich"]
     outside = [r for r in together if is_outside(r)]
     inside = [r for r in together if r["hidden"] and not is_outside(r)]
-    single, pairs, triples = ([r for r in inside if len(r["hidden"]) == count] for count in (1, 2, 3))
+    single, pairs, triples = ([r for r in inside if at_limits(r, LIMITS, count)] for count in (1, 2, 3))
+    power = [r for r in inside if at_limits(r, 1.0, 1)]
     alone = [r for r in told if r["hidden"] and r["instruments"] != TOGETHER]
     return [
         number("clean, worst kind: share said to lack something", "<= 0.02", alarms(clean), np.max, most=0.02),
@@ -63,6 +64,7 @@ def measures(records: Sequence[Record]) -> list[Score]:
         share("the same, less what follows the truth within 0.1 noise", "<= 1 %", single, astray, most=0.01),
         share("one effect: called not in the library", "", single, strange),
         share("one effect: called within the instruments", "", single, within),
+        share("power at the printed detection limit", "80 +- 5 %", power, said, least=0.75, most=0.85),
         share("two at once: exact", ">= 85 %", pairs, right, least=0.85),
         share("three at once: exact", ">= 65 %", triples, right, least=0.65),
         share("two or three at once: false extras, less what follows the truth", "", [*pairs, *triples],
@@ -92,15 +94,13 @@ def alarm_table(records: Sequence[Record]) -> Table:
 
 def usual(records: Sequence[Record]) -> list[Record]:
     """The cases with all errors together, under the group that each would have with exact instruments."""
-    mine = [r for r in answered(of(records, ERRING)) if r["instruments"] == TOGETHER]
+    mine = [r for r in answered(of(records, ERRING)) if r["instruments"] == TOGETHER and not at_limits(r, 1.0, 1)]
     return [{**r, "group": "outside" if is_outside(r) else GROUPS[len(r["hidden"])]} for r in mine]
 
 
-def named_rigs(table: Table) -> list[Score]:
-    """One list of all scores, each with its column."""
-    return [
-        replace(score, measure=f"instruments, {key}: {score.measure}") for key, col in table.items() for score in col
-    ]
+def named_rigs(title: str, table: Table) -> list[Score]:
+    """One list of all scores of a table, each with the table's name and its column."""
+    return [replace(one, measure=f"{title}, {key}: {one.measure}") for key, column in table.items() for one in column]
 
 
 def alarms(clean: Sequence[Record]) -> list[float]:
@@ -112,6 +112,11 @@ def alarms(clean: Sequence[Record]) -> list[float]:
 def clean_of(clean: Sequence[Record], kind: str) -> list[Record]:
     """Clean recordings of one kind of instrument."""
     return [r for r in clean if r["instruments"] == kind]
+
+
+def at_limits(record: Record, size: float, count: int) -> bool:
+    """Whether `count` effects are hidden, each of so many of its own limits."""
+    return len(record["hidden"]) == count and record["size"] == size
 
 
 def answers(record: Record) -> bool:
