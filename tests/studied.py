@@ -6,6 +6,8 @@ from fitting.comparison.compare import compare
 from fitting.diagnosis.flip_groups import GroupKind, RestsOn
 from fitting.diagnosis.outcomes import Reason, Verdict, Why
 from fitting.diagnosis.record import Diagnosis, Evidence, Explanation, Leading
+from fitting.planning.next_measurement import NextMeasurement
+from fitting.planning.protocols import Protocol
 from fitting.problem.estimate import Estimate
 from fitting.study.request import Request
 from fitting.study.task import fitted, task_of
@@ -39,3 +41,9 @@ def spring_missing(c):
         },
         tried=(best,), baseline=c.fit, residual=c.fit.residual, notes=(),
     )  # fmt: skip
+
+
+def proposed(power):
+    """A loop that would tell a spring from a stop as often as that."""
+    protocol = Protocol("loop", (5e4, 5e4), (0.0, 0.2), 0.1)
+    return NextMeasurement((("linear_spring",), ("end_stop",)), power, protocol, 1, 0.03, 4.0, ())

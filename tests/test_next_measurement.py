@@ -22,7 +22,9 @@ from fitting.diagnosis.record import Evidence
 from fitting.diagnosis.working_noise import Noise as Memory
 from fitting.least_squares.fit import fit
 from fitting.planning import next_measurement as nm
-from fitting.planning.candidates import grid, on_specimen, shown, simulation
+from fitting.planning.candidates import grid, on_specimen, shown
+from fitting.planning.prospect import prospect as prospect_of
+from fitting.planning.protocols import Specimen
 from fitting.planning.rejection import Drawn
 from fitting.planning.separation import Outlook, Readings, of_means
 from fitting.planning.settings import GRID
@@ -31,6 +33,7 @@ from fitting.problem.residuals import thinned
 from fitting.problem.varying import Varying
 from fitting.recordings.experiment import read_experiment
 from fitting.report.text.layout import console
+from fitting.report.text.measurement import needs_text, purpose_text, rehearsal_command
 from fitting.report.text.plan import plan_report, plan_result
 from fitting.study.plan import Plan, plan_of
 from fitting.study.request import Request
@@ -208,9 +211,9 @@ def test_what_is_faster_than_the_data_show_says_so(one_pressure):
     steep = [p for p in grid(can) if p.test == "isometric" and p.rate > 1.02 * can.ramps[1]]
     assert fast
     assert steep
-    assert all("times as fast as in these data (10 mm/s)" in p.needs for p in fast)
-    assert all("a pressure that changes 3 times as fast as in these data (50 kPa/s)" in p.needs for p in steep)
-    assert not any("times as fast" in p.needs for p in grid(can) if p not in fast and p not in steep)
+    assert all("times as fast as in these data (10 mm/s)" in needs_text(p) for p in fast)
+    assert all("a pressure that changes 3 times as fast as in these data (50 kPa/s)" in needs_text(p) for p in steep)
+    assert not any("times as fast" in needs_text(p) for p in grid(can) if p not in fast and p not in steep)
     assert max(p.rate * can.length for p in fast) <= 1.02 * GRID.much_faster * can.speeds[1]
 
 
@@ -220,9 +223,9 @@ def test_releases_do_not_show_a_rig_that_moves_the_length(tmp_path):
     can = shown(data)
     assert can.tests == frozenset()
     assert np.isnan(can.speeds[1])
-    assert all("a rig that moves the length" in p.needs or p.test == "isometric" for p in grid(can))
+    assert all("a rig that moves the length" in needs_text(p) or p.test == "isometric" for p in grid(can))
     assert max(p.rate * can.length for p in grid(can) if p.test == "loop") <= 0.1
-    assert on_specimen(can, "a muscle half as long")
+    assert on_specimen(can, Specimen.HALF_AS_LONG)
 
 
 @pytest.mark.parametrize(("test", "own"), [("loop", {}), ("isometric", {}), ("loop", PSI), ("isometric", PSI)])
@@ -236,7 +239,7 @@ def test_the_rehearsal_records_what_was_proposed(one_pressure, tmp_path, test, o
         '[[effect]]\nname = "ideal_cylinder"\n[[effect]]\nname = "coulomb_friction"\n'
     )
     with units.spoken(own):  # in the units that the data are measured in
-        line = simulation(protocol, 3, can, str(model), str(tmp_path / "out"))
+        line = rehearsal_command(protocol, 3, can, str(model), str(tmp_path / "out"))
     assert line is not None
     assert (" psi" in line) == bool(own)
     done = CliRunner().invoke(main, shlex.split(line)[1:])
@@ -266,9 +269,9 @@ def test_the_proposed_loops_leave_one_explanation(tmp_path, name):
     found = nm.next_measurement(tied, [experiment])
     assert found is not None
     assert found.power >= 0.9
-    assert found.needs == "a drive 3 times as fast as in these data (10 mm/s)"
+    assert needs_text(found.protocol) == "a drive 3 times as fast as in these data (10 mm/s)"
     assert len(found.pairs) == 3
-    prospect = nm.prospect(tied, [experiment], nm.remaining(tied), Varying())
+    prospect = prospect_of(tied, [experiment], nm.remaining(tied), Varying())
     number = prospect.protocols.index(found.protocol)
     alone = [stands_alone(prospect, number, found.repeats, truth, name, seed) for seed in range(5)]
     assert sum(alone) >= 4
@@ -327,7 +330,7 @@ def test_what_the_data_do_not_see_is_made_visible(one_pressure):
     assert found is not None
     assert found.protocol.test == "loop"
     assert abs(np.log(found.speed / 0.01)) > np.log(1.5)
-    assert "kinetic_friction" in found.why
+    assert "kinetic_friction" in purpose_text(found)
 
 
 @pytest.mark.slow

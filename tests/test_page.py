@@ -6,14 +6,13 @@ import json
 import re
 import shlex
 from pathlib import Path
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from browser import Watched, browser, violations
 from click.testing import CliRunner
 from small_muscle import loops, write
-from studied import EVIL
+from studied import EVIL, proposed
 
 from fitting import units
 from fitting.cli.main import main
@@ -190,9 +189,9 @@ def test_what_was_added_is_no_longer_called_missing(study, diagnosis):
 
 
 def test_a_plan_and_a_posterior_stand_on_the_page(study):
-    planned = SimpleNamespace(what="one loop at 50 kPa", why="the spring shows there", power=0.93)
-    text = page(*study, planned=planned, posterior=[Section("Sampled", plain="tip.k   1.12")])
-    assert "One loop at 50 kPa: the spring shows there." in text
+    text = page(*study, planned=proposed(0.93), posterior=[Section("Sampled", plain="tip.k   1.12")])
+    loop = "1 loop at 50 kPa, contraction 0 to 0.2, 30 mm/s"
+    assert f"{loop}: linear_spring and end_stop predict different forces there." in text
     assert "93 %" in text
     assert "<pre>tip.k   1.12</pre>" in text
 

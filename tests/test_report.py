@@ -4,6 +4,7 @@ import dataclasses
 from types import SimpleNamespace
 
 import pytest
+from studied import proposed
 
 from fitting.cli.run import CommandRun
 from fitting.comparison.compare import Row, Table, compare
@@ -257,7 +258,7 @@ def test_motions_that_say_nothing_as_force_are_looked_at_as_motions(diagnosis, t
 
 @pytest.mark.parametrize(("power", "said"), [(0.005, "power of 0.5 %; no other recording that was"), (0.9, "90 %.")])
 def test_a_recording_that_hardly_decides_says_so(power, said):
-    planned = SimpleNamespace(what="12 loops", why="they differ", power=power)
+    planned = proposed(power)
     assert said in " ".join(measurement_text(planned))
 
 

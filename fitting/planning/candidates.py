@@ -7,43 +7,13 @@ from typing import Any
 
 import numpy as np
 
-from fitting import units
 from fitting.errors import InputError
+from fitting.planning.protocols import Demand, Need, Protocol, Specimen
 from fitting.planning.settings import GRID
 from fitting.recordings.inverse_dynamics import as_force
 from fitting.recordings.noise import noise_of
 from fitting.recordings.records import FORCE_TESTS, Experiment, Recording, Run
 from fitting.recordings.settings import CYCLES
-
-
-@dataclass(frozen=True)
-class Protocol:
-    """A recording that could be made: repeats of one closed cycle, SI.
-
-    A loop goes between two contractions at one pressure, an isometric test between two pressures at one contraction, a
-    static one from point to point. `rate` is that of the contraction (1/s), in isometric tests of the pressure (Pa/s).
-    `unseen` says what the data do not show that the rig can do; `beyond` whether that is more than most rigs can.
-    """
-
-    test: str
-    pressures: tuple[float, float]
-    contractions: tuple[float, float]
-    rate: float
-    hold: float = 0.0  # s, at each turning point
-    unseen: str = ""
-    beyond: bool = False
-    specimen: str = ""  # another muscle of the same make, in words; empty for the one that was measured
-
-    @property
-    def needs(self) -> str:
-        """What the rig has not shown, in words; empty where it has shown all of it."""
-        return _and(self.specimen, self.unseen)
-
-    @property
-    def branch_time(self) -> float:
-        """Duration from one turning point to the next, s."""
-        span = np.ptp(self.pressures) if self.test == "isometric" else np.ptp(self.contractions)
-        return float(span / self.rate) if self.rate > 0 else 0.0
 
 
 @dataclass(frozen=True)
@@ -112,18 +82,18 @@ def grid(can: Shown) -> tuple[Protocol, ...]:
 
 
 def _loops(can: Shown) -> list[Protocol]:
-    rig = "" if "loop" in can.tests else "a rig that moves the length while the force is read"
+    rig = () if "loop" in can.tests else (Demand(Need.LENGTH_DRIVE),)
     made = []
     for share, part, speed in product((*GRID.pressures, GRID.more_pressure), GRID.strokes, _speeds(can)):
         pressure, span = _round(share * can.pressure), _part(can.contractions, part)
         more = rig or _more_pressure(can, pressure)
-        unseen = _and(more, _faster_drive(can, speed))
+        unseen = (*more, *_faster_drive(can, speed))
         beyond = bool(more or speed > 1.02 * GRID.faster * can.speeds[1])
         made.append(Protocol("loop", (pressure, pressure), span, speed / can.length, unseen=unseen, beyond=beyond))
     whole = _part(can.contractions, GRID.strokes[0])
     for share in (0.2, 0.5, 1.0):
         pressure, fast = _round(share * can.pressure), _speeds(can)[-3]
-        unseen = _and(rig, _faster_drive(can, fast))
+        unseen = (*rig, *_faster_drive(can, fast))
         made.append(Protocol("loop", (pressure, pressure), whole, fast / can.length, GRID.hold, unseen, bool(rig)))
     return [p for p in made if (0 if p.beyond else GRID.fewest * can.interval) <= p.branch_time < GRID.longest / 2]
 
@@ -143,46 +113,30 @@ def _speeds(can: Shown) -> list[float]:
     return [_round(speed) for speed in every]
 
 
-def _and(*parts: str) -> str:
-    return " and ".join(part for part in parts if part)
+def _more_pressure(can: Shown, pressure: float) -> tuple[Demand, ...]:
+    """That the data show no such pressure; empty where they do."""
+    return (Demand(Need.PRESSURE, pressure, can.pressure),) if pressure > 1.02 * can.pressure else ()
 
 
-def _more_pressure(can: Shown, pressure: float) -> str:
-    """That the data show no such pressure, in words; empty where they do."""
-    if not pressure > 1.02 * can.pressure:
-        return ""
-    seen = units.show(can.pressure, "Pa", digits=3)
-    return f"more pressure than the {seen} of these data (mind what the muscle bears)"
+def _faster_drive(can: Shown, speed: float) -> tuple[Demand, ...]:
+    """That the drive must be faster than the data show it; empty where it need not, or none was seen."""
+    return (Demand(Need.SPEED, speed, can.speeds[1]),) if speed > 1.02 * can.speeds[1] else ()
 
 
-def _faster_drive(can: Shown, speed: float) -> str:
-    """How much faster than the data show it the drive must be, in words; empty where it need not, or none was seen."""
-    if not speed > 1.02 * can.speeds[1]:
-        return ""
-    return f"a drive {speed / can.speeds[1]:.2g} times as fast as in these data ({_two(can.speeds[1], 'm/s')})"
-
-
-def _faster_ramp(can: Shown, ramp: float) -> str:
+def _faster_ramp(can: Shown, ramp: float) -> tuple[Demand, ...]:
     """The same of a pressure that is swept."""
-    if not ramp > 1.02 * can.ramps[1]:
-        return ""
-    shown = f"{_two(can.ramps[1], 'Pa')}/s"
-    return f"a pressure that changes {ramp / can.ramps[1]:.2g} times as fast as in these data ({shown})"
-
-
-def _two(value: float, unit: str) -> str:
-    return units.show(value, unit, digits=2)
+    return (Demand(Need.RAMP, ramp, can.ramps[1]),) if ramp > 1.02 * can.ramps[1] else ()
 
 
 def _isometric(can: Shown) -> list[Protocol]:
-    rig = "" if "isometric" in can.tests else "a pressure that is swept while the length is held"
+    rig = () if "isometric" in can.tests else (Demand(Need.PRESSURE_SWEEP),)
     usual = 0.95 * can.pressure / GRID.ramp
     ramps = (usual / 4, usual * 4) if not np.isfinite(can.ramps[0]) else (can.ramps[0], GRID.faster * can.ramps[1])
     made = []
     for low, place, ramp in product((0.05, 0.5), (0.0, 0.25, 0.5, 0.75), ramps):
         held = round(float(can.contractions[0] + place * np.ptp(can.contractions)), 2)
         between = (_round(low * can.pressure), _round(can.pressure))
-        unseen = _and(rig, _faster_ramp(can, ramp))
+        unseen = (*rig, *_faster_ramp(can, ramp))
         made.append(Protocol("isometric", between, (held, held), ramp, unseen=unseen, beyond=bool(rig)))
     return made
 
@@ -282,62 +236,18 @@ def _unmeasured(time: np.ndarray, **known: Any) -> Run:
 def specimens(experiment: Experiment) -> tuple[Experiment, ...]:
     """Muscles of the same make that could be built: half as long, twice as long, with a wall twice as thick."""
     muscle = experiment.muscle
-    made = [("a muscle half as long", replace(muscle, length=muscle.length / 2))]
-    made.append(("a muscle twice as long", replace(muscle, length=muscle.length * 2)))
+    made = [(Specimen.HALF_AS_LONG, replace(muscle, length=muscle.length / 2))]
+    made.append((Specimen.TWICE_AS_LONG, replace(muscle, length=muscle.length * 2)))
     wall = muscle.wall_thickness
     if wall is not None and float(2 * wall) < float(muscle.outer_radius):
-        made.append(("a muscle with a wall twice as thick", replace(muscle, wall_thickness=2 * wall)))
-    return tuple(replace(experiment, name=words, muscle=other, recordings=()) for words, other in made)
+        made.append((Specimen.THICK_WALL, replace(muscle, wall_thickness=2 * wall)))
+    return tuple(replace(experiment, name=kind, muscle=other, recordings=()) for kind, other in made)
 
 
-def on_specimen(can: Shown, words: str) -> tuple[Protocol, ...]:
+def on_specimen(can: Shown, specimen: Specimen) -> tuple[Protocol, ...]:
     """What to record on another muscle: whole loops (or static maps) at a few pressures."""
     whole = [p for p in (_static(can) if can.tests == {"static"} else _loops(can)) if not p.hold]
     whole = [p for p in whole if p.contractions == _part(can.contractions, GRID.strokes[0])]
     whole = [p for p in whole if not p.beyond] or whole
     speed = min((p.rate for p in whole), key=lambda v: abs(np.log(max(v, 1e-12) * can.length / 0.01)))
-    return tuple(replace(p, specimen=words) for p in whole if p.rate == speed)
-
-
-# ------------------------------------------------------------------------------------------------------------- in words
-
-
-def in_words(p: Protocol, repeats: int, length: float) -> str:
-    """The recording as one would ask a colleague for it."""
-    low, high = (units.show(value, "Pa", digits=3) for value in p.pressures)
-    span = f"contraction {_plain(p.contractions[0])} to {_plain(p.contractions[1])}"
-    on = f", on {p.specimen}" if p.specimen else ""
-    if p.test == "isometric":
-        ramp = units.show(p.branch_time, "s", digits=2)
-        many = _many(repeats, "isometric cycle")
-        return f"{many} from {low} to {high} and back, each way in {ramp}, held at {span.split(' to ')[0]}{on}"
-    if p.test == "static":
-        return f"{_many(repeats, 'static curve')} at {low}, {span}, {GRID.nodes} points each{on}"
-    hold = f", {p.hold:g} s of rest at each end" if p.hold else ""
-    return f"{_many(repeats, 'loop')} at {low}, {span}, {units.show(p.rate * length, 'm/s', digits=2)}{hold}{on}"
-
-
-def _many(count: int, what: str) -> str:
-    return f"{count} {what}{'s' if count > 1 else ''}"
-
-
-def _plain(value: float) -> str:
-    return f"{value:.2g}"
-
-
-def simulation(p: Protocol, repeats: int, can: Shown, model: str, folder: str) -> str | None:
-    """The command that rehearses the recording on a model; None where `mckibben simulate` cannot do it."""
-    if p.hold or p.test == "static" or p.specimen:
-        return None
-    rate = f'--rate "{1 / can.interval:.4g} Hz" --noise "{units.show(can.noise, "N", digits=3)}" --out {folder}'
-    if p.test == "isometric":
-        pressure, size = units.shown_in("Pa", max(p.pressures))
-        low, high = (f"{value / size:.6g}" for value in p.pressures)
-        turns = ",".join([low, *[high, low] * repeats])
-        order = f'--contraction {p.contractions[0]:.4g} --pressures "{turns} {pressure}"'
-        return f'mckibben simulate {model} --test isometric {order} --duration "{p.branch_time:.4g} s" {rate}'
-    low, high = (f"{value:.4g}" for value in p.contractions)
-    turns = ",".join([low, *[high, low] * repeats])
-    speed, pressure = units.show(p.rate * can.length, "m/s"), units.show(p.pressures[0], "Pa", digits=6)
-    held = f'--pressure "{pressure}" --turns {turns} --speed "{speed}"'
-    return f"mckibben simulate {model} --test loop {held} {rate}"
+    return tuple(replace(p, specimen=specimen) for p in whole if p.rate == speed)

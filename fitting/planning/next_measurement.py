@@ -13,18 +13,13 @@ from itertools import combinations
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from fitting.diagnosis.diagnose import of_force
 from fitting.diagnosis.record import Diagnosis
-from fitting.diagnosis.settings import DIAGNOSIS
-from fitting.planning.candidates import Protocol, Shown, grid, in_words, on_specimen, shown, specimens
-from fitting.planning.predictions import Candidates, Explained, candidates, explained
-from fitting.planning.separation import Outlook, Readings, noise_of_test
+from fitting.planning.prospect import Prospect, prospect
+from fitting.planning.protocols import Demand, Protocol
 from fitting.planning.settings import CHOICE
-from fitting.problem.residuals import thinned
 from fitting.problem.varying import AS_DECLARED, Varying
 from fitting.recordings.records import Experiment
-from mckibben_jax.effect import Effect, name_of
-from mckibben_jax.effects import LIBRARY
+from mckibben_jax.effect import Effect
 
 
 @dataclass(frozen=True)
@@ -38,40 +33,41 @@ class PairPower:
 
 
 @dataclass(frozen=True)
-class NextMeasurement:
-    """A recording to make. Pressures in Pa, contractions as shares of the length, `speed` in m/s (isometric: Pa/s)."""
+class Visible:
+    """An effect that a recording makes visible, and how many times smaller it may be than now."""
 
-    what: str
-    why: str
+    effect: str
+    gain: float
+    unseen: bool  # whether the data do not see it at all, of whatever size
+
+
+@dataclass(frozen=True)
+class NextMeasurement:
+    """A recording to make. Pressures in Pa, contractions as shares of the length, `speed` in m/s (isometric: Pa/s).
+
+    It separates explanations or, where there is one or none, makes effects visible (`shows`).
+    """
+
     separates: tuple[tuple[str, ...], ...]  # the pair that is hardest to tell apart by it
     power: float  # for that pair: the probability that the wrong one is rejected
     protocol: Protocol
     repeats: int
     speed: float
     seconds: float  # that it takes
-    needs: str  # what the data do not show that the rig can do; empty if nothing
     pairs: tuple[PairPower, ...]
     tied: tuple[tuple[tuple[str, ...], tuple[str, ...]], ...] = ()  # pairs that it leaves as they are
-
-
-@dataclass(frozen=True)
-class Prospect:
-    """All that is needed to judge recordings: explanations, candidates, and which of these can be made."""
-
-    outlook: Outlook
-    can: Shown
-    usable: tuple[int, ...]
-    seed: int
+    shows: tuple[Visible, ...] = ()
 
     @property
-    def names(self) -> tuple[tuple[str, ...], ...]:
-        """What each explanation adds."""
-        return tuple(e.effects for e in self.outlook.explained)
+    def needs(self) -> tuple[Demand, ...]:
+        """What the data do not show that the rig can do; empty if nothing."""
+        return self.protocol.unseen
 
     @property
-    def protocols(self) -> tuple[Protocol, ...]:
-        """The candidates."""
-        return self.outlook.planned.protocols
+    def what(self) -> tuple[str, tuple[float, float], tuple[float, float], float, int]:
+        """The recording in short: test, pressures (Pa), contractions, speed as above, repeats."""
+        p = self.protocol
+        return p.test, p.pressures, p.contractions, self.speed, self.repeats
 
 
 def next_measurement(
@@ -141,67 +137,6 @@ def remaining(diagnosis: Diagnosis) -> tuple[tuple[str, ...], ...]:
     order = [e.effects for e in diagnosis.tried]
     names = sorted(diagnosis.explanations, key=lambda added: order.index(added) if added in order else len(order))
     return tuple(names[: CHOICE.explanations])
-
-
-# ------------------------------------------------------------------------------------ what is predicted
-
-
-def prospect(
-    diagnosis: Diagnosis,
-    experiments: Sequence[Experiment],
-    rivals: Sequence[tuple[str, ...]],
-    varying: Varying,
-    *,
-    known: Sequence[Effect] = (),
-    other_muscles: bool = False,
-    seed: int = 0,
-) -> Prospect:
-    """Fit each explanation to the data and let it predict every candidate."""
-    tested = of_force(experiments)[0]
-    light = [thinned(experiment, DIAGNOSIS.samples // len(tested)) for experiment in tested]
-    can = shown(next(e for e in experiments if e.name == tested[0].name))
-    if other_muscles:
-        plan = [(other, on_specimen(can, other.name), can) for other in specimens(light[0])]
-    else:
-        plan = [(light[0], grid(can), can)]
-    planned = candidates(light, plan)
-    told = tuple(_explained(diagnosis, planned, added, known, varying) for added in rivals)
-    outlook = Outlook(planned, told, noise_of_test(told[0], planned), _readings(light, can))
-    return Prospect(outlook, can, _usable(planned, told, can), seed)
-
-
-def _explained(
-    diagnosis: Diagnosis,
-    planned: Candidates,
-    added: Sequence[str],
-    known: Sequence[Effect],
-    varying: Varying,
-) -> Explained:
-    """An explanation, fitted from where the diagnosis left its effects."""
-    kinds = {name_of(effect): effect for effect in (*(kind() for kind in LIBRARY), *known)}
-    start = dict(diagnosis.baseline.values)
-    for name in added:
-        evidence = diagnosis.effects.get(name)
-        found = {} if evidence is None else {f"{name}.{key}": value for key, (value, *_) in evidence.estimate.items()}
-        start |= found
-    base = diagnosis.baseline.layout.templates[0].effects
-    return explained(planned, base, [kinds[name] for name in added], start, varying)
-
-
-def _readings(light: Sequence[Experiment], can: Shown) -> Readings:
-    """How new readings will err: as the old ones, and thinned as the test will thin them all."""
-    runs = [run for e in light for r in e.recordings if r.test != "static" for run in r.runs]
-    loops = sum(len(np.unique(run.loop)) for run in runs)
-    apart = float(np.median([np.median(np.diff(run.time)) for run in runs])) if runs else can.interval
-    return Readings(max(apart / can.interval, 1.0), can.interval, DIAGNOSIS.samples / (loops + CHOICE.usual))
-
-
-def _usable(planned: Candidates, told: Sequence[Explained], can: Shown) -> tuple[int, ...]:
-    """Candidates in which no explanation predicts that the muscle is slack, further than the data have been."""
-    least = min(can.force, 0.0) - 3 * can.noise
-    forces = [e.rows * planned.samples.sigma for e in told]  # of candidates, whose readings are 0
-    fine = lambda rows: all(np.all(np.isfinite(f[rows])) and f[rows].min() > least for f in forces)  # noqa: E731
-    return tuple(number for number, rows in enumerate(planned.rows) if fine(rows))
 
 
 # ---------------------------------------------------------------------------------------------------------- the choice
@@ -277,15 +212,12 @@ def proposed(given: Prospect, number: int, repeats: int, pairs: Sequence[PairPow
     """The record of a candidate that was chosen, with what it does for these pairs."""
     p, weakest = given.protocols[number], min(pairs, key=lambda pair: pair.power)
     return NextMeasurement(
-        what=in_words(p, repeats, given.can.length),
-        why=_why(weakest),
         separates=(weakest.one, weakest.other),
         power=weakest.power,
         protocol=p,
         repeats=repeats,
         speed=p.rate if p.test == "isometric" else p.rate * given.can.length,
         seconds=_seconds(p, repeats),
-        needs=p.needs,
         pairs=tuple(pairs),
     )
 
@@ -294,10 +226,6 @@ def _power(given: Prospect, pair: tuple[int, int], number: int, repeats: int) ->
     """The worse of the two directions: either may be the truth."""
     one, other = pair
     return min(given.outlook.power(a, b, number, repeats, given.seed) for a, b in ((one, other), (other, one)))
-
-
-def _why(pair: PairPower) -> str:
-    return f"{' + '.join(pair.one)} and {' + '.join(pair.other)} foretell different forces there"
 
 
 def _on_others(

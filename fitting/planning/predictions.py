@@ -12,7 +12,8 @@ from fitting import full_names
 from fitting.diagnosis.discover import with_added
 from fitting.least_squares.search import rows_and_slopes
 from fitting.least_squares.subset import Subset, subset_of
-from fitting.planning.candidates import Protocol, Shown, recording
+from fitting.planning.candidates import Shown, recording
+from fitting.planning.protocols import Protocol
 from fitting.planning.settings import PREDICTION
 from fitting.problem.residuals import Problem, Samples, problem
 from fitting.problem.unknowns import Unknowns, unknowns

@@ -8,8 +8,9 @@ from scipy.stats import norm
 from threadpoolctl import threadpool_limits
 
 from fitting.diagnosis.record import Diagnosis
-from fitting.planning.next_measurement import NextMeasurement, PairPower, Prospect, proposed, prospect, trouble
+from fitting.planning.next_measurement import NextMeasurement, PairPower, Visible, proposed, trouble
 from fitting.planning.predictions import Explained, explained
+from fitting.planning.prospect import Prospect, prospect
 from fitting.planning.settings import CHOICE, SHARPEN
 from fitting.problem.varying import AS_DECLARED, Varying
 from fitting.recordings.records import Experiment
@@ -103,19 +104,16 @@ def _chosen(given: Prospect, wanted: Sequence[Signature]) -> NextMeasurement | N
                 alive = alive[:1]
                 least = {n: float(gains[alive[0], n]) for n in numbers}
             best = min(numbers, key=lambda n: (-np.round(2 * np.log(least[n])), trouble(given, n)))
-            return _told(given, best, [wanted[row] for row in alive])
+            return _recording(given, best, [wanted[row] for row in alive])
     return None
 
 
-def _told(given: Prospect, number: int, shown: Sequence[Signature]) -> NextMeasurement:
+def _recording(given: Prospect, number: int, shown: Sequence[Signature]) -> NextMeasurement:
+    """The record of a candidate that makes these effects visible."""
     pairs = tuple(PairPower((s.name,), (), _power(s, number), float(s.new[number])) for s in shown)
-    gains = [s.gains()[number] for s in shown]
-    words = [
-        f"{s.name} ({'not seen by these data' if gain >= SHARPEN.unseen else f'{gain:.1f} times smaller than now'})"
-        for s, gain in zip(shown, gains, strict=True)
-    ]
-    made = proposed(given, number, CHOICE.usual, pairs)
-    return replace(made, why=f"shows {', '.join(words)}")
+    gains = [(s.name, float(s.gains()[number])) for s in shown]
+    visible = tuple(Visible(name, gain, gain >= SHARPEN.unseen) for name, gain in gains)
+    return replace(proposed(given, number, CHOICE.usual, pairs), shows=visible)
 
 
 def _power(signature: Signature, number: int) -> float:

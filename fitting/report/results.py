@@ -14,6 +14,7 @@ from fitting.diagnosis.record import Diagnosis, Evidence, Explanation
 from fitting.least_squares.record import Fit
 from fitting.report.text.attempts import attempts_result
 from fitting.report.text.instruments import channels_result
+from fitting.report.text.measurement import needs_text, purpose_text, what_text
 from fitting.report.text.noise import NOISE_TEXT
 from fitting.report.text.reasons import notes_of, why_text
 from fitting.study.stages import Stage
@@ -146,10 +147,10 @@ def measurement_result(m: "NextMeasurement | None") -> dict[str, Any] | None:
         return None
     isometric = m.protocol.test == "isometric"
     return {
-        "what": m.what,
+        "what": what_text(m),
         "separates": [list(names) for names in m.separates],
         "power": m.power,
-        "why": m.why,
+        "why": purpose_text(m),
         "test": m.protocol.test,
         "pressures_Pa": list(m.protocol.pressures),
         "contractions": list(m.protocol.contractions),
@@ -158,7 +159,7 @@ def measurement_result(m: "NextMeasurement | None") -> dict[str, Any] | None:
         "hold_s": m.protocol.hold,
         "repeats": m.repeats,
         "duration_s": m.seconds,
-        "needs": m.needs,
+        "needs": needs_text(m.protocol),
         "pairs": [
             {"pair": [list(p.one), list(p.other)], "power": p.power, "discrepancy": p.discrepancy} for p in m.pairs
         ],

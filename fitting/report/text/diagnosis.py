@@ -14,6 +14,7 @@ from fitting.report.settings import ADVICE, SHOWN
 from fitting.report.text.amounts import amount, percent
 from fitting.report.text.evidence import named_explanations, named_sets, sort_evidence
 from fitting.report.text.layout import columns, line, lines, spaced
+from fitting.report.text.measurement import purpose_text, what_text
 from fitting.report.text.reasons import why_text
 
 if TYPE_CHECKING:
@@ -103,7 +104,7 @@ def measurement_text(planned: "NextMeasurement") -> list[str]:
     often = f"It separates them with a power of {percent(planned.power)}"
     if planned.power < ADVICE.hopeless:
         often += "; no other recording that was tried has more"
-    return [f"{planned.what}: {planned.why}.", f"{often}."]
+    return [f"{what_text(planned)}: {purpose_text(planned)}.", f"{often}."]
 
 
 def motion_notes(d: Diagnosis, experiments: Sequence[Experiment]) -> list[str]:

@@ -6,13 +6,13 @@ from typing import Any
 from rich.console import RenderableType
 
 from fitting import units
-from fitting.planning.candidates import simulation
 from fitting.planning.next_measurement import NextMeasurement
 from fitting.report.results import measurement_result
 from fitting.report.settings import ADVICE
 from fitting.report.text.amounts import percent
 from fitting.report.text.diagnosis import effect_set
 from fitting.report.text.layout import columns, line, lines, paste_line
+from fitting.report.text.measurement import needs_text, purpose_text, rehearsal_command, what_text
 from fitting.report.text.next_step import shell_words
 from fitting.study.plan import Plan, Sets
 from fitting.study.settings import STUDY
@@ -62,9 +62,9 @@ def plan_report(plan: Plan, model: str) -> list[RenderableType]:
     if not plan.steps:
         return [*shown, line("RECORD", _nothing(plan))]
     for number, (step, command) in enumerate(zip(plan.steps, _rehearsals(plan, model), strict=True)):
-        shown += [line(f"RECORD {number + 1}", f"{step.what}. It takes {duration(step.seconds)}.", "bold")]
-        shown += [line("", f"Why: {step.why}.")]
-        shown += [line("NEEDS", step.needs, "yellow")] if step.needs else []
+        shown += [line(f"RECORD {number + 1}", f"{what_text(step)}. It takes {duration(step.seconds)}.", "bold")]
+        shown += [line("", f"Why: {purpose_text(step)}.")]
+        shown += lines("NEEDS", [needs] if (needs := needs_text(step.protocol)) else [], "yellow")
         shown += [paste_line("REHEARSE", command)] if command else []
     if len(plan.steps) > 1:
         shown.append(line("ORDER", f"as listed, {duration(ADVICE.rest)} of rest without pressure between recordings"))
@@ -75,7 +75,9 @@ def plan_report(plan: Plan, model: str) -> list[RenderableType]:
 def _rehearsals(plan: Plan, model: str) -> list[str | None]:
     """The command that rehearses each recording; None where `mckibben simulate` cannot do it."""
     steps = enumerate(plan.steps, start=1)
-    return [simulation(s.protocol, s.repeats, plan.can, shell_words([model]), f"rehearsal_{n}") for n, s in steps]
+    return [
+        rehearsal_command(s.protocol, s.repeats, plan.can, shell_words([model]), f"rehearsal_{n}") for n, s in steps
+    ]
 
 
 def _nothing(plan: Plan) -> str:

@@ -1,0 +1,90 @@
+"""A recording that is proposed, in words: what to record, why, what the rig must be able to do, how to rehearse it."""
+
+from typing import TYPE_CHECKING
+
+from fitting import units
+from fitting.planning.protocols import Demand, Need, Protocol, Specimen
+from fitting.planning.settings import GRID
+
+if TYPE_CHECKING:
+    from fitting.planning.candidates import Shown
+    from fitting.planning.next_measurement import NextMeasurement
+
+SPECIMENS = {
+    Specimen.HALF_AS_LONG: "a muscle half as long",
+    Specimen.TWICE_AS_LONG: "a muscle twice as long",
+    Specimen.THICK_WALL: "a muscle with a wall twice as thick",
+}
+
+
+def what_text(m: "NextMeasurement") -> str:
+    """The recording as one would ask a colleague for it."""
+    p = m.protocol
+    low, high = (units.show(value, "Pa", digits=3) for value in p.pressures)
+    span = f"contraction {p.contractions[0]:.2g} to {p.contractions[1]:.2g}"
+    on = f", on {SPECIMENS[p.specimen]}" if p.specimen else ""
+    if p.test == "isometric":
+        ramp = units.show(p.branch_time, "s", digits=2)
+        many = _many(m.repeats, "isometric cycle")
+        return f"{many} from {low} to {high} and back, each way in {ramp}, held at {span.split(' to ')[0]}{on}"
+    if p.test == "static":
+        return f"{_many(m.repeats, 'static curve')} at {low}, {span}, {GRID.nodes} points each{on}"
+    hold = f", {p.hold:g} s of rest at each end" if p.hold else ""
+    return f"{_many(m.repeats, 'loop')} at {low}, {span}, {_two(m.speed, 'm/s')}{hold}{on}"
+
+
+def purpose_text(m: "NextMeasurement") -> str:
+    """Why it is proposed: explanations that it separates, or effects that it makes visible."""
+    if not m.shows:
+        one, other = m.separates
+        return f"{' + '.join(one)} and {' + '.join(other)} predict different forces there"
+    seen = (
+        f"{v.effect} ({'not seen by these data' if v.unseen else f'{v.gain:.1f} times smaller than now'})"
+        for v in m.shows
+    )
+    return f"shows {', '.join(seen)}"
+
+
+def needs_text(p: Protocol) -> str:
+    """What the data do not show that the rig can do; empty if nothing."""
+    return " and ".join([*([SPECIMENS[p.specimen]] if p.specimen else []), *map(_demand_text, p.unseen)])
+
+
+def _demand_text(demand: Demand) -> str:
+    need, asked, seen = demand
+    if need is Need.LENGTH_DRIVE:
+        return "a rig that moves the length while the force is read"
+    if need is Need.PRESSURE_SWEEP:
+        return "a pressure that is swept while the length is held"
+    if need is Need.PRESSURE:
+        shown = units.show(seen, "Pa", digits=3)
+        return f"more pressure than the {shown} of these data (mind what the muscle bears)"
+    if need is Need.SPEED:
+        return f"a drive {asked / seen:.2g} times as fast as in these data ({_two(seen, 'm/s')})"
+    return f"a pressure that changes {asked / seen:.2g} times as fast as in these data ({_two(seen, 'Pa')}/s)"
+
+
+def _many(count: int, what: str) -> str:
+    return f"{count} {what}{'s' if count > 1 else ''}"
+
+
+def _two(value: float, unit: str) -> str:
+    return units.show(value, unit, digits=2)
+
+
+def rehearsal_command(p: Protocol, repeats: int, can: "Shown", model: str, folder: str) -> str | None:
+    """The command that rehearses the recording on a model; None where `mckibben simulate` cannot do it."""
+    if p.hold or p.test == "static" or p.specimen:
+        return None
+    rate = f'--rate "{1 / can.interval:.4g} Hz" --noise "{units.show(can.noise, "N", digits=3)}" --out {folder}'
+    if p.test == "isometric":
+        pressure, size = units.shown_in("Pa", max(p.pressures))
+        low, high = (f"{value / size:.6g}" for value in p.pressures)
+        turns = ",".join([low, *[high, low] * repeats])
+        order = f'--contraction {p.contractions[0]:.4g} --pressures "{turns} {pressure}"'
+        return f'mckibben simulate {model} --test isometric {order} --duration "{p.branch_time:.4g} s" {rate}'
+    low, high = (f"{value:.4g}" for value in p.contractions)
+    turns = ",".join([low, *[high, low] * repeats])
+    speed, pressure = units.show(p.rate * can.length, "m/s"), units.show(p.pressures[0], "Pa", digits=6)
+    held = f'--pressure "{pressure}" --turns {turns} --speed "{speed}"'
+    return f"mckibben simulate {model} --test loop {held} {rate}"
