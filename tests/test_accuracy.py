@@ -195,6 +195,7 @@ REFUSED = [
     ('pressure = { zero = "much" }', "accuracy: pressure.zero is not a number with a unit", '"150 Pa"'),
     ('pressure = { zero = "nan Pa" }', "accuracy: pressure.zero is not a number with a unit", '"150 Pa"'),
     ('pressure = { zero = "1e999 Pa" }', "accuracy: pressure.zero is not finite", '"150 Pa"'),
+    ('pressure = { noise = "1e200 Pa" }', "accuracy: pressure.noise is larger than anything measured", '"150 Pa"'),
     ('pressure = { zero = "2 kpaa" }', "accuracy: pressure.zero: 'kpaa' is not a unit", "kPa"),
     ('pressure = { zero = "? kPa" }', "accuracy: pressure.zero is still to be filled in", "data sheet"),
     ("pressure = 150", "accuracy: pressure is not a table", 'pressure = { noise = "150 Pa" }'),

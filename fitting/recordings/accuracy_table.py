@@ -13,6 +13,7 @@ from fitting import units
 from fitting.errors import InputError, concerning, unknown_name
 from fitting.recordings.accuracy import Accuracy, Channel, ChannelAccuracy
 from fitting.recordings.records import FORCE_TESTS, POSITION_TESTS
+from fitting.recordings.settings import ACCURACY, TABLES
 
 POSITIONS = {
     "contraction": "1",
@@ -27,7 +28,6 @@ EXAMPLES = {
     "Pa": "150 Pa", "Pa/s": "0.1 kPa/h", "N": "0.5 N", "N/s": "5 N/h", "m": "0.01 mm", "m/s": "0.1 mm/h", "1": "0.1 %",
     "1/s": "0.1 %/h", "s": "5 ms",
 }  # fmt: skip
-SAME = 1e-6  # relative: what two statements of one noise may differ by, as rounding of units does
 
 
 def accuracy_of(stated: Any, test: str, length: float, noise: float | None = None) -> Accuracy:
@@ -127,6 +127,8 @@ def _size(text: Any, si: str, what: str) -> float:
         raise InputError(error.problem, value=text, cure=cure if known else error.cure) from None
     if number < 0:
         raise InputError(f"{what} is negative", value=text, cure="it is a standard deviation: leave the sign out")
+    if size > TABLES.largest_number:
+        raise InputError(f"{what} is larger than anything measured", value=text, cure=cure)
     return size
 
 
@@ -140,7 +142,7 @@ def _parts(text: str, what: str, cure: str) -> tuple[float, str]:
 def _with_noise(accuracy: Accuracy, measured: Channel, noise: float | None) -> Accuracy:
     """The same with one noise of the measured channel, wherever it is stated; refused where two differ."""
     channel: ChannelAccuracy = getattr(accuracy, measured)
-    if noise is not None and channel.noise is not None and abs(channel.noise - noise) > SAME * noise:
+    if noise is not None and channel.noise is not None and abs(channel.noise - noise) > ACCURACY.same * noise:
         unit = "N" if measured is Channel.FORCE else "m"
         both = f"{units.show(noise, unit)} and {units.show(channel.noise, unit)}"
         problem = f"accuracy: noise and {measured}.noise of this recording mean the same and differ"

@@ -10,10 +10,8 @@ from fitting.errors import InputError
 from fitting.recordings.accuracy_table import POSITIONS
 from fitting.recordings.presumed import PRESUMED
 from fitting.recordings.records import FORCE_TESTS
+from fitting.recordings.settings import ACCURACY
 from fitting.recordings.tables import Table, read_table
-
-FIGURES = 2
-USUAL_PRESSURE, USUAL_STEP = 5e5, 0.02  # Pa, s: where the file cannot be read yet, for lack of a unit
 
 
 def accuracy_lines(
@@ -38,14 +36,14 @@ def accuracy_lines(
 
 
 def _share(size: float) -> str:
-    return units.show(size, "1", unit="%", digits=FIGURES)
+    return units.show(size, "1", unit="%", digits=ACCURACY.figures)
 
 
 def _pressure_zero(table: Table | None) -> str:
     """What is presumed of the gauge's zero: a share of the largest reading."""
-    scale = USUAL_PRESSURE
+    scale = ACCURACY.pressure
     if table is not None and "pressure" in table:
-        scale = float(np.nanmax(np.abs(table["pressure"]))) or USUAL_PRESSURE
+        scale = float(np.nanmax(np.abs(table["pressure"]))) or ACCURACY.pressure
     return _shown(table, "pressure", "Pa", PRESUMED.pressure_zero * scale)
 
 
@@ -60,10 +58,10 @@ def _skew(table: Table | None) -> str:
     """What is presumed of the time between channels."""
     steps = np.diff(table["time"]) if table is not None and "time" in table else np.array([])
     steps = steps[np.isfinite(steps) & (steps > 0)]
-    step = float(np.median(steps)) if steps.size else USUAL_STEP
-    return units.show(PRESUMED.skew_steps * step, "s", digits=FIGURES)
+    step = float(np.median(steps)) if steps.size else ACCURACY.step
+    return units.show(PRESUMED.skew_steps * step, "s", digits=ACCURACY.figures)
 
 
 def _shown(table: Table | None, column: str, si: str, size: float) -> str:
     """A size in the unit of its column."""
-    return units.show(size, si, unit=None if table is None else table.units.get(column), digits=FIGURES)
+    return units.show(size, si, unit=None if table is None else table.units.get(column), digits=ACCURACY.figures)

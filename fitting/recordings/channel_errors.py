@@ -11,8 +11,8 @@ from fitting.recordings.inputs import SETTINGS, rounding, stamp_error
 from fitting.recordings.noise import noise_of
 from fitting.recordings.presumed import allowed
 from fitting.recordings.records import FORCE_TESTS, NoiseSource, Recording, Run
+from fitting.recordings.settings import ACCURACY
 
-ROUNDED = 1e-6  # of the largest reading: finer steps are arithmetic, or a file written with all digits
 UNITS = {Channel.PRESSURE: "Pa", Channel.POSITION: "m", Channel.FORCE: "N", Channel.TIME: "s"}
 WHITE = ("noise", "resolution")  # errors that readings themselves show
 
@@ -102,7 +102,7 @@ def _white(readings: Sequence[np.ndarray], parts: Sequence[Run], test: str) -> C
     """Noise of one reading, None for points without history; and the step of rounding, if there is one."""
     together = np.concatenate(readings)
     step = rounding(together)
-    resolution = step if step > ROUNDED * float(np.abs(together).max()) else None
+    resolution = step if step > ACCURACY.rounded * float(np.abs(together).max()) else None
     if test == "static":
         return ChannelAccuracy(resolution=resolution)
     levels = [_noise(part.time, values) for part, values in zip(parts, readings, strict=True)]

@@ -28,6 +28,17 @@ class MotionSignalSettings:
 
 
 @dataclass(frozen=True)
+class AccuracySettings:
+    """Accuracies as they are stated in muscle.toml, found in readings, and left to fill in."""
+
+    same: float = 1e-6  # relative, by which two statements of one noise may differ: rounding of units; chosen
+    rounded: float = 1e-6  # of the largest reading: finer steps are arithmetic, or a file of all digits; chosen
+    figures: int = 2  # of what is left to fill in: nobody knows an accuracy better; chosen
+    pressure: float = 5e5  # Pa, largest of a file that cannot be read yet, for lack of a unit; chosen
+    step: float = 0.02  # s, between its readings; chosen
+
+
+@dataclass(frozen=True)
 class JumpSettings:
     """Jumps of a signal, which no smooth course makes: such samples carry no weight."""
 
@@ -81,3 +92,4 @@ class CycleSettings:
 
 TABLES, SIGNALS, JUMPS = TableSettings(), MotionSignalSettings(), JumpSettings()
 PLAUSIBLE, DYNAMICS, CYCLES = PlausibleSettings(), InverseDynamicsSettings(), CycleSettings()
+ACCURACY = AccuracySettings()
