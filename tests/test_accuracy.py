@@ -17,6 +17,8 @@ from fitting.recordings.experiment import read_experiment
 from fitting.recordings.noise import noise_of
 from fitting.recordings.presumed import allowed, presumed
 from fitting.recordings.template import write_muscle_file
+from fitting.report.pictures.figures import as_svg
+from fitting.report.pictures.readings import estimated_channels, readings_picture
 from fitting.report.text.instruments import channel_lines
 
 HOUR = 3600.0
@@ -379,3 +381,27 @@ def test_a_file_without_units_gets_usual_values(tmp_path):
     write_muscle_file(tmp_path)
     text = (tmp_path / "muscle.toml").read_text()
     assert '# pressure = { zero = "0.5 kPa", gain = "0.25 %" }' in text
+
+
+# ------------------------------------------------------------------------------------------------- read and estimated
+
+
+def test_readings_are_kept_beside_the_signal_that_was_estimated_from_them(tmp_path):
+    noisy = read(tmp_path, csv=loops_with(gauge())).runs[0]
+    assert noisy.pressure_reading == pytest.approx(gauge(), abs=0.01)
+    assert np.ptp(noisy.pressure) == 0
+    exact = read(tmp_path).runs[0]
+    assert exact.pressure_reading is None
+    assert exact.contraction_reading is None
+
+
+def test_a_page_shows_readings_only_where_a_signal_was_estimated(tmp_path):
+    read(tmp_path)
+    assert estimated_channels([read_experiment(tmp_path)]) == []
+    read(tmp_path, csv=loops_with(gauge()))
+    (pair,) = estimated_channels([read_experiment(tmp_path)])
+    assert pair.name == "data.csv, run 1: pressure"
+    assert np.std(pair.reading - pair.estimate) == pytest.approx(150.0, rel=0.2)
+    picture = as_svg(readings_picture([pair]), "readings")
+    assert "reading less estimate" in picture
+    assert "[kPa]" in picture

@@ -54,6 +54,8 @@ class Run:
     set_pressure: np.ndarray | None = None  # Pa, the valve's set-point (step tests)
     pressure_variance: np.ndarray | None = None  # Pa^2, of the estimate `pressure`; None where it is known exactly
     contraction_variance: np.ndarray | None = None  # 1, of the estimate `contraction`; None where it is no estimate
+    pressure_reading: np.ndarray | None = None  # Pa, that `pressure` was estimated from; None where it is as read
+    contraction_reading: np.ndarray | None = None  # 1, the same of `contraction`
     without_weight: Mapping[str, int] = field(default_factory=dict)  # samples that lost their weight, by reason
 
     def __len__(self) -> int:

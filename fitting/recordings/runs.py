@@ -37,7 +37,9 @@ def _loop(r: Run, errors: InputErrors) -> Run:
     run = run.leave_out(speed == 0, "direction of motion unknown (speed below twice its error)")
     contraction = signals.monotone(place.level, branches)
     branch = np.where(speed != 0, branches.sign, 0)
-    run = replace(run, contraction=contraction, contraction_variance=place.variance, rate=speed, branch=branch)
+    read = _reading(r.contraction, place)
+    run = replace(run, contraction=contraction, contraction_variance=place.variance, rate=speed, branch=branch,
+                  contraction_reading=read)  # fmt: skip
     return _with(run, branches, pressure, pressure_rate)
 
 
@@ -148,7 +150,13 @@ def _with(r: Run, branches: signals.Branches, pressure: Estimate, pressure_rate:
         r,
         pressure=pressure.level,
         pressure_variance=pressure.variance,
+        pressure_reading=_reading(r.pressure, pressure),
         pressure_rate=pressure_rate,
         loop=branches.loop,
         half=branches.half,
     )
+
+
+def _reading(reading: np.ndarray, behind: Estimate) -> np.ndarray | None:
+    """The reading, where the signal behind it was estimated; else None."""
+    return None if np.array_equal(behind.level, reading) else reading

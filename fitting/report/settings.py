@@ -29,6 +29,14 @@ class AmountSettings:
 
 
 @dataclass(frozen=True)
+class ReadingPictureSettings:
+    """Readings beside what was estimated from them."""
+
+    rows: int = 8  # recordings and channels; chosen
+    readings: int = 1500  # of a run, of which others are left out evenly; chosen
+
+
+@dataclass(frozen=True)
 class ErrorTextSettings:
     """What is said of an error of a model."""
 
@@ -108,3 +116,4 @@ class DesignPictureSettings:
 LAYOUT, SHOWN, ERROR_TEXT, WARNING_TEXT = LayoutSettings(), AmountSettings(), ErrorTextSettings(), WarningTextSettings()
 ADVICE, FIGURE, PICTURE = AdviceTextSettings(), FigureSettings(), EffectPictureSettings()
 POSTERIOR_PICTURE, DESIGN_PICTURE = PosteriorPictureSettings(), DesignPictureSettings()
+READINGS = ReadingPictureSettings()

@@ -15,6 +15,7 @@ from fitting.report.pictures import figures, maps
 from fitting.report.pictures.fall import fall_html
 from fitting.report.pictures.loops import frame, key, loops_html, thinning_text
 from fitting.report.pictures.panels import panels
+from fitting.report.pictures.readings import estimated_channels, readings_picture
 from fitting.report.results import provenance, shown_names
 from fitting.report.settings import ERROR_TEXT
 from fitting.report.text.amounts import amount, percent
@@ -67,6 +68,7 @@ def page(
         *([] if d is None else [effects(d, c), alike(d)]),
         _parameters(c.fit),
         _instruments(c),
+        _estimates(task),
         *([] if planned is None else [_planned(planned)]),
         *posterior,
         _provenance(task, c, d),
@@ -244,6 +246,16 @@ def _instruments(c: Comparison) -> Section:
         folded=(grid,),
         folded_title="Every recording and channel, one standard deviation each",
     )
+
+
+def _estimates(task: Task) -> Section | None:
+    """Readings beside the signals estimated from them; None where all readings enter the model as they are."""
+    pairs = estimated_channels(task.experiments)
+    if not pairs:
+        return None
+    words = "Where their error is felt in newtons, readings enter the model as a signal that is estimated from them."
+    picture = figures.as_svg(readings_picture(pairs), "readings")
+    return Section("Read and estimated", sentences=(words,), folded_picture=picture, folded_title="Show the readings")
 
 
 def _parameter(fit: Fit, name: str) -> tuple[str, ...]:
