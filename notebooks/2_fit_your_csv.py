@@ -11,7 +11,7 @@ with app.setup(hide_code=True):
     from drawing import loops
 
     from fitting import InputError, compare, example_data, fit, read_experiment, use_64_bit, write_muscle_file
-    from fitting.report import error_text, kind_text, with_error
+    from fitting.report import error_text, kind_text, with_error, worst_text
     from mckibben_jax import CoulombFriction, IdealCylinder
 
     use_64_bit()
@@ -174,7 +174,7 @@ def _(fitted, muscle):
 def _(compared, fitted, muscle):
     _readings = sum(len(run) for recording in muscle.recordings for run in recording.runs)
     answer = f"""
-    {_readings} readings, {error_text(compared)} Worst at {compared.worst}. {kind_text(compared)}.
+    {_readings} readings, {error_text(compared)} {worst_text(compared)} {kind_text(compared)}.
 
     The friction coefficient comes out as f_s = {fitted.values["coulomb_friction.f_s"]:.4f} +/-
     {fitted.error("coulomb_friction.f_s"):.4f}, or +/- {fitted.error("coulomb_friction.f_s", robust=False):.5f} if one

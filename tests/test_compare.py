@@ -12,7 +12,7 @@ from fitting.least_squares.evaluate import evaluate, left_out_rmse
 from fitting.least_squares.fit import fit
 from fitting.problem.residuals import Samples
 from fitting.recordings.experiment import read_experiment
-from fitting.report.text.comparison import error_cells
+from fitting.report.text.comparison import error_cells, place_text
 from fitting.report.text.next_step import after_comparison
 from fitting.study.baseline import baseline
 
@@ -90,7 +90,7 @@ def test_the_worst_place_is_where_the_misfit_is(tmp_path):
         return 20.0 * ((eps > 0.17) & (pressure > 3e5))
 
     found = compared(tmp_path, missing)
-    assert found.worst.startswith("400 kPa, contraction 0.1")
+    assert place_text(found).startswith("400 kPa, contraction 0.1")
 
 
 def test_tables_hold_every_sample_and_the_whole_error(spring):

@@ -5,7 +5,7 @@ from fitting.comparison.compare import compare
 from fitting.report.page.page import write_page
 from fitting.report.results import comparison_result, diagnosis_result, fit_result, steps_result
 from fitting.report.text.changes import change_text
-from fitting.report.text.comparison import judgement, kind_text
+from fitting.report.text.comparison import judgement, kind_text, place_text
 from fitting.report.text.diagnosis import diagnosis_report, verdict_text
 from fitting.report.text.layout import line
 from fitting.report.text.study import steps_report
@@ -20,7 +20,7 @@ def demonstrate(run: CommandRun) -> None:
     task = run.task
     with run.progress("1 of 3: fitting the baseline and comparing"):
         first = compare(fitted(task), task.experiments)
-    run.print([line("COMPARE", judgement(first), "bold"), line("", f"Worst at {first.worst}.")])
+    run.print([line("COMPARE", judgement(first), "bold"), line("", f"Worst at {place_text(first)}.")])
     run.print([line("", kind_text(first))])
     with run.progress("2 of 3: diagnosing") as progress:
         found, compared = diagnosed(task, None, progress)

@@ -58,6 +58,17 @@ class Score:
 
 
 @dataclass(frozen=True)
+class WorstPlace:
+    """Where the error is largest: a group of pressure, of contraction, and a direction."""
+
+    pressure: str  # label of the group; empty where there is only one
+    contraction: str  # the same
+    branch: int  # +1 or -1, 0 where the direction is unknown
+    test: str  # in which directions are named
+    times: float  # root mean square error there over that of all samples
+
+
+@dataclass(frozen=True)
 class Comparison:
     """A model beside what was measured. Errors in `unit`: N, or m where only positions were measured."""
 
@@ -71,7 +82,7 @@ class Comparison:
     noise_floor: float | None  # from repeated loops; None where nothing was repeated
     by_recording: tuple[Score, ...]
     tables: tuple[Table, ...]
-    worst: str
+    worst: WorstPlace
     cells: Cells | None
     fingerprint: Fingerprint
     notes: tuple[str, ...]
@@ -129,7 +140,7 @@ def compare(fit: Fit, experiments: Sequence[Experiment]) -> Comparison:
         worst=_worst(samples, residual, tests),
         cells=parity,
         fingerprint=traces,
-        notes=_notes(recordings, pairs, parity),
+        notes=_notes(recordings, sum(bool(e.recordings) for e in experiments) > 1, pairs, parity),
         channels=_channels(recordings),
         if_absolute=_if_absolute(fit, rmse / full_scale) if unit == "N" else None,
     )
@@ -230,7 +241,7 @@ def _runs(samples: Samples, residual: np.ndarray, recordings: list[tuple[Experim
 # --------------------------------------------------------------------------------------------------- the worst place
 
 
-def _worst(samples: Samples, residual: np.ndarray, tests: np.ndarray) -> str:
+def _worst(samples: Samples, residual: np.ndarray, tests: np.ndarray) -> WorstPlace:
     """Where the error is largest: pressure, contraction, direction, and how large."""
     pressure, contraction = pressure_bins(samples, tests == "loop"), bins(samples.contraction)
     place = np.stack([pressure.of, contraction.of, samples.branch])
@@ -239,15 +250,20 @@ def _worst(samples: Samples, residual: np.ndarray, tests: np.ndarray) -> str:
     enough = count >= min(ERRORS.fewest, max(2, len(samples) // 30), count.max())
     at = int(np.argmax(np.where(enough, square, -1.0)))
     p, c, b = cases[:, at]
-    words = [pressure.label(p, "Pa") if len(pressure) > 1 else "", f"contraction {contraction.label(c, '1')}"]
-    words.append(branch_name(int(b), tests[0]) if b else "")
-    factor = np.sqrt(square[at]) / max(_rms(residual), 1e-300)
-    return f"{', '.join(word for word in words if word)}: {factor:.1f} times the average error"
+    return WorstPlace(
+        pressure.label(p, "Pa") if len(pressure) > 1 else "",
+        contraction.label(c, "1"),
+        int(b),
+        str(tests[0]),
+        float(np.sqrt(square[at]) / max(_rms(residual), 1e-300)),
+    )
 
 
-def _notes(recordings: list[tuple[Experiment, Recording]], pairs: tuple, parity: Cells | None) -> tuple[str, ...]:
+def _notes(
+    recordings: list[tuple[Experiment, Recording]], sets: bool, pairs: tuple, parity: Cells | None
+) -> tuple[str, ...]:
+    """What to know of the recordings; `sets` says whether they are of several data sets."""
     several = len(recordings) > 1
-    sets = len({id(e) for e, _ in recordings}) > 1
     notes = [
         f"{e.name}, {r.file}: {note}" if sets else f"{r.file}: {note}" if several else note
         for e, r in recordings

@@ -10,6 +10,7 @@ from fitting.least_squares.held_out import HELD_OUT, folds, left_out_rows
 from fitting.least_squares.record import Fit, record_fit
 from fitting.least_squares.search import evaluate_subset, solve
 from fitting.least_squares.subset import subset_of
+from fitting.least_squares.summary import SearchSummary
 from fitting.precision import require_x64
 from fitting.problem.no_number import refuse_no_number
 from fitting.problem.residuals import LIGHT, problem
@@ -37,7 +38,7 @@ def evaluate(
     subset = subset_of(layout, vector, names)
     at, held = evaluate_subset(given, subset), tuple(name for name in free if name not in names)
     refuse_no_number(np.asarray(at.rows)[: len(samples)], samples, experiments)
-    return record_fit(layout, given, samples, subset, names, at, held=held, starts="evaluated, not fitted")
+    return record_fit(layout, given, samples, subset, names, at, held=held, search=SearchSummary(evaluated=True))
 
 
 def left_out(fit: Fit) -> np.ndarray:

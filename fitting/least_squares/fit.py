@@ -18,8 +18,9 @@ from fitting.least_squares.search import (
     solve,
 )
 from fitting.least_squares.subset import Subset, subset_of
+from fitting.least_squares.summary import FailedStart, Failure, MissedMotions, SearchSummary
 from fitting.precision import require_x64
-from fitting.problem.no_number import refuse_no_number, state_at
+from fitting.problem.no_number import refuse_no_number
 from fitting.problem.residuals import Problem, Samples, problem
 from fitting.problem.unknowns import Unknowns, unknowns
 from fitting.problem.varying import Varying
@@ -119,7 +120,7 @@ def fit_problem(
     if not names:
         return _not_fitted(layout, given, samples, vector, held)
     subset = subset_of(layout, vector, names)
-    begin, told = starting_places(layout, subset, names, starts, seed), ""
+    begin, search_from = starting_places(layout, subset, names, starts, seed), SearchSummary()
     search = given.coarser(SETTINGS.coarse)
     begin = _from_known(search, layout, subset, names, known, begin)
     first = begin[0]
@@ -127,19 +128,19 @@ def fit_problem(
         from fitting.least_squares.shooting import begin_by_shooting  # diffrax is only needed where something moves
 
         begin = begin_by_shooting(search, subset, begin, shooting)
-        told = f"multiple shooting, {shooting} stretches a run, from {starts} starts; from its best ends "
+        search_from = SearchSummary(stretches=shooting, shooting_starts=starts)
     none = np.zeros(len(begin), bool)
     result = on_the_host(solve(search, subset, jnp.asarray(begin), look=none))
     ends, moves = result.ends, any(block.steps for block in given.blocks)
     if moves and np.isfinite(result.cost):
         result = _search_further(given, subset, result, len(begin))
         result = _no_higher(given, subset, first, result) if known else result
-    told, failures = told + _starts_text(ends), _failures(given, subset, samples, ends, begin)
+    summary, failures = _summary(ends, search_from), _failures(given, subset, samples, ends, begin)
     if not np.isfinite(result.cost):
         lost = _not_fitted(layout, given, samples, np.asarray(subset.vector(jnp.asarray(begin[0]))), held)
-        return replace(lost, converged=False, starts=told, failures=failures)
+        return replace(lost, converged=False, search=summary, failures=failures)
     fit = record_fit(
-        layout, given, samples, subset, names, result.best, held=held, converged=_converged(result), starts=told
+        layout, given, samples, subset, names, result.best, held=held, converged=_converged(result), search=summary
     )
     warnings = _warnings(fit, ends) if moves and shooting <= 1 else ()
     return replace(fit, failures=(*failures, *warnings))
@@ -213,11 +214,10 @@ def _flat(rows: np.ndarray, slopes: np.ndarray, place: np.ndarray) -> bool:
     return bool(np.all(np.abs(inward) < 1e-5 * scale))
 
 
-def _starts_text(ends: SearchEnd) -> str:
-    best = np.min(ends.cost)
-    if not np.isfinite(best):
-        return f"none of {len(ends.cost)} starts gave finite numbers"
-    return f"{len(ends.cost)} starts: {int(np.sum(_best(ends)))} reached the same best point"
+def _summary(ends: SearchEnd, begun: SearchSummary) -> SearchSummary:
+    """How the searches ended; `begun` says what they began from."""
+    reached = int(np.sum(_best(ends))) if np.isfinite(np.min(ends.cost)) else 0
+    return replace(begun, starts=len(ends.cost), reached=reached)
 
 
 def _best(ends: SearchEnd) -> np.ndarray:
@@ -225,27 +225,22 @@ def _best(ends: SearchEnd) -> np.ndarray:
     return np.asarray(ends.cost <= np.min(ends.cost) * (1 + 1e-4) + 1e-6)
 
 
-def _warnings(fit: Fit, ends: SearchEnd) -> tuple[str, ...]:
+def _warnings(fit: Fit, ends: SearchEnd) -> tuple[Failure, ...]:
     """A warning where motions are missed by far: the model lacks something, or the search was caught on its way."""
     moving = np.array([block.steps > 0 for block in fit.problem.blocks])[fit.samples.recording]
     off = float(np.sqrt(np.mean((fit.residual / fit.samples.sigma)[moving] ** 2)))
     if not off > SETTINGS.far:
         return ()
-    reached = f"{int(np.sum(_best(ends)))} of {len(ends.cost)} starts ended there"
-    return (
-        f"the motions are missed by {off:.0f} times their noise, and {reached}: the model lacks something, or the "
-        "search was caught in a poor neighbourhood; a fit with --shooting 8 tells which",
-    )
+    return (MissedMotions(off, int(np.sum(_best(ends))), len(ends.cost)),)
 
 
-def _failures(given: Problem, subset: Subset, samples: Samples, ends: SearchEnd, begin: np.ndarray) -> tuple[str, ...]:
-    told = []
+def _failures(
+    given: Problem, subset: Subset, samples: Samples, ends: SearchEnd, begin: np.ndarray
+) -> tuple[Failure, ...]:
+    """The starts from which the search met no finite numbers."""
+    failed = []
     for i in np.flatnonzero(~np.isfinite(ends.cost)):
         rows, _ = rows_and_slopes(given, subset, jnp.asarray(begin[i]))
         bad = np.flatnonzero(~np.isfinite(np.asarray(rows)[: len(samples)]))
-        if len(bad):
-            row, state = samples.row[bad[0]], state_at(samples, bad[0])
-            told.append(f"start {i + 1}: the model gives no finite number at row {row} ({state})")
-        else:
-            told.append(f"start {i + 1}: the search met a state without finite numbers and stopped")
-    return tuple(told)
+        failed.append(FailedStart(int(i) + 1, int(bad[0]) if len(bad) else None))
+    return tuple(failed)

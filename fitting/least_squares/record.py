@@ -8,10 +8,13 @@ import numpy as np
 
 from fitting.least_squares.search import Evaluated
 from fitting.least_squares.subset import Subset
+from fitting.least_squares.summary import Failure, SearchSummary
 from fitting.least_squares.uncertainty import at_bound, clusters, covariances, ties
 from fitting.problem.estimate import Estimate, ParameterState
 from fitting.problem.residuals import Problem, Samples
 from fitting.problem.unknowns import Unknowns
+
+NOT_SEARCHED = SearchSummary()
 
 
 @dataclass(frozen=True)
@@ -32,8 +35,8 @@ class Fit:
     at_bound: tuple[str, ...]
     tied: dict[str, tuple[str, ...]]
     converged: bool
-    starts: str
-    failures: tuple[str, ...]
+    search: SearchSummary
+    failures: tuple[Failure, ...]
 
     @property
     def rmse(self) -> float:
@@ -83,8 +86,8 @@ def record_fit(
     *,
     held: tuple[str, ...] = (),
     converged: bool = True,
-    starts: str = "not fitted",
-    failures: tuple[str, ...] = (),
+    search: SearchSummary = NOT_SEARCHED,
+    failures: tuple[Failure, ...] = (),
 ) -> Fit:
     """The record of a model in which `names` vary, where it was evaluated: every `Fit` is made here.
 
@@ -108,6 +111,6 @@ def record_fit(
         at_bound=at_bound(names, place),
         tied=ties(names, slopes),
         converged=converged,
-        starts=starts,
+        search=search,
         failures=failures,
     )

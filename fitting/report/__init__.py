@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from fitting.report.text.amounts import with_error as with_error
     from fitting.report.text.comparison import error_text as error_text
     from fitting.report.text.comparison import kind_text as kind_text
+    from fitting.report.text.comparison import worst_text as worst_text
     from fitting.report.text.design import describe as design_text  # noqa: F401
     from fitting.report.text.design import prices as price_text  # noqa: F401
     from fitting.report.text.diagnosis import leading_text as leading_text
@@ -41,7 +42,7 @@ else:
             **dict.fromkeys(("Panel", "panels"), "pictures.panels"),
             "pairs": "pictures.posterior",
             "with_error": "text.amounts",
-            **dict.fromkeys(("error_text", "kind_text"), "text.comparison"),
+            **dict.fromkeys(("error_text", "kind_text", "worst_text"), "text.comparison"),
             "design_text": "text.design:describe",
             "price_text": "text.design:prices",
             **dict.fromkeys(("leading_text", "verdict_text"), "text.diagnosis"),

@@ -13,10 +13,12 @@ from fitting.diagnosis.flip_groups import rests_on_in_words
 from fitting.diagnosis.record import Diagnosis, Evidence, Explanation
 from fitting.least_squares.record import Fit
 from fitting.report.text.attempts import attempts_result
+from fitting.report.text.comparison import place_text
 from fitting.report.text.instruments import channels_result
 from fitting.report.text.measurement import needs_text, purpose_text, what_text
 from fitting.report.text.noise import NOISE_TEXT
 from fitting.report.text.reasons import notes_of, why_text
+from fitting.report.text.search import failure_texts, search_text
 from fitting.study.stages import Stage
 from fitting.study.task import Task
 from fitting.version import command_line, versions
@@ -37,7 +39,7 @@ def comparison_result(c: Comparison) -> dict[str, Any]:
         "p_value": None,
         "by_recording": recordings_result(c),
         "fingerprint": fingerprint_result(c.fingerprint),
-        "worst": c.worst,
+        "worst": place_text(c),
         **{f"by_{table.title}": [_row(row, c.unit) for row in table.rows] for table in c.tables},
         "channels": channels_result(c.channels),
         "notes": list(c.notes),
@@ -79,8 +81,8 @@ def fit_result(fit: Fit) -> dict[str, Any]:
         "rmse_N": fit.rmse if force else None,
         **({} if force else {"rmse_m": fit.rmse}),
         "converged": fit.converged,
-        "starts": fit.starts,
-        "failures": list(fit.failures),
+        "starts": search_text(fit),
+        "failures": failure_texts(fit),
     }
 
 

@@ -25,6 +25,7 @@ from fitting.report.text.diagnosis import effect_set, leading_text, measurement_
 from fitting.report.text.fit import fit_warnings, range_cells, value_cells
 from fitting.report.text.instruments import HEADS, channel_cells, channel_lines
 from fitting.report.text.next_step import after_comparison, after_diagnosis
+from fitting.report.text.search import search_text
 from fitting.report.text.study import data_text
 from fitting.report.text.warnings import comparison_warnings
 from fitting.study.stages import Stage
@@ -269,7 +270,7 @@ def _provenance(task: Task, c: Comparison, d: Diagnosis | None) -> Section:
     rows += [(f"data: {name}", f"{data['folder']}, sha256 {data['sha256']}") for name, data in known["data"].items()]
     rows += [(f"source: {e.name}", e.source["citation"]) for e in task.experiments if e.source.get("citation")]
     rows += [(name, version) for name, version in known["versions"].items()]
-    rows += [("search", c.fit.starts), *(("note", note) for note in c.notes)]
+    rows += [("search", search_text(c.fit)), *(("note", note) for note in c.notes)]
     grid = Grid(("", ""), tuple(Line(row) for row in rows), words=(1,))
     return Section(
         "Where this comes from",

@@ -114,18 +114,18 @@ def panels(experiments: Sequence[Experiment], samples: Samples, residual: np.nda
             for run in recording.runs:
                 found += _panel(samples, residual, recording, run, number, noise)
                 number += 1
-    found = _told_apart(found, experiments)
+    found = _with_files(found, experiments, samples)
     worst = sorted(found, key=lambda panel: -panel.rmse)[: FIGURE.panels]
     return [panel for panel in found if any(panel is one for one in worst)]
 
 
-def _told_apart(found: list[Panel], experiments: Sequence[Experiment]) -> list[Panel]:
+def _with_files(found: list[Panel], experiments: Sequence[Experiment], samples: Samples) -> list[Panel]:
     """The panels with their file in the label where two runs go by one name."""
     if max(Counter(panel.label for panel in found).values(), default=1) == 1:
         return found
-    of_run = {id(run): (e.name, r.file) for e in experiments for r in e.recordings for run in r.runs}
+    files = [(e.name, r.file) for e in experiments for r in e.recordings]
     several = len(experiments) > 1
-    named = (", ".join(of_run[id(panel.run)][0 if several else 1 :]) for panel in found)
+    named = (", ".join(files[samples.recording[panel.mine[0]]][0 if several else 1 :]) for panel in found)
     return [replace(panel, file=file) for panel, file in zip(found, named, strict=True)]
 
 

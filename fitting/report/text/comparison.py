@@ -6,7 +6,7 @@ from rich.console import RenderableType
 from rich.text import Text
 
 from fitting import units
-from fitting.comparison.compare import Comparison, Row
+from fitting.comparison.compare import Comparison, Row, branch_name
 from fitting.comparison.compare import Table as ErrorTable
 from fitting.comparison.fingerprint import Fingerprint
 from fitting.recordings.records import NoiseSource
@@ -22,7 +22,14 @@ ERRORS = {"rms": "rmse", "mean": "bias", "largest": "largest"}  # columns of the
 
 def worst_text(c: Comparison) -> str:
     """Where the error is largest; and which run it is, if one alone is off."""
-    return " ".join([f"Worst at {c.worst}.", *_one_run(c)])
+    return " ".join([f"Worst at {place_text(c)}.", *_one_run(c)])
+
+
+def place_text(c: Comparison) -> str:
+    """Where the error is largest, and how large it is there."""
+    w = c.worst
+    parts = (w.pressure, f"contraction {w.contraction}", branch_name(w.branch, w.test) if w.branch else "")
+    return f"{', '.join(part for part in parts if part)}: {w.times:.1f} times the average error"
 
 
 def _one_run(c: Comparison) -> list[str]:

@@ -7,6 +7,7 @@ from fitting.least_squares.record import Fit
 from fitting.report.results import shown_names
 from fitting.report.text.amounts import amount, with_error
 from fitting.report.text.layout import columns, line, lines, spaced
+from fitting.report.text.search import failure_texts, search_text
 
 
 def fit_warnings(fit: Fit) -> list[str]:
@@ -16,7 +17,7 @@ def fit_warnings(fit: Fit) -> list[str]:
     words += [f"{' and '.join(g)} are strongly correlated, not separately identifiable." for g in tied_groups(fit)]
     if fit.held:
         words.append(f"Not constrained by these data, and held at their values: {', '.join(fit.held)}.")
-    return words + [f"Search: {failure}" for failure in fit.failures]
+    return words + [f"Search: {failure}" for failure in failure_texts(fit)]
 
 
 def _bound(fit: Fit, name: str) -> str:
@@ -45,7 +46,7 @@ def fit_report(fit: Fit) -> list[RenderableType]:
     table = columns(*heads, words=(0, 5), spare=(4, 3))
     for name in shown_names(fit):
         table.add_row(name, *_parameter(fit, name))
-    return [spaced(table), Text(), *lines("WARNING", fit_warnings(fit), "yellow"), line("SEARCH", fit.starts)]
+    return [spaced(table), Text(), *lines("WARNING", fit_warnings(fit), "yellow"), line("SEARCH", search_text(fit))]
 
 
 def _parameter(fit: Fit, name: str) -> tuple[str, ...]:
