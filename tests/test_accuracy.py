@@ -273,6 +273,14 @@ def test_of_every_channel_it_is_known_what_was_found_stated_and_presumed(tmp_pat
     assert (time.systematic, time.stated) == ({"skew": 0.005}, ("skew",))
 
 
+def test_the_steps_of_a_set_point_are_no_rounding(tmp_path):
+    pressure = np.repeat([1e5, 1.5e5], 101)
+    stepped = errors_of(read(tmp_path, csv=loops_with(pressure)))[Channel.PRESSURE]
+    assert (stepped.noise, stepped.resolution) == (0.0, None)
+    coarse = 244.0 * np.round((gauge(20.0) + 200.0) / 244.0)  # between two steps of a converter
+    assert errors_of(read(tmp_path, csv=loops_with(coarse)))[Channel.PRESSURE].resolution == pytest.approx(244.0)
+
+
 def test_a_stated_noise_stands_beside_the_noise_that_was_found(tmp_path):
     errors = errors_of(stated(tmp_path, 'pressure = { noise = "20 Pa" }', csv=loops_with(gauge())))[Channel.PRESSURE]
     assert errors.noise == 20.0

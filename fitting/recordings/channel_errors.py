@@ -99,17 +99,20 @@ def found_errors(parts: Sequence[Run], test: str, length: float) -> Accuracy:
 
 
 def _white(readings: Sequence[np.ndarray], parts: Sequence[Run], test: str) -> ChannelAccuracy:
-    """Noise of one reading, None for points without history; and the step of rounding, if there is one."""
-    together = np.concatenate(readings)
-    step = rounding(together)
-    resolution = step if step > ACCURACY.rounded * float(np.abs(together).max()) else None
+    """Noise of one reading, and the step of rounding if there is one; neither is seen in points without history."""
     if test == "static":
-        return ChannelAccuracy(resolution=resolution)
+        return ChannelAccuracy()
     levels = [_noise(part.time, values) for part, values in zip(parts, readings, strict=True)]
-    return ChannelAccuracy(noise=float(np.median(levels)), resolution=resolution)
+    noise, together = float(np.median(levels)), np.concatenate(readings)
+    step = rounding(together)
+    finest, coarsest = ACCURACY.rounded * float(np.abs(together).max()), ACCURACY.coarsest * noise
+    return ChannelAccuracy(noise=noise, resolution=step if finest < step < coarsest else None)
 
 
 def _noise(time: np.ndarray, reading: np.ndarray) -> float:
-    """Standard deviation of one reading's error; what rounded time stamps seem to add is none of it."""
+    """Standard deviation of one reading's error: not what rounded time stamps seem to add, nor a set-point's steps."""
+    changes = np.count_nonzero(np.diff(reading))
+    if changes < min(ACCURACY.changes, len(reading) / 2):
+        return 0.0
     level = signals.noise_level(time, reading)
     return level if level > SETTINGS.stamps * stamp_error(time, reading) else 0.0
