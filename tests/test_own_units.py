@@ -24,6 +24,7 @@ from fitting.library.line import VARIABLES, defined
 from fitting.posterior.predict import Band
 from fitting.recordings.experiment import read_experiment
 from fitting.recordings.inverse_dynamics import as_force
+from fitting.recordings.settings import DYNAMICS
 from fitting.report.pictures.hill import speed_over_load
 from fitting.report.pictures.posterior import predicted
 from fitting.report.text.hill import hill_report
@@ -99,13 +100,13 @@ def test_the_band_of_a_prediction_is_drawn_in_the_units_of_the_data(unit, own, l
 @pytest.mark.parametrize(
     ("limit", "value", "own", "usual"),
     [
-        ("LOUD", 0.0, r"too noisy, [\d.]+ lbf of [\d.]+ lbf", r"too noisy, [\d.]+ N of [\d.]+ N"),
-        ("FEWEST", 999, "faster than 0.39 inch/s", "faster than 10 mm/s"),
+        ("loud", 0.0, r"too noisy, [\d.]+ lbf of [\d.]+ lbf", r"too noisy, [\d.]+ N of [\d.]+ N"),
+        ("fewest", 999, "faster than 0.39 inch/s", "faster than 10 mm/s"),
     ],
 )
 def test_why_a_motion_is_no_force_is_told_in_the_units_of_the_data(tmp_path, monkeypatch, limit, value, own, usual):
     data, _ = released(tmp_path)
-    monkeypatch.setattr(f"fitting.recordings.inverse_dynamics.{limit}", value)
+    monkeypatch.setattr("fitting.recordings.inverse_dynamics.DYNAMICS", replace(DYNAMICS, **{limit: value}))
     with units.spoken(IMPERIAL):
         (theirs,) = as_force(data)[1]
     assert re.search(own, theirs), theirs
