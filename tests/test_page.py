@@ -20,6 +20,7 @@ from fitting.diagnosis.record import Evidence
 from fitting.report.page.page import page
 from fitting.report.page.parts import Section
 from fitting.report.page.similar_groups import groups
+from fitting.report.text.stages import stage_text
 from fitting.study.discovering import discovered
 from fitting.study.stages import Stage
 from mckibben_jax.effects import LinearSpring
@@ -27,7 +28,9 @@ from mckibben_jax.effects import LinearSpring
 
 def test_the_page_needs_no_network_and_no_script(study, diagnosis):
     task, c = study
-    text = page(task, c, diagnosis, [Stage("baseline", 5.0, 6.0, "missing"), Stage("+ linear_spring", 0.3, 0.31)])
+    text = page(
+        task, c, diagnosis, [Stage("baseline", 5.0, 6.0, "missing"), Stage("", 0.3, 0.31, added=("linear_spring",))]
+    )
     without_namespaces = re.sub(r'xmlns(:\w+)?="[^"]*"', "", text)
     assert "http://" not in without_namespaces.replace("http://www.w3.org", "")
     assert "https://" not in without_namespaces
@@ -78,7 +81,7 @@ def test_the_command_on_the_page_can_be_pasted(study, diagnosis):
 def test_each_step_has_its_bar_and_its_model_and_shows_without_a_script(study, diagnosis):
     task, c = study
     left = c.fit.residual
-    stages = [Stage("baseline", 5.0, 6.0, "missing", left + 4), Stage("+ it", c.rmse, 1.1, "", left)]
+    stages = [Stage("baseline", 5.0, 6.0, "missing", left + 4), Stage("", c.rmse, 1.1, "", left, added=("it",))]
     text = page(task, c, diagnosis, stages)
     assert text.count('type="radio" name="step"') == 2
     assert "main:has(#step0:checked) .model:not(.m0) { display: none; }" in text
@@ -92,7 +95,7 @@ def test_the_page_can_be_read_by_everybody_and_follows_a_click(study, diagnosis,
     """In a browser: an accessibility check of all of it; a bar shows its model; at 390 px nothing sticks out."""
     task, c = study
     left = c.fit.residual
-    stages = [Stage("baseline", 5.0, 6.0, "missing", left + 4), Stage("+ it", c.rmse, 1.1, "", left)]
+    stages = [Stage("baseline", 5.0, 6.0, "missing", left + 4), Stage("", c.rmse, 1.1, "", left, added=("it",))]
     place = tmp_path / "page.html"
     place.write_text(page(task, c, diagnosis, stages), encoding="utf-8")
     with browser() as chromium:
@@ -124,7 +127,7 @@ SMALL_LABELS = """() => [...document.querySelectorAll("svg text")].filter(word =
 def test_every_step_of_a_discovery_can_be_chosen(study):
     task, _ = study
     found = discovered(task, [LinearSpring()], lambda *_: None)
-    assert [stage.added for stage in found.stages] == ["baseline", "+ linear_spring"]
+    assert [stage_text(stage) for stage in found.stages] == ["baseline", "+ linear_spring"]
     for stage in found.stages:
         assert np.sqrt(np.mean(stage.residual**2)) == pytest.approx(stage.rmse, rel=0.01)
     text = page(found.task, found.comparison, found.diagnosis, found.stages)
@@ -144,7 +147,7 @@ def test_steps_whose_models_are_unknown_have_bars_alone(study):
      ("", "Before it added: linear_spring is missing.")],
 )  # fmt: skip
 def test_the_title_says_which_model_the_verdict_is_of(study, diagnosis, last, said):
-    stages = [Stage("baseline", 5.0, 6.0, "missing"), Stage("+ it", 0.3, 0.31, last)]
+    stages = [Stage("baseline", 5.0, 6.0, "missing"), Stage("", 0.3, 0.31, last, added=("it",))]
     assert f"<h1>{said}</h1>" in page(*study, diagnosis, stages)
 
 

@@ -17,6 +17,7 @@ from small_muscle import LENGTH, loops, write
 from fitting.errors import InputError
 from fitting.library.library import library
 from fitting.model_files.model_file import read_model
+from fitting.report.text.stages import stage_text
 from fitting.study.request import Request
 from fitting.workbench import data as dropping
 from fitting.workbench import home
@@ -77,7 +78,7 @@ def test_the_error_falls_when_what_is_missing_is_added(found, mended):
     assert offers(found.last)[0] == "linear_spring"
     assert mended.last.comparison.rmse < 1.2 * 0.3 < 5 * 0.3 < found.last.comparison.rmse
     assert mended.last.fit.values["linear_spring.K"] == pytest.approx(STIFFNESS, rel=0.1)
-    assert [stage.added for stage in mended.stages] == ["the model as it is", "+ linear_spring"]
+    assert [stage_text(stage) for stage in mended.stages] == ["the model as it is", "+ linear_spring"]
 
 
 def test_undo_goes_back_and_changes_nothing_else(found, mended):

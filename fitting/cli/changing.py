@@ -10,7 +10,7 @@ from fitting.report.text.fit import fit_report
 from fitting.report.text.layout import line
 from fitting.report.text.next_step import after_change
 from fitting.report.text.study import steps_report
-from fitting.study.changing import change
+from fitting.study.changing import Difference, change
 from fitting.study.task import Task
 
 NOT_TAKEN = (
@@ -19,11 +19,13 @@ NOT_TAKEN = (
 )
 
 
-def change_model(run: CommandRun, names: Sequence[str], how: Callable[[Task, Sequence[str]], tuple[Task, str]]) -> None:
+def change_model(
+    run: CommandRun, names: Sequence[str], how: Callable[[Task, Sequence[str]], tuple[Task, Difference]]
+) -> None:
     """The whole command: change, print, save, write."""
-    changed, words = how(run.task, names)
+    changed, by = how(run.task, names)
     with run.progress("fitting") as progress:
-        found = change(run.task, changed, words, progress)
+        found = change(run.task, changed, by, progress)
     unit = found.comparison.unit
     run.print([line("RESULT", change_text(found, unit), "bold"), *steps_report(found.stages, unit)])
     run.print(fit_report(found.after))

@@ -29,9 +29,9 @@ def demonstrate(run: CommandRun) -> None:
     begun = Stage("baseline", first.rmse, found.held_out_rmse, found.verdict, first.fit.residual)
     stages, last, final = [begun], first, task
     if added:
-        final, words = with_added(task, added)
+        final, by = with_added(task, added)
         with run.progress("3 of 3: adding it and fitting again") as progress:
-            done = change(task, final, words, progress)
+            done = change(task, final, by, progress)
         stages.append(done.stages[-1])
         last = done.comparison
         run.print([line("ADD", change_text(done, last.unit), "bold"), *steps_report(stages, last.unit)])

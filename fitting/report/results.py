@@ -209,7 +209,7 @@ def steps_result(stages: Sequence[Stage]) -> dict[str, Any]:
 
 def _step(stage: Stage) -> dict[str, Any]:
     return {
-        "effect": stage.added.removeprefix("+ "),
+        "effect": stage.label or "+".join(stage.added),
         "rmse_N": stage.rmse,
         "held_out_rmse_N": stage.left_out,
         "verdict": stage.verdict,

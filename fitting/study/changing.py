@@ -38,8 +38,16 @@ class Change:
         return self.stages[-1].left_out or 0.0
 
 
-def with_added(task: Task, names: Sequence[str]) -> tuple[Task, str]:
-    """The task with effects added, each in place of its rival; and what was done, in words."""
+@dataclass(frozen=True)
+class Difference:
+    """Names of effects by which one model differs from another; where some were added, the dropped gave way to them."""
+
+    added: tuple[str, ...] = ()
+    dropped: tuple[str, ...] = ()
+
+
+def with_added(task: Task, names: Sequence[str]) -> tuple[Task, Difference]:
+    """The task with effects added, each in place of its rival."""
     names = tuple(dict.fromkeys(names))
     present = {name_of(effect): effect for effect in task.effects}
     for name in names:
@@ -47,11 +55,10 @@ def with_added(task: Task, names: Sequence[str]) -> tuple[Task, str]:
             raise InputError(f"{name} is in the model already", cure="'mckibben fit' fits it again")
     new = tuple(kind() for kind in named(names, task.library))
     changed = _changed(task, with_effects(task.effects, new))
-    gone = [name for name in present if name not in changed.names]
-    return changed, f"+ {' + '.join(names)}" + (f" in place of {', '.join(gone)}" if gone else "")
+    return changed, Difference(names, tuple(name for name in present if name not in changed.names))
 
 
-def with_dropped(task: Task, names: Sequence[str]) -> tuple[Task, str]:
+def with_dropped(task: Task, names: Sequence[str]) -> tuple[Task, Difference]:
     """The task without these effects."""
     for name in names:
         if name not in task.names:
@@ -59,7 +66,7 @@ def with_dropped(task: Task, names: Sequence[str]) -> tuple[Task, str]:
     left = tuple(effect for effect in task.effects if name_of(effect) not in names)
     if not any(effect.stage == "stored" for effect in left):
         raise InputError("nothing would be left that pulls", value=", ".join(names), cure="keep one stored effect")
-    return _changed(task, left), f"- {' - '.join(names)}"
+    return _changed(task, left), Difference(dropped=tuple(names))
 
 
 def _changed(task: Task, effects: Sequence[Effect]) -> Task:
@@ -69,16 +76,23 @@ def _changed(task: Task, effects: Sequence[Effect]) -> Task:
     return dataclasses.replace(changed, varying=task.varying.among(names))
 
 
-def change(task: Task, changed: Task, words: str, progress: Callable[[str, float], None]) -> Change:
+def change(task: Task, changed: Task, by: Difference, progress: Callable[[str, float], None]) -> Change:
     """Fit before and after."""
     progress("fitting the model as it is", 0.05)
     before = fitted(task)
-    progress(f"fitting the model {words}", 0.45)
+    progress("fitting the changed model", 0.45)
     known = {name: value for name, value in before.values.items() if name in changed.layout.names}
     after = fitted(dataclasses.replace(changed, known=known))
     progress("comparing", 0.9)
     stages = (
         Stage("model before", before.rmse, left_out_rmse(before), residual=before.residual),
-        Stage(words, after.rmse, left_out_rmse(after), residual=after.residual),
+        Stage(
+            "",
+            after.rmse,
+            left_out_rmse(after),
+            residual=after.residual,
+            added=by.added,
+            dropped=by.dropped,
+        ),
     )
     return Change(before, after, compare(after, changed.experiments), stages)

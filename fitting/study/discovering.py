@@ -40,9 +40,10 @@ def discovered(
             new = [kind() for kind in named(step.added, task.library)]
             changed = task.with_effects(with_effects(tasks[-1].effects, new))
             tasks.append(replace(changed, varying=tasks[-1].varying.fixing(*step.held)))
-        words = f"+ {step.effect}" if stages else step.effect
+        label, added = ("", step.added) if stages else (step.effect, ())
         residual = _residual(tasks[-1], step)
-        stages.append(Stage(words, step.rmse, step.held_out_rmse, step.verdict, residual, step.attempts, step.held))
+        errors = step.rmse, step.held_out_rmse
+        stages.append(Stage(label, *errors, step.verdict, residual, step.attempts, step.held, added))
         shown(stages[-1])
 
     last = discover(

@@ -9,17 +9,20 @@ from fitting.diagnosis.discover import Attempt
 
 @dataclass(frozen=True)
 class Stage:
-    """One step of a study: what was added, the error then, the verdict there, and what the model missed where.
+    """One step of a study: how its model differs, the error then, the verdict there, and what the model missed where.
 
+    `label` names a model that was not made of the one before it; else `added` and `dropped` are names of effects.
     `residual` is model minus measurement of every sample that carries weight, where it is known; `attempts` are the
     larger models that a discovery tried after this one and did not keep; `held` are stated sizes of the muscle that it
     holds since this step.
     """
 
-    added: str
+    label: str
     rmse: float
     left_out: float | None
     verdict: str = ""
     residual: np.ndarray | None = field(default=None, compare=False, repr=False)
     attempts: tuple[Attempt, ...] = ()
     held: tuple[str, ...] = ()
+    added: tuple[str, ...] = ()
+    dropped: tuple[str, ...] = ()

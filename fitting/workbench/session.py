@@ -24,7 +24,7 @@ from fitting.report.pictures.loops import Frame, frame, key, loops_html, thinnin
 from fitting.report.pictures.panels import panels
 from fitting.report.text.comparison import judgement
 from fitting.report.text.diagnosis import verdict_text
-from fitting.study.changing import with_added, with_dropped
+from fitting.study.changing import Difference, with_added, with_dropped
 from fitting.study.diagnosing import candidates_of, diagnosed
 from fitting.study.request import Request
 from fitting.study.stages import Stage
@@ -53,16 +53,20 @@ def in_own_units(action: Action) -> Action:
     return cast("Action", spoken)
 
 
+AS_BEFORE = Difference()
+
+
 @dataclass(frozen=True)
 class Step:
     """One model on the way. Before its first fit there is no comparison, only a model at its starting values."""
 
-    words: str
+    label: str  # of a model that was not made of the one before it
     typed: tuple[str, ...]  # what the command line would be told: the command, then names
     task: Task
     comparison: Comparison | None = None
     left_out: float | None = None
     diagnosis: Diagnosis | None = None
+    by: Difference = AS_BEFORE
     sought: tuple[str, ...] = ()  # what the diagnosis looked for; empty: everything
     posterior: "Posterior | None" = None
     said: tuple[tuple[str, str], ...] = ()  # titles and texts of what else was asked
@@ -77,7 +81,15 @@ class Step:
         """The step as a bar of the picture that shows the error falling."""
         assert self.comparison is not None  # only steps that were fitted are drawn
         verdict = "" if self.diagnosis is None else self.diagnosis.verdict
-        return Stage(self.words, self.comparison.rmse, self.left_out, verdict, self.comparison.fit.residual)
+        return Stage(
+            self.label,
+            self.comparison.rmse,
+            self.left_out,
+            verdict,
+            self.comparison.fit.residual,
+            added=self.by.added,
+            dropped=self.by.dropped,
+        )
 
     @property
     def units(self) -> dict[str, str]:
@@ -132,15 +144,15 @@ def fit_first(session: Session, progress: Progress) -> Session:
 @in_own_units
 def add(session: Session, names: Sequence[str], progress: Progress) -> Session:
     """Effects added, each in place of its rival, and everything fitted again."""
-    changed, words = with_added(session.last.task, names)
-    return _refitted(session, changed, words, ("add", *names), progress)
+    changed, by = with_added(session.last.task, names)
+    return _refitted(session, changed, by, ("add", *names), progress)
 
 
 @in_own_units
 def drop(session: Session, names: Sequence[str], progress: Progress) -> Session:
     """Effects taken out, and everything fitted again."""
-    changed, words = with_dropped(session.last.task, names)
-    return _refitted(session, changed, words, ("drop", *names), progress)
+    changed, by = with_dropped(session.last.task, names)
+    return _refitted(session, changed, by, ("drop", *names), progress)
 
 
 def define(session: Session, line: str) -> tuple[Session, str]:
@@ -228,12 +240,12 @@ def _saying(session: Session, title: str, text: str) -> Session:
     return _with_last(session, dataclasses.replace(session.last, said=(*said, (title, text))))
 
 
-def _refitted(session: Session, changed: Task, words: str, typed: tuple[str, ...], progress: Progress) -> Session:
-    progress(f"fitting the model {words}", 0.1)
+def _refitted(session: Session, changed: Task, by: Difference, typed: tuple[str, ...], progress: Progress) -> Session:
+    progress("fitting the changed model", 0.1)
     before = session.last.fit.values if session.last.fit is not None else session.last.task.known
     known = {name: value for name, value in before.items() if name in changed.layout.names}
     task = dataclasses.replace(changed, known=known)
-    step = _compared(Step(words, typed, task), fitted(task), progress)
+    step = _compared(Step("", typed, task, by=by), fitted(task), progress)
     return dataclasses.replace(session, steps=(*session.steps, step))
 
 

@@ -26,6 +26,7 @@ from fitting.report.text.fit import fit_warnings, range_cells, value_cells
 from fitting.report.text.instruments import HEADS, channel_cells, channel_lines
 from fitting.report.text.next_step import after_comparison, after_diagnosis
 from fitting.report.text.search import search_text
+from fitting.report.text.stages import added_text, stage_text
 from fitting.report.text.study import data_text
 from fitting.report.text.warnings import comparison_warnings
 from fitting.study.stages import Stage
@@ -95,7 +96,7 @@ def _verdict(d: Diagnosis, task: Task, stages: Sequence[Stage]) -> str:
         names = d.explanations[0]
         return f"{effect_set(names)} {'was' if len(names) == 1 else 'were'} missing, and is in the model now."
     said = verdict_text(d)
-    added = " and ".join(stage.added.removeprefix("+ ") for stage in stages[1:])
+    added = " and ".join(added_text(stage) for stage in stages[1:] if stage.added)
     if not added:
         return said
     before = "With" if stages[-1].verdict else "Before"  # a verdict on the last model, or on one before it
@@ -138,7 +139,7 @@ def _cards(c: Comparison, d: Diagnosis | None) -> list[tuple[str, str]]:
 def _fall(c: Comparison, d: Diagnosis | None, stages: Sequence[Stage], chosen: bool) -> Section:
     shown = stages or _stages(c, d)
     bars = fall_html(shown, c.floor, c.unit, choose="step" if chosen else "")
-    rows = tuple(Line((s.added, amount(s.rmse, c.unit), amount(s.left_out, c.unit), s.verdict)) for s in shown)
+    rows = tuple(Line((stage_text(s), amount(s.rmse, c.unit), amount(s.left_out, c.unit), s.verdict)) for s in shown)
     judged_ones = len(shown) > 1 and any(s.verdict for s in shown)
     tables = (Grid(("added", "RMS", "on held-out runs", "verdict then"), rows, words=(3,)),) if judged_ones else ()
     words = ("Choose a bar: the loops below show the model with the effects up to there.",) if chosen else ()
@@ -157,7 +158,7 @@ def _attempts(stage: Stage, unit: str) -> Grid:
         for a in stage.attempts
     )
     heads = ("tried", "RMS", "on held-out runs", "why it is not kept")
-    return Grid(heads, rows, title=f"After {stage.added}", words=(0, 3))
+    return Grid(heads, rows, title=f"After {stage_text(stage)}", words=(0, 3))
 
 
 def steps_with_models(c: Comparison, stages: Sequence[Stage]) -> list[np.ndarray]:

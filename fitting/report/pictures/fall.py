@@ -8,6 +8,7 @@ import numpy as np
 from fitting import units
 from fitting.report.settings import ERROR_TEXT
 from fitting.report.text.amounts import amount
+from fitting.report.text.stages import stage_text
 from fitting.study.stages import Stage
 
 
@@ -35,7 +36,7 @@ def _row(stage: Stage, k: int, count: int, floor: float, top: float, unit: str, 
         f'<span class="floor" style="left:{100 * floor / top:.2f}%"></span>'
         f'<span class="value" style="left:{max(width, left):.2f}%">{value}</span></span>'
     )
-    name = html.escape(stage.added)
+    name = html.escape(stage_text(stage))
     if not choose:
         return f'<div class="row"><span class="name">{name}</span>{bars}</div>'
     chosen = " checked" if k == count - 1 else ""

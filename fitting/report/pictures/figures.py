@@ -13,6 +13,7 @@ from fitting.diagnosis.record import Diagnosis
 from fitting.recordings.records import Experiment
 from fitting.report.pictures.panels import Panel, panels
 from fitting.report.settings import FIGURE
+from fitting.report.text.stages import stage_text
 from fitting.study.stages import Stage
 
 if TYPE_CHECKING:
@@ -48,7 +49,7 @@ def waterfall(stages: Sequence[Stage], floor: float, unit: str = "N") -> "Figure
             _beside(axes, end, row, f"{stage.rmse / size:.3g} {name}{marked}")
         axes.axvline(floor / size, color=INK, linestyle=(0, (3, 2)), linewidth=1)
         _beside(axes, floor / size, -0.75, f"noise {floor / size:.2g} {name}")
-        axes.set_yticks(range(len(stages)), [stage.added for stage in stages])
+        axes.set_yticks(range(len(stages)), [stage_text(stage) for stage in stages])
         axes.set_ylim(len(stages) - 0.5, -0.95)
         axes.set_xlim(0, 1.4 * max(max(s.rmse, s.left_out or 0.0, floor) for s in stages) / size)
         marked = any(stage.left_out is not None for stage in stages)

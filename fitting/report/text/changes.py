@@ -4,6 +4,7 @@ from typing import Any
 
 from fitting.report.results import comparison_result, fit_result
 from fitting.report.text.amounts import amount, percent
+from fitting.report.text.stages import stage_text
 from fitting.study.changing import Change
 from fitting.study.discovering import OnMotions
 
@@ -11,7 +12,7 @@ from fitting.study.discovering import OnMotions
 def change_text(found: Change, unit: str) -> str:
     """What the change did to the error, in sample and on runs left out."""
     first, last = found.stages
-    words = f"{last.added}: error {amount(first.rmse, unit)} -> {amount(last.rmse, unit)}, "
+    words = f"{stage_text(last)}: error {amount(first.rmse, unit)} -> {amount(last.rmse, unit)}, "
     words += f"on held-out runs {amount(first.left_out, unit)} -> {amount(last.left_out, unit)}."
     gain = 1 - (last.left_out / first.left_out) ** 2 if first.left_out and last.left_out else 0.0
     if gain > 0.02:
@@ -22,7 +23,9 @@ def change_text(found: Change, unit: str) -> str:
 def change_result(found: Change) -> dict[str, Any]:
     """The change for machines."""
     force = found.comparison.unit
-    steps = [{"effect": s.added, f"rmse_{force}": s.rmse, f"held_out_rmse_{force}": s.left_out} for s in found.stages]
+    steps = [
+        {"effect": stage_text(s), f"rmse_{force}": s.rmse, f"held_out_rmse_{force}": s.left_out} for s in found.stages
+    ]
     return {
         **fit_result(found.after),
         f"held_out_rmse_{force}": found.left_out,
