@@ -27,8 +27,8 @@ if TYPE_CHECKING:
     from fitting.least_squares.evaluate import evaluate as evaluate
     from fitting.least_squares.fit import fit as fit
     from fitting.least_squares.record import Fit as Fit
-    from fitting.library.library import named as effects_named  # noqa: F401
-    from fitting.library.line import defined as effect_from_line  # noqa: F401
+    from fitting.library.library import effects_named as effects_named
+    from fitting.library.line import effect_from_line as effect_from_line
     from fitting.model_files.model_file import read_model as read_model
     from fitting.model_files.writer import write_model as write_model
     from fitting.posterior.quick import quick_look as quick_look
@@ -60,8 +60,8 @@ else:
             "compare": "comparison.compare",
             "diagnose": "diagnosis.diagnose",
             "discover": "diagnosis.discover",
-            "effect_from_line": "library.line:defined",
-            "effects_named": "library.library:named",
+            "effect_from_line": "library.line",
+            "effects_named": "library.library",
             "evaluate": "least_squares.evaluate",
             "example_data": "shipped",
             "example_names": "shipped",

@@ -15,7 +15,7 @@ FULL = (errno.ENOSPC, errno.EFBIG, errno.EDQUOT)
 LONGEST = 60  # letters of a file's name in that of its half-written self: a name has 255 bytes at most
 
 
-def replaced(path: Path | str, write: Callable[[Path], Any]) -> None:
+def write_replacing(path: Path | str, write: Callable[[Path], Any]) -> None:
     """Write a file, or a folder that is not there yet, beside its place, then move it there in one step.
 
     OSError where that cannot be; then all is as it was. A kill leaves at most a hidden file that nothing reads. A link
@@ -46,7 +46,7 @@ def text_replaced(path: Path | str, text: str) -> None:
             file.flush()
             _settled(file.fileno())
 
-    replaced(path, write)
+    write_replacing(path, write)
 
 
 def write_text(path: Path | str, text: str, cure: str = "") -> None:
@@ -60,7 +60,7 @@ def write_text(path: Path | str, text: str, cure: str = "") -> None:
 def write_whole(path: Path | str, write: Callable[[Path], Any], cure: str = "") -> None:
     """Let something else write a file whole, or say why that cannot be."""
     try:
-        replaced(path, write)
+        write_replacing(path, write)
     except OSError as error:
         raise refused(path, error, cure) from None
 

@@ -10,7 +10,7 @@ from fitting.planning.next_measurement import NextMeasurement
 from fitting.planning.protocols import Protocol
 from fitting.problem.estimate import Estimate
 from fitting.study.request import Request
-from fitting.study.task import fitted, task_of
+from fitting.study.task import fit_task, task_of
 
 EVIL = "<script>alert(1)</script> & $x_1 'it'"
 
@@ -19,7 +19,7 @@ def compared(folder):
     """A data set with a nasty name, its task, its comparison."""
     folder = write(folder, loops(lambda eps, *_: 400 * eps, repeats=2), name=EVIL)
     task = task_of(Request(data=(str(folder),), starts=2))
-    return task, compare(fitted(task), task.experiments)
+    return task, compare(fit_task(task), task.experiments)
 
 
 def spring_missing(c):

@@ -16,7 +16,7 @@ from fitting.diagnosis.record import Diagnosis, Evidence, Explanation
 from fitting.problem.estimate import Estimate
 from fitting.study import changing
 from fitting.study.request import DATA, MODEL, Request, names_of
-from fitting.study.task import fitted
+from fitting.study.task import fit_task
 
 pytestmark = pytest.mark.usefixtures("own_cache")
 
@@ -192,7 +192,7 @@ def test_add_lets_the_error_fall_and_drop_lets_it_rise(data, tmp_path):
 @pytest.mark.parametrize("change", [("add", "linear_spring"), ("drop", "coulomb_friction")])
 def test_the_models_before_and_after_a_change_are_sought_by_shooting(data, monkeypatch, change):
     sought = []
-    monkeypatch.setattr(changing, "fitted", lambda task: sought.append(task.shooting) or fitted(task))
+    monkeypatch.setattr(changing, "fit_task", lambda task: sought.append(task.shooting) or fit_task(task))
     verb, effect = change
     run(verb, data, effect, "--shooting", 3, "--starts", 1, "--no-save")
     assert sought == [3, 3]

@@ -8,7 +8,7 @@ from small_muscle import LENGTH, ideal, loops, surface, write
 
 from fitting.comparison.bins import bins
 from fitting.comparison.compare import Row, compare, repetitions
-from fitting.least_squares.evaluate import evaluate, left_out_rmse
+from fitting.least_squares.evaluate import evaluate, held_out_rmse
 from fitting.least_squares.fit import fit
 from fitting.problem.residuals import Samples
 from fitting.recordings.experiment import read_experiment
@@ -150,7 +150,7 @@ def test_friction_keeps_its_direction_while_a_loop_rests_at_its_ends(tmp_path, r
 
 
 def test_runs_left_out_are_foretold_worse_than_runs_that_were_fitted(spring):
-    assert left_out_rmse(spring.fit) > spring.rmse
+    assert held_out_rmse(spring.fit) > spring.rmse
 
 
 @pytest.mark.parametrize(

@@ -17,11 +17,11 @@ from small_muscle import loops, write
 from fitting.errors import InputError
 from fitting.library import expression as define_expression
 from fitting.library.library import library
-from fitting.library.line import EXAMPLE, VARIABLES, defined
+from fitting.library.line import EXAMPLE, VARIABLES, effect_from_line
 from fitting.model_files.model_file import read_model
 from fitting.model_files.writer import write_model
 from fitting.study.request import Request
-from fitting.study.task import fitted, task_of
+from fitting.study.task import fit_task, task_of
 from mckibben_jax.effect import name_of
 from mckibben_jax.parameter import parameters
 from mckibben_jax.state import State
@@ -61,25 +61,25 @@ every_line = pytest.mark.parametrize("line", LINES, ids=lambda line: line.split(
     ids=lambda check: check.__name__.removeprefix("test_"),
 )
 def test_a_defined_effect_passes_what_every_effect_must(line, check):
-    check(defined(line))
+    check(effect_from_line(line))
 
 
 @pytest.mark.parametrize("line", LINES[1:], ids=lambda line: line.split(" ")[0])
 def test_a_defined_effect_is_recovered_from_where_a_search_starts(line):
     """But for the ripple: a pitch off by a quarter is many turns off along the stroke."""
-    conformance.test_it_is_recovered_from_its_own_data_from_where_a_search_starts(defined(line))
+    conformance.test_it_is_recovered_from_its_own_data_from_where_a_search_starts(effect_from_line(line))
 
 
 @every_line
 def test_a_defined_effect_is_absent_with_its_switch_at_zero(line):
     for runs in ("visible", "hard"):
-        conformance.test_it_is_absent_with_its_switch_at_zero_and_when_not_live(defined(line), runs)
+        conformance.test_it_is_absent_with_its_switch_at_zero_and_when_not_live(effect_from_line(line), runs)
 
 
-@pytest.mark.parametrize("line", [line for line in LINES if not defined(line).constants])
+@pytest.mark.parametrize("line", [line for line in LINES if not effect_from_line(line).constants])
 def test_the_force_changes_as_a_newton_when_the_units_change(line):
     for seed in (1, 2):
-        conformance.test_the_force_changes_as_a_newton_when_the_units_change(defined(line), seed)
+        conformance.test_the_force_changes_as_a_newton_when_the_units_change(effect_from_line(line), seed)
 
 
 # ---------------------------------------------------------------------------------------------------- against algebra
@@ -87,7 +87,7 @@ def test_the_force_changes_as_a_newton_when_the_units_change(line):
 
 def symbolic(line):
     """Formula, parameters and constants as sympy reads them."""
-    kind = defined(line)
+    kind = effect_from_line(line)
     names = {name: sympy.Symbol(name, positive=name != "v") for name in (*VARIABLES, *kind.law.names)}
     spelled = {"min": sympy.Min, "max": sympy.Max, "abs": sympy.Abs}
     formula = sympy.sympify(kind.law.text, locals={**names, **spelled})
@@ -117,7 +117,7 @@ def test_values_and_slopes_are_those_of_computer_algebra(line):
 
 def test_along_the_state_the_slope_is_the_closed_form():
     """Of A sin(2 pi l0 eps / p): (2 pi l0 A / p) cos(...)."""
-    screw = defined(EXAMPLE)(A=8.0, p=0.012)
+    screw = effect_from_line(EXAMPLE)(A=8.0, p=0.012)
     slope = jax.grad(lambda eps: screw.force(MUSCLE, State(eps, 1e5)))(0.1234)
     turn = 2 * np.pi * 0.3 / 0.012
     np.testing.assert_allclose(slope, 8 * turn * np.cos(turn * 0.1234), rtol=1e-12)
@@ -136,23 +136,23 @@ def test_precedence_and_functions(formula, expected):
 
 
 def test_the_units_of_values_and_ranges():
-    declared = {p.name: p for p in parameters(defined(LINES[3]))}
+    declared = {p.name: p for p in parameters(effect_from_line(LINES[3]))}
     assert (declared["B"].default, declared["B"].lower, declared["B"].upper) == (500.0, 0.0, 5000.0)
     assert declared["B"].unit == "N s/m"
-    bump = {p.name: p for p in parameters(defined(LINES[1]))}
+    bump = {p.name: p for p in parameters(effect_from_line(LINES[1]))}
     np.testing.assert_allclose([bump["c"].default, bump["c"].lower, bump["c"].upper], [0.13, 0.02, 0.25])
-    assert defined(LINES[2]).constants == {"P1": 5e5, "e1": 0.2}
-    angle = {p.name: p for p in parameters(defined("s = A*alpha/a, A = 1 N (0..9), a = 20 deg (10..30)"))}
+    assert effect_from_line(LINES[2]).constants == {"P1": 5e5, "e1": 0.2}
+    angle = {p.name: p for p in parameters(effect_from_line("s = A*alpha/a, A = 1 N (0..9), a = 20 deg (10..30)"))}
     np.testing.assert_allclose(angle["a"].default, np.radians(20))
 
 
 def test_the_same_line_is_the_same_class_however_it_is_spaced():
-    assert defined(EXAMPLE) is defined("  " + EXAMPLE.replace(",", ",  "))
-    assert name_of(defined(EXAMPLE)) == "screw"
+    assert effect_from_line(EXAMPLE) is effect_from_line("  " + EXAMPLE.replace(",", ",  "))
+    assert name_of(effect_from_line(EXAMPLE)) == "screw"
 
 
 def test_only_hidden_shapes_are_sought_from_several_places():
-    starts = {p.name: len(p.starts) for line in LINES[:2] for p in parameters(defined(line))}
+    starts = {p.name: len(p.starts) for line in LINES[:2] for p in parameters(effect_from_line(line))}
     assert starts == {"A": 1, "p": 4, "c": 4, "w": 4}
 
 
@@ -270,7 +270,7 @@ def refused_or_sound(line):
     """Either one clear message, or an effect with finite declarations."""
     refused, kind = None, None
     try:
-        kind = defined(line)
+        kind = effect_from_line(line)
     except InputError as error:
         refused = error
     if kind is None:
@@ -358,13 +358,13 @@ def asked(folder, **more):
 
 def test_a_defined_effect_is_fitted_saved_and_read_back_without_its_line(study):
     task = task_of(asked(study))
-    fit = fitted(task)
+    fit = fit_task(task)
     np.testing.assert_allclose([-fit.values["screw.A"], fit.values["screw.p"]], [8, 0.012], rtol=0.02)
     assert write_model(study / "model.toml", fit, task.experiments) is None
     assert f'define = "{EXAMPLE}"' in (study / "model.toml").read_text()
     again = task_of(Request(data=(str(study),)))
-    assert type(again.effects[1]) is defined(EXAMPLE)
-    assert again.library["screw"] is defined(EXAMPLE)
+    assert type(again.effects[1]) is effect_from_line(EXAMPLE)
+    assert again.library["screw"] is effect_from_line(EXAMPLE)
     assert again.known["screw.p"] == pytest.approx(fit.values["screw.p"])
 
 

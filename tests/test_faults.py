@@ -26,7 +26,7 @@ from fitting.recordings.experiment import read_experiment
 from fitting.recordings.template import write_muscle_file
 from fitting.report.results import write_json
 from fitting.workbench.data import keep
-from fitting.writing import replaced, write_text
+from fitting.writing import write_replacing, write_text
 from mckibben_jax.effects import CoulombFriction, IdealCylinder
 from tests.test_posterior import straight_line
 
@@ -78,7 +78,7 @@ def interrupted():
 
 
 def killed_while_writing(path):
-    replaced(path, half_then(killed))
+    write_replacing(path, half_then(killed))
 
 
 def test_a_kill_while_a_file_is_written_leaves_the_old_one(tmp_path):
@@ -96,7 +96,7 @@ def test_ctrl_c_while_a_file_is_written_leaves_the_old_one_and_nothing_else(tmp_
     path = tmp_path / "result.json"
     path.write_text(OLD)
     with pytest.raises(KeyboardInterrupt):
-        replaced(path, half_then(interrupted))
+        write_replacing(path, half_then(interrupted))
     assert path.read_text() == OLD
     assert list(tmp_path.iterdir()) == [path]
 

@@ -112,7 +112,7 @@ def test_where_nothing_can_be_written_it_goes_on(folder, monkeypatch):
     def full(*_):
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr(store, "replaced", full)
+    monkeypatch.setattr(store, "write_replacing", full)
     assert float(Counted().process()(np.arange(5.0))["sum"]) == 20.0
 
 

@@ -20,7 +20,7 @@ from fitting.diagnosis.outcomes import Verdict
 from fitting.diagnosis.proposal_terms import line_of, terms
 from fitting.diagnosis.record import Diagnosis, Evidence
 from fitting.hill.hill import curves
-from fitting.library.line import VARIABLES, defined
+from fitting.library.line import VARIABLES, effect_from_line
 from fitting.posterior.predict import Band
 from fitting.recordings.experiment import read_experiment
 from fitting.recordings.inverse_dynamics import as_force
@@ -143,7 +143,7 @@ def test_a_proposal_is_the_same_law_in_its_readers_units(states):
     for term, line in list(zip(theirs, lines, strict=True))[::5]:
         assert not re.search(r"\d (N|kPa|MPa|mm|mm/s)\b", line), line
         seen |= set(re.findall(r"\d (lbf|psi|inch/s|inch)\b", line))
-        kind = defined(line)
+        kind = effect_from_line(line)
         force = np.broadcast_to(kind().force(Muscle(0.3, 0.007, 0.35), state), states["t"][places].shape)
         wanted = -3.21 * term.column(states)[places]
         np.testing.assert_allclose(force, wanted, rtol=0.02, atol=0.06)
@@ -153,7 +153,7 @@ def test_a_proposal_is_the_same_law_in_its_readers_units(states):
 def test_a_proposal_in_the_usual_units_is_as_it_was(states):
     said = " ".join(line_of("form", [term], [-3.21]) for term in terms(states))
     assert set(re.findall(r"\d (N|kPa|mm/s|mm|s|%|lbf|psi)\b", said)) == {"N", "kPa", "mm/s", "mm", "s"}
-    assert [p.unit for p in parameters(defined(line_of("form", [terms(states)[0]], [-3.21])))] == ["N"]
+    assert [p.unit for p in parameters(effect_from_line(line_of("form", [terms(states)[0]], [-3.21])))] == ["N"]
 
 
 # ------------------------------------------------------------------------------------------------------ many data sets

@@ -21,7 +21,7 @@ from fitting.report.page.page import page
 from fitting.report.page.parts import Section
 from fitting.report.page.similar_groups import groups
 from fitting.report.text.stages import stage_text
-from fitting.study.discovering import discovered
+from fitting.study.discovering import discover_task
 from fitting.study.stages import Stage
 from mckibben_jax.effects import LinearSpring
 
@@ -126,7 +126,7 @@ SMALL_LABELS = """() => [...document.querySelectorAll("svg text")].filter(word =
 
 def test_every_step_of_a_discovery_can_be_chosen(study):
     task, _ = study
-    found = discovered(task, [LinearSpring()], lambda *_: None)
+    found = discover_task(task, [LinearSpring()], lambda *_: None)
     assert [stage_text(stage) for stage in found.stages] == ["baseline", "+ linear_spring"]
     for stage in found.stages:
         assert np.sqrt(np.mean(stage.residual**2)) == pytest.approx(stage.rmse, rel=0.01)

@@ -19,7 +19,7 @@ from fitting.report.pictures.loops import frame
 from fitting.report.pictures.panels import Panel, panels
 from fitting.study.request import Request
 from fitting.study.stages import Stage
-from fitting.study.task import fitted, task_of
+from fitting.study.task import fit_task, task_of
 from mckibben_jax.effects import IdealCylinder
 
 
@@ -59,7 +59,7 @@ def test_runs_of_one_name_in_two_files_are_told_apart(tmp_path):
     write(tmp_path / "other", rows)
     (tmp_path / "other" / "loops.csv").rename(folder / "tuesday.csv")
     task = task_of(Request(data=(str(folder),), starts=1))
-    c = compare(fitted(task), task.experiments)
+    c = compare(fit_task(task), task.experiments)
     labels = [panel.label for panel in panels(task.experiments, c.fit.samples, c.fit.residual)]
     assert labels[0] == "loops.csv, run 0, 100 kPa"
     assert labels[3] == "tuesday.csv, run 0, 100 kPa"
@@ -95,7 +95,7 @@ def panel_of(eps, force, half):
 def test_a_million_samples_make_a_page_below_ten_megabytes(tmp_path):
     folder = write(tmp_path, loops(points=10_000, pressures=tuple(np.linspace(1e5, 5e5, 10)), repeats=5))
     task = task_of(Request(data=(str(folder),), starts=1))
-    text = page(task, compare(fitted(task), task.experiments))
+    text = page(task, compare(fit_task(task), task.experiments))
     assert sum(len(run) for run in task.experiments[0].recordings[0].runs) > 990_000
     assert len(text.encode()) < 10e6
     assert "Thinned for drawing" in text
@@ -104,7 +104,7 @@ def test_a_million_samples_make_a_page_below_ten_megabytes(tmp_path):
 def test_a_long_recording_still_makes_a_small_page(tmp_path):
     folder = write(tmp_path, loops(points=1500, pressures=(1e5, 2e5, 3e5, 4e5)))
     task = task_of(Request(data=(str(folder),), starts=1))
-    assert len(page(task, compare(fitted(task), task.experiments))) < 2e6
+    assert len(page(task, compare(fit_task(task), task.experiments))) < 2e6
 
 
 def test_text_in_pictures_is_text_in_the_colour_of_the_page(study):

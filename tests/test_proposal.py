@@ -10,7 +10,7 @@ from small_muscle import loops, write
 from fitting.diagnosis.proposal import Misfit, misfit_of, propose, proposed
 from fitting.diagnosis.proposal_terms import line_of, terms
 from fitting.least_squares.fit import fit
-from fitting.library.line import VARIABLES, defined
+from fitting.library.line import VARIABLES, effect_from_line
 from fitting.recordings.experiment import read_experiment
 from fitting.report.text.proposal import proposal_result, proposal_text
 from mckibben_jax.effects import CoulombFriction, IdealCylinder
@@ -71,7 +71,7 @@ def test_a_form_that_no_effect_has_is_found_with_its_values(case):
     found = propose(misfit(force))
     assert found.terms == ("{A}*" + formula,)
     assert found.after < 1.15 * SIGMA < found.before
-    kind = defined(found.line)
+    kind = effect_from_line(found.line)
     declared = {p.name: p.default for p in parameters(kind)}
     for name, value in values.items():
         assert declared[name] == pytest.approx(value, rel=0.05)
@@ -102,14 +102,16 @@ def test_what_differs_from_run_to_run_is_no_form():
 
 def test_every_term_is_a_definition():
     for term in terms(STATES)[::7]:
-        kind = defined(line_of("form", [term], [-3.21]))
+        kind = effect_from_line(line_of("form", [term], [-3.21]))
         assert kind.__doc__
 
 
 @pytest.mark.parametrize("amplitude", [0.0321, -3.21, 32100.0])
 def test_an_amplitude_is_written_in_the_unit_of_its_size(amplitude):
     """Read again it is the same number of newtons, in a range of five times as much."""
-    kind = defined(line_of("form", [next(term for term in terms(STATES) if term.amplitude == "N")], [amplitude]))
+    kind = effect_from_line(
+        line_of("form", [next(term for term in terms(STATES) if term.amplitude == "N")], [amplitude])
+    )
     declared = next(p for p in parameters(kind) if p.name == "A")
     assert declared.default == pytest.approx(amplitude, rel=1e-3)
     assert declared.upper == pytest.approx(5 * abs(amplitude), rel=0.35)  # to one digit

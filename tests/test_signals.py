@@ -267,7 +267,7 @@ def test_saturated_and_slack_readings_carry_no_weight():
 def test_a_held_extreme_is_not_saturation():
     force = np.concatenate([np.linspace(0, 50, 50), np.full(30, 50.0)])
     imposed = np.concatenate([np.linspace(0, 0.2, 50), np.full(30, 0.2)])
-    assert not weightless.clipped(force, imposed).any()
+    assert not weightless.clipped_samples(force, imposed).any()
 
 
 # ------------------------------------------------------------------------------------------------------ position tests

@@ -59,12 +59,12 @@ print(do_piece(open(sys.argv[1], "rb").read(), 0, 1000, float("-inf")).scores[0]
 
 def test_an_effect_that_a_line_defines_goes_along(tmp_path):
     """A class that pickle takes apart forgets what its fields are, and the law would be another one."""
-    from fitting.cli.cluster.scheduler import packed
+    from fitting.cli.cluster.scheduler import pack
 
     (tmp_path / "model.toml").write_text(MODEL)
     model, muscle = 'file = "model.toml"', FILE.partition("[model]")[0]
     ordered = order(tmp_path, BEST, SAMPLE, **{'effects = ["ideal_cylinder"]': model, muscle: "\n"})
-    (tmp_path / "order").write_bytes(packed(ordered))
+    (tmp_path / "order").write_bytes(pack(ordered))
     ran = subprocess.run([sys.executable, "-c", ELSEWHERE, str(tmp_path / "order")], capture_output=True, text=True)
     best = Engine(ordered.batch, 1000).tally(0).scores[0]
     assert float.fromhex(ran.stdout.strip()) == best, ran.stderr

@@ -10,20 +10,20 @@ from fitting.report.text.diagnosis import diagnosis_report, verdict_text
 from fitting.report.text.layout import line
 from fitting.report.text.study import steps_report
 from fitting.study.changing import change, with_added
-from fitting.study.diagnosing import diagnosed
+from fitting.study.diagnosing import diagnose_task
 from fitting.study.stages import Stage
-from fitting.study.task import fitted
+from fitting.study.task import fit_task
 
 
 def demonstrate(run: CommandRun) -> None:
     """Tell the story, and write it as a page into the current folder."""
     task = run.task
     with run.progress("1 of 3: fitting the baseline and comparing"):
-        first = compare(fitted(task), task.experiments)
+        first = compare(fit_task(task), task.experiments)
     run.print([line("COMPARE", judgement(first), "bold"), line("", f"Worst at {place_text(first)}.")])
     run.print([line("", kind_text(first))])
     with run.progress("2 of 3: diagnosing") as progress:
-        found, compared = diagnosed(task, None, progress)
+        found, compared = diagnose_task(task, None, progress)
     run.print(diagnosis_report(found, compared.unit))
     added = found.explanations[0] if found.explanations else found.leading.effects[:1] if found.leading else ()
     begun = Stage("baseline", first.rmse, found.held_out_rmse, found.verdict, first.fit.residual)

@@ -9,7 +9,7 @@ from fitting import units
 from fitting.comparison.bins import Bins, bins, by_run
 from fitting.comparison.fingerprint import Fingerprint, exponents
 from fitting.comparison.parity import Cells, cells, pressure_bins
-from fitting.comparison.repeats import Pair, drift, noise_floor, repeated
+from fitting.comparison.repeats import Pair, drift, find_repeats, noise_floor
 from fitting.comparison.settings import ERRORS
 from fitting.least_squares.evaluate import rmse_at_pressures
 from fitting.least_squares.record import Fit
@@ -165,7 +165,7 @@ def repetitions(samples: Samples, residual: np.ndarray, tests: np.ndarray) -> tu
     again = ~np.isin(tests, MOVING_TESTS)
     if not again.any():
         return ()
-    return repeated(samples.where(again), residual[again], np.isin(tests[again], PRESSURE_LED))
+    return find_repeats(samples.where(again), residual[again], np.isin(tests[again], PRESSURE_LED))
 
 
 def _score(fit: Fit, number: int, experiment: Experiment, recording: Recording) -> Score:

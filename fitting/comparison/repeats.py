@@ -22,7 +22,7 @@ class Pair:
         return float(np.mean(self.difference**2 / self.spread))
 
 
-def repeated(samples: Samples, residual: np.ndarray, pressure_led: np.ndarray) -> tuple[Pair, ...]:
+def find_repeats(samples: Samples, residual: np.ndarray, pressure_led: np.ndarray) -> tuple[Pair, ...]:
     """Every branch beside its next repetition at equal pressure, speed and turning points.
 
     `pressure_led` marks samples of tests in which the pressure moves and the length is held (or follows).

@@ -9,7 +9,7 @@ import os
 from pathlib import Path
 from typing import Any
 
-from fitting.writing import replaced
+from fitting.writing import write_replacing
 
 MOST_BYTES = 512 * 1024**2
 CHECK = hashlib.sha256
@@ -80,7 +80,7 @@ def read(place: Path) -> bytes | None:
 def write(place: Path, content: bytes) -> None:
     """Keep a content; where that cannot be, the next process makes it again."""
     try:
-        replaced(place, lambda new: new.write_bytes(CHECK(content).digest() + content))
+        write_replacing(place, lambda new: new.write_bytes(CHECK(content).digest() + content))
     except OSError:
         return
 

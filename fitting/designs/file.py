@@ -11,7 +11,7 @@ import numpy as np
 from fitting import units
 from fitting.designs.settings import LIMITS
 from fitting.errors import InputError, unknown_name
-from fitting.library.library import library, named
+from fitting.library.library import effects_named, library
 from fitting.model_files.model_file import read_model
 from fitting.recordings.muscle_file import line_of, read_muscle_table, read_toml
 from fitting.recordings.settings import TABLES
@@ -173,7 +173,7 @@ def _model(file: File) -> tuple[tuple[Effect, ...], Muscle | None]:
         cure = 'effects = ["ideal_cylinder"]'
         raise InputError("effects is not a list of names", path, file.line("effects"), value=names, cure=cure)
     try:
-        return tuple(kind() for kind in named(names, file.known)), None
+        return tuple(kind() for kind in effects_named(names, file.known)), None
     except InputError as error:
         raise error.located(path, file.line("effects")) from None
 

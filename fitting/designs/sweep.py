@@ -17,7 +17,7 @@ import numpy as np
 from fitting.designs.settings import SWEEP
 from fitting.designs.sweep_file import Order
 from fitting.designs.sweep_files import PARQUET
-from fitting.designs.sweep_store import opened
+from fitting.designs.sweep_store import open_store
 from mckibben_jax.design.batch import Batch, Engine, Histogram, Picked, Tally
 
 Progress = Callable[[str, float], None]
@@ -46,7 +46,7 @@ def sweep(
     folder, begun = Path(folder), time.monotonic()
     with jax.enable_x64(True):
         picked = Picked(order.batch)
-        store = opened(_with_range(order, picked), folder, min(piece, order.batch.space.size), kind)
+        store = open_store(_with_range(order, picked), folder, min(piece, order.batch.space.size), kind)
         left = [number for number in range(store.pieces) if number not in store.done]
         computed = 0
         for number, found in (work or here)(store.order, left, store.piece, store.floor):

@@ -16,7 +16,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from fitting.writing import refused, replaced, write_text, write_whole
+from fitting.writing import refused, write_replacing, write_text, write_whole
 
 Columns = Mapping[str, np.ndarray]
 Counts = dict[str, Any]  # of a piece: feasible, undefined, histogram
@@ -163,7 +163,7 @@ def _arrays(place: Path, columns: Mapping[str, tuple[tuple[int, ...], np.dtype]]
 def _moved_in(place: Path, write: Callable[[Path], Any]) -> bool:
     """Write a folder beside its place and move it there; False where another program's was there first."""
     try:
-        replaced(place, write)
+        write_replacing(place, write)
     except OSError as error:
         if error.errno in OCCUPIED:
             return False

@@ -123,7 +123,7 @@ class _Best(Store):
         return (write_table(self.kind, self.folder, "best", rows),), rows
 
 
-def opened(order: Order, folder: Path, piece: int, kind: str = PARQUET) -> Store:
+def open_store(order: Order, folder: Path, piece: int, kind: str = PARQUET) -> Store:
     """The folder, new or begun; one of another sweep is refused. The size of its pieces is that of its beginning."""
     mark, path = fingerprint(order), folder / "sweep.json"
     try:

@@ -15,7 +15,7 @@ from mckibben_jax.model import Model
 DEFAULT = {"python": "muscle.py", "table": "muscle.csv"}
 
 
-def exported(given: dict[str, Any]) -> tuple[Path, dict[str, Any], str]:
+def export_of(given: dict[str, Any]) -> tuple[Path, dict[str, Any], str]:
     """Write what was asked for: the file, the result for machines, and what is in the file in words."""
     form, file = given["form"], Path(given["out"] or DEFAULT[given["form"]])
     check_place(file, form)

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import jax.numpy as jnp
 import numpy as np
 
-from fitting.least_squares.fit import constrained
+from fitting.least_squares.fit import constrained_names
 from fitting.least_squares.held_out import HELD_OUT, folds, left_out_rows
 from fitting.least_squares.record import Fit, record_fit
 from fitting.least_squares.search import evaluate_subset, solve
@@ -34,14 +34,14 @@ def evaluate(
     layout = unknowns(experiments, effects, own)
     given, samples = problem(experiments, layout)
     vector = np.array([values.get(name, start) for name, start in zip(layout.names, layout.start, strict=True)])
-    names = constrained(given, subset_of(layout, vector, free), tuple(free)) if free else ()
+    names = constrained_names(given, subset_of(layout, vector, free), tuple(free)) if free else ()
     subset = subset_of(layout, vector, names)
     at, held = evaluate_subset(given, subset), tuple(name for name in free if name not in names)
     refuse_no_number(np.asarray(at.rows)[: len(samples)], samples, experiments)
     return record_fit(layout, given, samples, subset, names, at, held=held, search=SearchSummary(evaluated=True))
 
 
-def left_out(fit: Fit) -> np.ndarray:
+def held_out_residual(fit: Fit) -> np.ndarray:
     """The residual of each run under the parameters fitted without it, as the fit's samples."""
     count, group = len(fit.samples), folds(fit.samples)
     if count < HELD_OUT.refit_below and fit.free:
@@ -62,9 +62,9 @@ def _refitted(fit: Fit, group: np.ndarray) -> np.ndarray:
     return rows
 
 
-def left_out_rmse(fit: Fit) -> float:
-    """The fit's root mean square error on runs left out of it, in the unit of its own."""
-    return float(np.sqrt(np.mean(left_out(fit)[fit.problem.of_force(fit.samples)] ** 2)))
+def held_out_rmse(fit: Fit) -> float:
+    """The fit's root mean square error on held-out runs, in the unit of its own."""
+    return float(np.sqrt(np.mean(held_out_residual(fit)[fit.problem.of_force(fit.samples)] ** 2)))
 
 
 def rmse_at_pressures(fit: Fit, shift: float) -> float:

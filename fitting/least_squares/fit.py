@@ -41,7 +41,7 @@ class FitSettings:
 SETTINGS = FitSettings()
 
 
-def constrained(given: Problem, subset: Subset, names: Sequence[str]) -> tuple[str, ...]:
+def constrained_names(given: Problem, subset: Subset, names: Sequence[str]) -> tuple[str, ...]:
     """Those of the free names that the data constrain: along which the rows of the measurements change at all."""
     count = sum(int(block.keep.size) for block in given.blocks)
     _, slopes = rows_and_slopes(given, subset, jnp.clip(subset.place(subset.full), 0.01, 0.99))
@@ -187,10 +187,10 @@ def _constrained_somewhere(
     A muscle may be stuck at the start, and a stop of the stroke lie beyond all that was measured.
     """
     subset = subset_of(layout, vector, asked)
-    found = set(constrained(given, subset, asked))
+    found = set(constrained_names(given, subset, asked))
     if len(found) < len(asked):
         for place in starting_places(layout, subset, asked, SETTINGS.looks, seed)[1:]:
-            found |= set(constrained(given, replace(subset, full=subset.vector(jnp.asarray(place))), asked))
+            found |= set(constrained_names(given, replace(subset, full=subset.vector(jnp.asarray(place))), asked))
     return tuple(name for name in asked if name in found)
 
 

@@ -261,7 +261,8 @@ def _same(parts: Sequence[Any], node: ast.expr, text: str) -> Any:
     stated = [part for part in parts if part is not None]
     for part in stated[1:]:
         if part != stated[0]:
-            problem = f"quantities of different units are put together ({in_words(stated[0])} and {in_words(part)})"
+            both = f"{dimension_text(stated[0])} and {dimension_text(part)}"
+            problem = f"quantities of different units are put together ({both})"
             raise InputError(problem, value=_part(node, text), cure="give a factor the unit that makes them alike")
     return stated[0] if stated else None
 
@@ -269,11 +270,13 @@ def _same(parts: Sequence[Any], node: ast.expr, text: str) -> Any:
 def _plain(part: Any, node: ast.expr, text: str) -> Any:
     if part is not None and part != units.dimension("1"):
         cure = "divide by a parameter of the same unit, as in sin(x/p) with p = 12 mm (5..30)"
-        raise InputError(f"a plain number is needed, this is in {in_words(part)}", value=_part(node, text), cure=cure)
+        raise InputError(
+            f"a plain number is needed, this is in {dimension_text(part)}", value=_part(node, text), cure=cure
+        )
     return units.dimension("1")
 
 
-def in_words(dimension: Any) -> str:
+def dimension_text(dimension: Any) -> str:
     """A dimension by its SI unit, for messages."""
     if not dimension:
         return "plain numbers"

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from fitting.errors import InputError, unknown_name
-from fitting.library.line import Defined, defined
+from fitting.library.line import Defined, effect_from_line
 from mckibben_jax.effect import Effect, Energy, Felt, Lost, Pulling, Read, name_of
 from mckibben_jax.effects import LIBRARY, SUPPLIES
 
@@ -33,7 +33,7 @@ def with_line(
 ) -> dict[str, type[Effect]]:
     """The known effects and the one that a line defines, which stands in this place."""
     try:
-        kind = defined(line)
+        kind = effect_from_line(line)
     except InputError as error:
         raise error.located(file, row) from None
     name = name_of(kind)
@@ -44,7 +44,7 @@ def with_line(
     return {**known, name: kind}
 
 
-def named(names: Sequence[str], known: dict[str, type[Effect]] | None = None) -> tuple[type[Effect], ...]:
+def effects_named(names: Sequence[str], known: dict[str, type[Effect]] | None = None) -> tuple[type[Effect], ...]:
     """The effects of these names, among the program's own unless others are known; a misspelt one gets the nearest."""
     known = library() if known is None else known
     for name in names:

@@ -17,7 +17,7 @@ import numpy as np
 
 from fitting import units
 from fitting.errors import InputError
-from fitting.library.expression import KNOWN_FUNCTIONS, Expression, in_words, read_expression
+from fitting.library.expression import KNOWN_FUNCTIONS, Expression, dimension_text, read_expression
 from fitting.library.settings import LINE
 from mckibben_jax.effect import Pulling, name_of
 from mckibben_jax.effects import LIBRARY
@@ -79,7 +79,7 @@ class Given(NamedTuple):
     range: tuple[float, float] | None
 
 
-def defined(line: str) -> type[Defined]:
+def effect_from_line(line: str) -> type[Defined]:
     """The effect that one line defines. The same line gives the same class, so that it is compiled once."""
     return _defined(" ".join(str(line).split()))
 
@@ -245,7 +245,9 @@ def _check(law: Expression, values: Mapping[str, Given]) -> None:
     found = law.dimension(known)
     if found is not None and found != units.dimension("N"):
         cure = "give a factor the unit that makes it a force, as in A = 1 N (-20..20)"
-        raise InputError(f"the formula is no force: it is in {in_words(found)}, not in N", value=law.text, cure=cure)
+        raise InputError(
+            f"the formula is no force: it is in {dimension_text(found)}, not in N", value=law.text, cure=cure
+        )
 
 
 def _check_values(name: str, law: Expression, values: Mapping[str, Given]) -> tuple[str, ...]:

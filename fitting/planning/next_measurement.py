@@ -205,10 +205,10 @@ def _judged(given: Prospect, number: int, pairs: Sequence[tuple[int, int]], apar
         )
         for a, b in pairs
     )
-    return proposed(given, number, repeats, judged)
+    return measurement_of(given, number, repeats, judged)
 
 
-def proposed(given: Prospect, number: int, repeats: int, pairs: Sequence[PairPower]) -> NextMeasurement:
+def measurement_of(given: Prospect, number: int, repeats: int, pairs: Sequence[PairPower]) -> NextMeasurement:
     """The record of a candidate that was chosen, with what it does for these pairs."""
     p, weakest = given.protocols[number], min(pairs, key=lambda pair: pair.power)
     return NextMeasurement(

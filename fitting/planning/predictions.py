@@ -121,7 +121,7 @@ class Explained:
         return self.at(found.x)
 
 
-def explained(
+def explain(
     planned: Candidates,
     base: Sequence[Effect],
     added: Sequence[Effect],

@@ -9,7 +9,7 @@ from fitting.diagnosis.diagnose import of_force
 from fitting.diagnosis.record import Diagnosis
 from fitting.diagnosis.settings import DIAGNOSIS
 from fitting.planning.candidates import Shown, grid, on_specimen, shown, specimens
-from fitting.planning.predictions import Candidates, Explained, candidates, explained
+from fitting.planning.predictions import Candidates, Explained, candidates, explain
 from fitting.planning.protocols import Protocol, Specimen
 from fitting.planning.separation import Outlook, Readings, noise_of_test
 from fitting.planning.settings import CHOICE
@@ -79,7 +79,7 @@ def _explained(
         found = {} if evidence is None else {f"{name}.{key}": value for key, (value, *_) in evidence.estimate.items()}
         start |= found
     base = diagnosis.baseline.layout.templates[0].effects
-    return explained(planned, base, [kinds[name] for name in added], start, varying)
+    return explain(planned, base, [kinds[name] for name in added], start, varying)
 
 
 def _readings(light: Sequence[Experiment], can: Shown) -> Readings:

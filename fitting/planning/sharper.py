@@ -8,8 +8,8 @@ from scipy.stats import norm
 from threadpoolctl import threadpool_limits
 
 from fitting.diagnosis.record import Diagnosis
-from fitting.planning.next_measurement import NextMeasurement, PairPower, Visible, proposed, trouble
-from fitting.planning.predictions import Explained, explained
+from fitting.planning.next_measurement import NextMeasurement, PairPower, Visible, measurement_of, trouble
+from fitting.planning.predictions import Explained, explain
 from fitting.planning.prospect import Prospect, prospect
 from fitting.planning.settings import CHOICE, SHARPEN
 from fitting.problem.varying import AS_DECLARED, Varying
@@ -65,7 +65,7 @@ def _signature(given: Prospect, added: Sequence[Effect], varying: Varying) -> Si
     """An effect at its declared values, added to the fitted model."""
     base, planned = given.outlook.explained[0], given.outlook.planned
     effects = base.layout.templates[0].effects
-    with_it = explained(planned, effects, added[-1:], base.values, varying, hold=True)
+    with_it = explain(planned, effects, added[-1:], base.values, varying, hold=True)
     change = with_it.rows - base.rows
     usable = set(given.usable)
     return Signature(
@@ -113,7 +113,7 @@ def _recording(given: Prospect, number: int, shown: Sequence[Signature]) -> Next
     pairs = tuple(PairPower((s.name,), (), _power(s, number), float(s.new[number])) for s in shown)
     gains = [(s.name, float(s.gains()[number])) for s in shown]
     visible = tuple(Visible(name, gain, gain >= SHARPEN.unseen) for name, gain in gains)
-    return replace(proposed(given, number, CHOICE.usual, pairs), shows=visible)
+    return replace(measurement_of(given, number, CHOICE.usual, pairs), shows=visible)
 
 
 def _power(signature: Signature, number: int) -> float:

@@ -223,7 +223,7 @@ def describe(posterior: Posterior) -> str:
 
 def table_rows(parameters: dict[str, Quantity]) -> list[tuple[str, ...]]:
     """Heads, then one row for each parameter: in the units that people read."""
-    heads = ("", "median", "5 %", "95 %", "robust +/-", "contraction", "R-hat", "bulk", "tail")
+    heads = ("", "median", "5 %", "95 %", "robust +/-", "shrinkage", "R-hat", "bulk", "tail")
     return [heads, *(_line(name, q) for name, q in parameters.items())]
 
 
@@ -231,9 +231,9 @@ def _line(name: str, q: Quantity) -> tuple[str, ...]:
     shown, size = units.shown_in(q.unit, abs(q.median))
     places = figures((q.q95 - q.q05) / size)
     values = (f"{x / size:.{places}f} {shown}".strip() for x in (q.median, q.q05, q.q95, q.robust_error))
-    contraction = "-" if math.isnan(q.contraction) else f"{100 * max(q.contraction, 0):.4g} %"
+    shrinkage = "-" if math.isnan(q.contraction) else f"{100 * max(q.contraction, 0):.4g} %"
     chain = "-" if math.isnan(q.rhat) else f"{q.rhat:.3f}"
-    return name, *values, contraction, chain, f"{q.ess_bulk:.0f}", f"{q.ess_tail:.0f}"
+    return name, *values, shrinkage, chain, f"{q.ess_bulk:.0f}", f"{q.ess_tail:.0f}"
 
 
 def figures(width: float) -> int:

@@ -33,7 +33,7 @@ def _loop(r: Run, errors: InputErrors) -> Run:
     run = _without_edges(r, branches)
     late = weightless.late_jumps(r.measured, branches.edges, signals.noise_level(r.time, r.measured))
     run = run.leave_out(late, "where the reading jumps late after a turning point")
-    run = run.leave_out(weightless.clipped(r.measured, r.contraction), "reading saturated or muscle slack")
+    run = run.leave_out(weightless.clipped_samples(r.measured, r.contraction), "reading saturated or muscle slack")
     run = run.leave_out(speed == 0, "direction of motion unknown (speed below twice its error)")
     contraction = signals.monotone(place.level, branches)
     branch = np.where(speed != 0, branches.sign, 0)
@@ -48,7 +48,7 @@ def _isometric(r: Run, errors: InputErrors) -> Run:
     branches = _by_pressure(r)
     pressure, pressure_rate = _pressure(r, branches.edges, errors)
     run = _without_edges(r, branches)
-    run = run.leave_out(weightless.clipped(r.measured, r.pressure), "reading saturated or muscle slack")
+    run = run.leave_out(weightless.clipped_samples(r.measured, r.pressure), "reading saturated or muscle slack")
     held = np.full_like(r.contraction, _held(r.contraction[r.usable] if r.usable.any() else r.contraction))
     return _with(replace(run, contraction=held, branch=branches.sign), branches, pressure, pressure_rate)
 

@@ -37,7 +37,7 @@ def late_jumps(measured: np.ndarray, edges: np.ndarray, noise: float) -> np.ndar
     return jumps
 
 
-def clipped(measured: np.ndarray, imposed: np.ndarray, fewest: int = 5, moved: float = 0.02) -> np.ndarray:
+def clipped_samples(measured: np.ndarray, imposed: np.ndarray, fewest: int = 5, moved: float = 0.02) -> np.ndarray:
     """Samples where the instrument is saturated or the muscle slack.
 
     There the extreme reading repeats, digit for digit, while what is imposed goes on by more than `moved` of its range.

@@ -211,7 +211,7 @@ def _step(stage: Stage) -> dict[str, Any]:
     return {
         "effect": stage.label or "+".join(stage.added),
         "rmse_N": stage.rmse,
-        "held_out_rmse_N": stage.left_out,
+        "held_out_rmse_N": stage.held_out_rmse,
         "verdict": stage.verdict,
         "held": list(stage.held),
         "not_kept": attempts_result(stage.attempts),

@@ -8,11 +8,11 @@ from fitting import full_names
 from fitting.comparison.compare import Comparison, compare
 from fitting.diagnosis.step_rules import RULES
 from fitting.errors import InputError, unknown_name
-from fitting.least_squares.evaluate import left_out_rmse
+from fitting.least_squares.evaluate import held_out_rmse
 from fitting.least_squares.record import Fit
-from fitting.library.library import named
+from fitting.library.library import effects_named
 from fitting.study.stages import Stage
-from fitting.study.task import Task, check_needs, fitted
+from fitting.study.task import Task, check_needs, fit_task
 from mckibben_jax.effect import Effect, name_of
 from mckibben_jax.model import with_effects
 
@@ -33,9 +33,9 @@ class Change:
         return contains and self.after.cost > (1 + RULES.rounding) * self.before.cost
 
     @property
-    def left_out(self) -> float:
-        """Error on runs left out, after."""
-        return self.stages[-1].left_out or 0.0
+    def held_out_rmse(self) -> float:
+        """Error on held-out runs, after."""
+        return self.stages[-1].held_out_rmse or 0.0
 
 
 @dataclass(frozen=True)
@@ -53,7 +53,7 @@ def with_added(task: Task, names: Sequence[str]) -> tuple[Task, Difference]:
     for name in names:
         if name in present:
             raise InputError(f"{name} is in the model already", cure="'mckibben fit' fits it again")
-    new = tuple(kind() for kind in named(names, task.library))
+    new = tuple(kind() for kind in effects_named(names, task.library))
     changed = _changed(task, with_effects(task.effects, new))
     return changed, Difference(names, tuple(name for name in present if name not in changed.names))
 
@@ -79,17 +79,17 @@ def _changed(task: Task, effects: Sequence[Effect]) -> Task:
 def change(task: Task, changed: Task, by: Difference, progress: Callable[[str, float], None]) -> Change:
     """Fit before and after."""
     progress("fitting the model as it is", 0.05)
-    before = fitted(task)
+    before = fit_task(task)
     progress("fitting the changed model", 0.45)
     known = {name: value for name, value in before.values.items() if name in changed.layout.names}
-    after = fitted(dataclasses.replace(changed, known=known))
+    after = fit_task(dataclasses.replace(changed, known=known))
     progress("comparing", 0.9)
     stages = (
-        Stage("model before", before.rmse, left_out_rmse(before), residual=before.residual),
+        Stage("model before", before.rmse, held_out_rmse(before), residual=before.residual),
         Stage(
             "",
             after.rmse,
-            left_out_rmse(after),
+            held_out_rmse(after),
             residual=after.residual,
             added=by.added,
             dropped=by.dropped,

@@ -8,7 +8,7 @@ from fitting.diagnosis.diagnose import diagnose, of_force
 from fitting.diagnosis.record import Diagnosis
 from fitting.errors import InputError
 from fitting.least_squares.evaluate import evaluate
-from fitting.library.library import named
+from fitting.library.library import effects_named
 from fitting.planning.next_measurement import NextMeasurement, next_measurement
 from fitting.progress import Progress
 from fitting.recordings.records import force_was_measured
@@ -26,7 +26,7 @@ def candidates_of(task: Task, names: Sequence[str], rivals: bool = False) -> tup
         if set(names) <= set(task.names):
             cure = f"name what it has not, or 'mckibben drop ... {names[0]}' first"
             raise InputError(f"the model has {' and '.join(names)} already", value="--candidates", cure=cure)
-        return tuple(kind() for kind in named(names, task.library))
+        return tuple(kind() for kind in effects_named(names, task.library))
     if not rivals and len(task.library) == len(LIBRARY) + len(SUPPLIES):
         return None
     return all_candidates(task, rivals)
@@ -53,7 +53,7 @@ def following(task: Task, found: Diagnosis, progress: Progress) -> NextMeasureme
     return next_measurement(found, task.experiments, known=extra, varying=task.varying, seed=task.seed)
 
 
-def diagnosed(task: Task, candidates: Sequence[Effect] | None, progress: Progress) -> tuple[Diagnosis, Comparison]:
+def diagnose_task(task: Task, candidates: Sequence[Effect] | None, progress: Progress) -> tuple[Diagnosis, Comparison]:
     """Diagnose the task's model, and compare its fitted self with the data (motions as force, if none was measured)."""
     found = diagnose(
         task.experiments, task.effects, candidates=candidates, start=task.known, progress=progress, **task.asked

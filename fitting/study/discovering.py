@@ -10,11 +10,11 @@ from fitting.diagnosis.discover import WORTH_IT, Step, discover
 from fitting.diagnosis.record import Diagnosis
 from fitting.least_squares.evaluate import evaluate
 from fitting.least_squares.record import Fit
-from fitting.library.library import named
+from fitting.library.library import effects_named
 from fitting.progress import Progress
 from fitting.recordings.records import force_was_measured
 from fitting.study.stages import Stage
-from fitting.study.task import Task, fitted
+from fitting.study.task import Task, fit_task
 from mckibben_jax.effect import Effect
 from mckibben_jax.model import with_effects
 
@@ -29,7 +29,7 @@ class Discovery:
     diagnosis: Diagnosis
 
 
-def discovered(
+def discover_task(
     task: Task, candidates: Sequence[Effect], progress: Progress, shown: Callable[[Stage], None] = lambda _: None
 ) -> Discovery:
     """Diagnose and add until nothing more can be said; each step is `shown` as soon as it is made."""
@@ -37,7 +37,7 @@ def discovered(
 
     def made(step: Step) -> None:
         if stages:
-            new = [kind() for kind in named(step.added, task.library)]
+            new = [kind() for kind in effects_named(step.added, task.library)]
             changed = task.with_effects(with_effects(tasks[-1].effects, new))
             tasks.append(replace(changed, varying=tasks[-1].varying.fixing(*step.held)))
         label, added = ("", step.added) if stages else (step.effect, ())
@@ -52,7 +52,7 @@ def discovered(
     )[-1]  # fmt: skip
     # from the values of the last step alone: what was judged is what is saved
     final = replace(tasks[-1], known=last.diagnosis.baseline.values, starts=1)
-    compared = compare(fitted(final), final.experiments)
+    compared = compare(fit_task(final), final.experiments)
     return Discovery(tuple(stages), tasks[-1], compared, last.diagnosis)
 
 
@@ -75,12 +75,12 @@ def on_motions(task: Task, found: Discovery, progress: Progress) -> OnMotions | 
     if force_was_measured(task.experiments):
         return None
     progress("fitting the motions themselves, before", 0.9)
-    before = fitted(task)
+    before = fit_task(task)
     if found.task.names == task.names:
         return OnMotions(before, before)
     progress("fitting the motions themselves, after", 0.95)
     known = {**before.values, **found.comparison.fit.values}
-    after = fitted(replace(task.with_effects(found.task.effects), known=known, varying=found.task.varying))
+    after = fit_task(replace(task.with_effects(found.task.effects), known=known, varying=found.task.varying))
     return OnMotions(before, after)
 
 

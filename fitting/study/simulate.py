@@ -79,7 +79,7 @@ def simulate(
     return write_data_set(Path(folder), model, test, courses, noise, seed)
 
 
-def recorded(model: Model, course: Course, test: str) -> np.ndarray:
+def record_course(model: Model, course: Course, test: str) -> np.ndarray:
     """What the instrument shows along a course: force in N, or shortening in m where a load is imposed."""
     if course.contraction is None:
         return np.asarray(_MOVED[test](model, course)) * float(model.muscle.length)
@@ -173,7 +173,7 @@ def write_data_set(
     for path in (folder / "muscle.toml", file):
         if path.exists():
             raise InputError("the file is there already and is left alone", path, cure="name another folder")
-    clean = [recorded(model, course, test) for course in courses]
+    clean = [record_course(model, course, test) for course in courses]
     if not all(np.isfinite(shown).all() for shown in clean):
         raise InputError("the model gives no finite number there", cure="ask for a smaller contraction or load")
     positions = [_position(model, *both) for both in zip(courses, clean, strict=True)]

@@ -19,7 +19,7 @@ class Stage:
 
     label: str
     rmse: float
-    left_out: float | None
+    held_out_rmse: float | None
     verdict: str = ""
     residual: np.ndarray | None = field(default=None, compare=False, repr=False)
     attempts: tuple[Attempt, ...] = ()

@@ -13,7 +13,7 @@ from fitting.errors import InputError, unknown_name
 from fitting.least_squares.evaluate import evaluate
 from fitting.least_squares.fit import fit
 from fitting.least_squares.record import Fit
-from fitting.library.library import library, named
+from fitting.library.library import effects_named, library
 from fitting.model_files.model_file import ModelFile, check_range, read_model
 from fitting.problem.estimate import ParameterState
 from fitting.problem.priors import Prior
@@ -98,11 +98,11 @@ def cited_task(request: Request) -> Task:
     if request.model:
         effects = read_model(request.model, known).effects
     else:
-        effects = tuple(kind() for kind in (named(request.effects, known) or BASELINE))
+        effects = tuple(kind() for kind in (effects_named(request.effects, known) or BASELINE))
     return Task((), effects, {}, AS_DECLARED, "as asked", known, 1, request.seed)
 
 
-def fitted(task: Task) -> Fit:
+def fit_task(task: Task) -> Fit:
     """The task's model fitted to its data."""
     if not task.free_names:
         return evaluate(task.experiments, task.effects, task.known, (), task.varying.own)
@@ -116,11 +116,11 @@ def as_known(task: Task) -> tuple[Fit, tuple[str, ...]]:
     layout, free = task.layout, task.free_names
     missing = tuple(name for name in free if name not in task.known)
     if missing == free and free:
-        return fitted(task), missing
+        return fit_task(task), missing
     values = task.known
     if missing:
         held = tuple(name for name in layout.names if name in task.known)
-        values = fitted(dataclasses.replace(task, varying=task.varying.fixing(*held))).values
+        values = fit_task(dataclasses.replace(task, varying=task.varying.fixing(*held))).values
     return evaluate(task.experiments, task.effects, values, free, task.varying.own), missing
 
 
@@ -165,7 +165,7 @@ def _model(
     """The model file if one counts, the effects, and where they come from in words."""
     if request.model and (request.effects or request.baseline):
         raise InputError("--model beside --effects or --baseline", cure="name the model in one way only")
-    chosen = [kind() for kind in named(request.effects, known)]
+    chosen = [kind() for kind in effects_named(request.effects, known)]
     if request.baseline:
         return None, with_effects([kind() for kind in BASELINE], chosen), "the baseline, as asked"
     if chosen:

@@ -15,7 +15,7 @@ from fitting import units
 from fitting.comparison.compare import Comparison, compare
 from fitting.diagnosis.record import Diagnosis
 from fitting.errors import InputError
-from fitting.least_squares.evaluate import left_out_rmse
+from fitting.least_squares.evaluate import held_out_rmse
 from fitting.least_squares.record import Fit
 from fitting.library.library import with_line
 from fitting.library.line import defined_name
@@ -25,10 +25,10 @@ from fitting.report.pictures.panels import panels
 from fitting.report.text.comparison import judgement
 from fitting.report.text.diagnosis import verdict_text
 from fitting.study.changing import Difference, with_added, with_dropped
-from fitting.study.diagnosing import candidates_of, diagnosed
+from fitting.study.diagnosing import candidates_of, diagnose_task
 from fitting.study.request import Request
 from fitting.study.stages import Stage
-from fitting.study.task import Task, as_known, fitted, task_of
+from fitting.study.task import Task, as_known, fit_task, task_of
 from fitting.workbench.sliders import LaidOut, lay_out
 
 if TYPE_CHECKING:
@@ -64,7 +64,7 @@ class Step:
     typed: tuple[str, ...]  # what the command line would be told: the command, then names
     task: Task
     comparison: Comparison | None = None
-    left_out: float | None = None
+    held_out_rmse: float | None = None
     diagnosis: Diagnosis | None = None
     by: Difference = AS_BEFORE
     sought: tuple[str, ...] = ()  # what the diagnosis looked for; empty: everything
@@ -84,7 +84,7 @@ class Step:
         return Stage(
             self.label,
             self.comparison.rmse,
-            self.left_out,
+            self.held_out_rmse,
             verdict,
             self.comparison.fit.residual,
             added=self.by.added,
@@ -174,14 +174,16 @@ def undo(session: Session) -> Session:
 def examine(session: Session, progress: Progress, candidates: Sequence[str] = ()) -> Session:
     """The last step with its diagnosis."""
     task = session.last.task
-    found, compared = diagnosed(task, candidates_of(task, candidates), progress)
+    found, compared = diagnose_task(task, candidates_of(task, candidates), progress)
     step = session.last
     comparison = step.comparison or compared
-    alike = step.left_out is None and comparison.unit == "N"  # a diagnosis is in N, whatever was measured
-    left_out = found.held_out_rmse if alike else step.left_out
+    alike = step.held_out_rmse is None and comparison.unit == "N"  # a diagnosis is in N, whatever was measured
+    held_out = found.held_out_rmse if alike else step.held_out_rmse
     return _with_last(
         session,
-        dataclasses.replace(step, comparison=comparison, left_out=left_out, diagnosis=found, sought=tuple(candidates)),
+        dataclasses.replace(
+            step, comparison=comparison, held_out_rmse=held_out, diagnosis=found, sought=tuple(candidates)
+        ),
     )
 
 
@@ -245,7 +247,7 @@ def _refitted(session: Session, changed: Task, by: Difference, typed: tuple[str,
     before = session.last.fit.values if session.last.fit is not None else session.last.task.known
     known = {name: value for name, value in before.items() if name in changed.layout.names}
     task = dataclasses.replace(changed, known=known)
-    step = _compared(Step("", typed, task, by=by), fitted(task), progress)
+    step = _compared(Step("", typed, task, by=by), fit_task(task), progress)
     return dataclasses.replace(session, steps=(*session.steps, step))
 
 
@@ -254,7 +256,7 @@ def _compared(step: Step, fit: Fit, progress: Progress) -> Step:
     comparison = compare(fit, step.task.experiments)
     progress("leaving runs out", 0.9)
     task = dataclasses.replace(step.task, known=fit.values)
-    return dataclasses.replace(step, task=task, comparison=comparison, left_out=left_out_rmse(fit))
+    return dataclasses.replace(step, task=task, comparison=comparison, held_out_rmse=held_out_rmse(fit))
 
 
 def _with_last(session: Session, step: Step) -> Session:

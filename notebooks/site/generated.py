@@ -15,7 +15,7 @@ import click
 from fitting import units
 from fitting.cli.main import COMMANDS, main
 from fitting.report.text.catalogue import STAGES, first_sentence, meaning
-from fitting.report.text.equations import STATUS, called
+from fitting.report.text.equations import STATUS, function_name
 from mckibben_jax import LIBRARY, SUPPLIES, Effect, name_of, parameters
 from mckibben_jax.laws.review import EQUATIONS
 
@@ -118,7 +118,9 @@ def errata_page() -> str:
             f"*{cell(e.symbols)}*",
         ]
         told += [f"**In print: {STATUS[e.status] or 'correct'}.** {cell(e.correction)}"]
-        told += [f"Call `{called(e.function)}`" + (f"; as printed `{called(e.printed)}`" if e.printed else "")]
+        told += [
+            f"Call `{function_name(e.function)}`" + (f"; as printed `{function_name(e.printed)}`" if e.printed else "")
+        ]
     return "\n\n".join(told) + "\n"
 
 

@@ -13,7 +13,7 @@ from fitting.designs.file import read_design
 from fitting.designs.sweep_file import read_sweep
 from fitting.errors import InputError
 from fitting.library.library import library
-from fitting.library.line import defined
+from fitting.library.line import effect_from_line
 from fitting.model_files.model_file import read_model
 from fitting.posterior.store import Store
 from fitting.recordings.experiment import read_experiment, read_muscle, read_recording
@@ -206,7 +206,7 @@ def _readers() -> dict[str, Reader]:
         Reader("csv", tables, _reads_table),
         Reader("muscle", ((MUSCLE + MORE_MUSCLE).encode(),), _reads_data_set, tree=True),
         Reader("model", (MODEL.encode(),), lambda text: read_model(_at("model.toml", text), known), tree=True),
-        Reader("define", tuple(map(str.encode, LINES)), lambda line: defined(line.decode("utf-8", "replace"))),
+        Reader("define", tuple(map(str.encode, LINES)), lambda line: effect_from_line(line.decode("utf-8", "replace"))),
         Reader("design", (DESIGN.encode(),), lambda text: read_design(_at("design.toml", text), known), tree=True),
         Reader(
             "sweep", (SWEEP.encode(), GRID.encode()), lambda text: read_sweep(_at("sweep.toml", text), known), tree=True

@@ -13,7 +13,7 @@ import jax
 
 from fitting.cli.settings import WORK
 from fitting.errors import InputError
-from fitting.library.line import Defined, defined
+from fitting.library.line import Defined, effect_from_line
 
 GO_ON = "the same command then goes on where it stopped"
 
@@ -109,18 +109,18 @@ class _Pickler(pickle.Pickler):
     def reducer_override(self, obj: Any) -> Any:
         """How a thing is to be made again; for all but those classes as ever."""
         if isinstance(obj, type) and issubclass(obj, Defined) and obj is not Defined:
-            return defined, (obj.line,)
+            return effect_from_line, (obj.line,)
         return NotImplemented
 
 
-def packed(thing: Any) -> bytes:
+def pack(thing: Any) -> bytes:
     """Something with models in it, to be sent to a worker."""
     file = io.BytesIO()
     _Pickler(file, protocol=pickle.HIGHEST_PROTOCOL).dump(thing)
     return file.getvalue()
 
 
-def unpacked(data: bytes) -> Any:
+def unpack(data: bytes) -> Any:
     """What was sent. Dask would unpack it outside, and cut its numbers to 32 bits."""
     with jax.enable_x64(True):
         return pickle.loads(data)

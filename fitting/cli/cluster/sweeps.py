@@ -4,7 +4,7 @@ import functools
 from collections.abc import Callable, Iterable, Iterator
 from typing import Any
 
-from fitting.cli.cluster.scheduler import GO_ON, connect, packed, spread, unpacked
+from fitting.cli.cluster.scheduler import GO_ON, connect, pack, spread, unpack
 from fitting.cli.settings import WORK
 from fitting.designs.sweep import Work
 from fitting.designs.sweep_file import Order
@@ -19,7 +19,7 @@ def on(address: str) -> Work:
 def _pieces(
     client: Any, order: Order, numbers: Iterable[int], piece: int, floor: Callable[[], float]
 ) -> Iterator[tuple[int, Any]]:
-    sent = packed(order)
+    sent = pack(order)
     asked = ((number, (sent, number, piece, floor())) for number in numbers)
     for number, found, error in spread(client, do_piece, asked, retries=WORK.patience):
         if error is not None:
@@ -33,7 +33,7 @@ def do_piece(sent: bytes, number: int, piece: int, floor: float) -> Any:
     import jax
 
     with jax.enable_x64(True):
-        order: Order = unpacked(sent)
+        order: Order = unpack(sent)
         engine = _engine(order, piece)
         return engine.rows(number) if order.everything else engine.tally(number, floor)
 

@@ -34,13 +34,13 @@ def command(propose: bool, **options: Any) -> None:
     from fitting.report.text.next_step import after_diagnosis
     from fitting.report.text.proposal import proposal_result, proposal_text
     from fitting.report.text.warnings import comparison_warnings
-    from fitting.study.diagnosing import candidates_of, diagnosed, following, in_newtons
+    from fitting.study.diagnosing import candidates_of, diagnose_task, following, in_newtons
 
     candidates = candidates_of(run.task, run.request.candidates, run.request.rivals)
     if propose:
         require_sparse_regression()
     with run.progress("diagnosing") as progress:
-        found, compared = diagnosed(run.task, candidates, progress)
+        found, compared = diagnose_task(run.task, candidates, progress)
         planned = following(run.task, found, progress)
         form = proposed(found, progress) if propose else None
     run.print(lines("WARNING", comparison_warnings(compared), "yellow"))

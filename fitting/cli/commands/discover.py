@@ -26,7 +26,7 @@ from fitting.cli.run import start
 def command(**options: Any) -> None:
     """Diagnose, add one effect, and again, until nothing more can be said.
 
-    An effect that leads is added whatever the verdict. A step is kept if it lowers the error on runs left out by more
+    An effect that leads is added whatever the verdict. A step is kept if it lowers the error on held-out runs by more
     than its standard error and by a tenth, and raises no error; if no parameter ends at its bound and no value is
     smaller than its error. A stated size that a step would deny is held as stated. What is not kept is said.
     """
@@ -42,7 +42,7 @@ def command(**options: Any) -> None:
     from fitting.report.text.layout import line
     from fitting.report.text.study import step_report, steps_report
     from fitting.study.diagnosing import all_candidates, candidates_of, in_newtons
-    from fitting.study.discovering import discovered, on_motions
+    from fitting.study.discovering import discover_task, on_motions
     from fitting.study.stages import Stage
 
     candidates = candidates_of(run.task, run.request.candidates, run.request.rivals) or all_candidates(run.task)
@@ -52,7 +52,7 @@ def command(**options: Any) -> None:
             with progress.aside():
                 run.print(step_report(stage))
 
-        found = discovered(in_newtons(run.task), candidates, progress, shown)
+        found = discover_task(in_newtons(run.task), candidates, progress, shown)
         motions = on_motions(run.task, found, progress)
     compared, stages = found.comparison, found.stages
     unit = compared.unit

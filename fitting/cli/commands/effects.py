@@ -23,12 +23,12 @@ def command(names: tuple[str, ...], effect_file: str | None, **options: Any) -> 
     """List the effects that a model may have, or explain some of them."""
     prepare()
     from fitting.cli.output import output
-    from fitting.library.library import library, named
+    from fitting.library.library import effects_named, library
     from fitting.report.text.catalogue import effect_report, effects_report, effects_result
 
     with errors_for_machines(options["json"]):
         known = library(effect_file)
-        chosen = named(names, known) if names else tuple(known.values())
+        chosen = effects_named(names, known) if names else tuple(known.values())
     if not names:
         output(options, "Effects", effects_report(chosen), effects_result(chosen))
         return

@@ -36,8 +36,8 @@ def command(**options: Any) -> None:
 
     prepare()
     with errors_for_machines(options["json"]):
-        from fitting.exporting.orders import exported
+        from fitting.exporting.orders import export_of
 
-        file, result, words = exported(options)
+        file, result, words = export_of(options)
     shown = [line("WRITTEN", f"{file}: {words}"), line("USE", result["use"])]
     output(options, "mckibben export", shown, result)

@@ -40,10 +40,10 @@ def command(**options: Any) -> None:
     from fitting.report.text.fit import fit_report
     from fitting.report.text.layout import line, lines
     from fitting.report.text.warnings import comparison_warnings
-    from fitting.study.task import fitted
+    from fitting.study.task import fit_task
 
     with run.progress("fitting"):
-        fit = fitted(run.task)
+        fit = fit_task(run.task)
         found = compare(fit, run.task.experiments)
     run.print([line("RESULT", judgement(found), "bold"), line("ERROR", error_text(found))])
     run.print([*lines("WARNING", comparison_warnings(found), "yellow"), *fit_report(fit)])

@@ -19,12 +19,12 @@ def command(**options: Any) -> None:
     from fitting.report.text.diagnosis import verdict_text
     from fitting.report.text.layout import line
     from fitting.report.text.plan import plan_report, plan_result
-    from fitting.study.diagnosing import candidates_of, diagnosed
+    from fitting.study.diagnosing import candidates_of, diagnose_task
     from fitting.study.plan import plan_of
 
     candidates = candidates_of(run.task, run.request.candidates, run.request.rivals)
     with run.progress("diagnosing") as progress:
-        found, _ = diagnosed(run.task, candidates, progress)
+        found, _ = diagnose_task(run.task, candidates, progress)
         progress("planning", 0.95)
         plan = plan_of(run.task, found)
     report = [line("VERDICT", verdict_text(found)), *plan_report(plan, run.request.model_file)]

@@ -37,11 +37,11 @@ def command(**options: Any) -> None:
     check_places(options["netcdf"])
     run = start(options)
     from fitting.posterior.record import describe, save, to_json
-    from fitting.study.task import fitted
+    from fitting.study.task import fit_task
     from fitting.writing import write_whole
 
     with run.progress("fitting") as progress:
-        fit = fitted(run.task)
+        fit = fit_task(run.task)
         found = _sampled(run, fit, options, progress)
     run.print([describe(found)])
     run.write(to_json(found))

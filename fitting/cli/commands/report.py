@@ -54,10 +54,10 @@ def command(no_diagnosis: bool, **options: Any) -> None:
             diagnosis, planned = None, None
             compared = compare(as_known(run.task)[0], run.task.experiments)
         else:
-            from fitting.study.diagnosing import candidates_of, diagnosed, following, in_newtons
+            from fitting.study.diagnosing import candidates_of, diagnose_task, following, in_newtons
 
             candidates = candidates_of(run.task, run.request.candidates, run.request.rivals)
-            diagnosis, compared = diagnosed(run.task, candidates, progress)
+            diagnosis, compared = diagnose_task(run.task, candidates, progress)
             planned = following(run.task, diagnosis, progress)
             task = in_newtons(run.task)
     run.print([line("VERDICT", verdict_text(diagnosis), "bold")] if diagnosis else [])

@@ -88,12 +88,12 @@ def here(jobs: Iterator[Job]) -> Iterator[tuple[DataSet, Found]]:
 
 def on(address: str) -> Work:
     """How data sets are done on the workers of the Dask scheduler at this address."""
-    from fitting.cli.cluster.scheduler import connect, packed, spread
+    from fitting.cli.cluster.scheduler import connect, pack, spread
 
     client = connect(address)
 
     def work(jobs: Iterator[Job]) -> Iterator[tuple[DataSet, Found]]:
-        pieces = ((one, (packed((order, task)),)) for one, order, task in jobs)
+        pieces = ((one, (pack((order, task)),)) for one, order, task in jobs)
         for one, found, error in spread(client, do_packed, pieces):
             yield one, found if error is None else _lost(one, error)
 

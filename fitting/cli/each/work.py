@@ -15,7 +15,7 @@ from fitting.cli.settings import WORK
 from fitting.compiled.store import keep_compiled
 from fitting.errors import InputError
 from fitting.report.results import comparison_result, diagnosis_result, fit_result, provenance
-from fitting.study.task import Task, fitted
+from fitting.study.task import Task, fit_task
 from fitting.units import own_units, spoken
 
 FIT, DIAGNOSE = "fit", "diagnose"
@@ -71,27 +71,27 @@ def do_packed(sent: bytes) -> Found:
     """The same on a worker."""
     from threadpoolctl import threadpool_limits
 
-    from fitting.cli.cluster.scheduler import unpacked
+    from fitting.cli.cluster.scheduler import unpack
 
     keep_compiled()  # workers begin cold, and there are many of them
     with jax.enable_x64(True), threadpool_limits(1, "blas"):
-        return do(*unpacked(sent))
+        return do(*unpack(sent))
 
 
 def _fit(order: Order, task: Task) -> Found:
     from fitting.comparison.compare import compare
     from fitting.model_files.writer import model_text
 
-    fit = fitted(task)
+    fit = fit_task(task)
     result = fit_result(fit) | {"comparison": comparison_result(compare(fit, task.experiments))}
     return Found(result, model_text(fit, task.experiments) if fit.converged else "")
 
 
 def _diagnose(order: Order, task: Task) -> Found:
-    from fitting.study.diagnosing import candidates_of, diagnosed, following
+    from fitting.study.diagnosing import candidates_of, diagnose_task, following
 
     candidates = candidates_of(task, order.candidates, order.rivals)
-    found, compared = diagnosed(task, candidates, _silently)
+    found, compared = diagnose_task(task, candidates, _silently)
     planned = following(task, found, _silently)
     return Found(diagnosis_result(found, compared, planned) | {"converged": found.baseline.converged})
 

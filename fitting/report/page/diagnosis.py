@@ -100,7 +100,7 @@ def alike(d: Diagnosis) -> Section | None:
     )
 
 
-def tried(d: Diagnosis) -> Grid:
+def tried_table(d: Diagnosis) -> Grid:
     """Every set of effects that was tried."""
     rows = tuple(
         Line(

@@ -9,7 +9,7 @@ from fitting.comparison.compare import Comparison
 from fitting.comparison.compare import Table as ErrorTable
 from fitting.diagnosis.record import Diagnosis
 from fitting.least_squares.record import Fit
-from fitting.report.page.diagnosis import alike, effects, meanings, tried
+from fitting.report.page.diagnosis import alike, effects, meanings, tried_table
 from fitting.report.page.parts import Grid, Line, Section, pictures_style, render_page
 from fitting.report.pictures import figures, maps
 from fitting.report.pictures.fall import fall_html
@@ -139,7 +139,9 @@ def _cards(c: Comparison, d: Diagnosis | None) -> list[tuple[str, str]]:
 def _fall(c: Comparison, d: Diagnosis | None, stages: Sequence[Stage], chosen: bool) -> Section:
     shown = stages or _stages(c, d)
     bars = fall_html(shown, c.floor, c.unit, choose="step" if chosen else "")
-    rows = tuple(Line((stage_text(s), amount(s.rmse, c.unit), amount(s.left_out, c.unit), s.verdict)) for s in shown)
+    rows = tuple(
+        Line((stage_text(s), amount(s.rmse, c.unit), amount(s.held_out_rmse, c.unit), s.verdict)) for s in shown
+    )
     judged_ones = len(shown) > 1 and any(s.verdict for s in shown)
     tables = (Grid(("added", "RMS", "on held-out runs", "verdict then"), rows, words=(3,)),) if judged_ones else ()
     words = ("Choose a bar: the loops below show the model with the effects up to there.",) if chosen else ()
@@ -277,6 +279,6 @@ def _provenance(task: Task, c: Comparison, d: Diagnosis | None) -> Section:
         "Where this comes from",
         sentences=(error_text(c),),
         tables=(grid,),
-        folded=() if d is None else (tried(d),),
+        folded=() if d is None else (tried_table(d),),
         folded_title="" if d is None else f"All {len(d.tried)} sets of effects that were tried",
     )

@@ -11,7 +11,7 @@ from fitting.designs.answer import Answer
 from fitting.errors import InputError
 from fitting.report.pictures.figures import BLUE, INK, ORANGE
 from fitting.report.settings import DESIGN_PICTURE
-from fitting.report.text.design import named
+from fitting.report.text.design import quantity_text
 from fitting.writing import write_whole
 from mckibben_jax.design.best import Design, Task
 from mckibben_jax.design.merit import QUANTITIES, built
@@ -113,8 +113,8 @@ def trade_off(found: Sequence[Design], second: Second) -> "Figure":
         for number, ((x, y), one) in enumerate(zip(places, found, strict=True), 1):
             axes.plot(x, y, "o", color=BLUE if one.outcome == "optimal" else ORANGE)
             axes.annotate(str(number), (x, y), xytext=(5, 4), textcoords="offset points", fontsize=8, color=INK)
-        axes.set_xlabel(f"{named(second.quantity, second.at)}" + (f" [{x_unit}]" if x_unit else ""))
-        axes.set_ylabel(f"{named(first.objective, first.at)}" + (f" [{y_unit}]" if y_unit else ""))
+        axes.set_xlabel(f"{quantity_text(second.quantity, second.at)}" + (f" [{x_unit}]" if x_unit else ""))
+        axes.set_ylabel(f"{quantity_text(first.objective, first.at)}" + (f" [{y_unit}]" if y_unit else ""))
     return figure
 
 

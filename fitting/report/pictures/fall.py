@@ -18,19 +18,19 @@ def fall_html(stages: Sequence[Stage], floor: float, unit: str, choose: str = ""
     rows = "".join(_row(stage, k, len(stages), floor, top, unit, choose) for k, stage in enumerate(stages))
     name, size = units.shown_in(unit, floor)
     words = f"RMS error; dashed: the noise, {floor / size:.2g} {name}"
-    words += "; orange mark: on held-out runs" if any(stage.left_out is not None for stage in stages) else ""
+    words += "; orange mark: on held-out runs" if any(stage.held_out_rmse is not None for stage in stages) else ""
     return f'<fieldset class="fall"><legend>{words}</legend>{rows}</fieldset>'
 
 
 def _left(stage: Stage) -> float:
-    return stage.left_out if stage.left_out is not None and np.isfinite(stage.left_out) else 0.0
+    return stage.held_out_rmse if stage.held_out_rmse is not None and np.isfinite(stage.held_out_rmse) else 0.0
 
 
 def _row(stage: Stage, k: int, count: int, floor: float, top: float, unit: str, choose: str) -> str:
     width, left = (100 * value / top for value in (stage.rmse, _left(stage)))
     near = " near" if stage.rmse <= ERROR_TEXT.near_floor * floor else ""
     mark = f'<span class="left" style="left:{left:.2f}%"></span>' if left else ""
-    value = amount(stage.rmse, unit) + (f" (held out {amount(stage.left_out, unit)})" if left else "")
+    value = amount(stage.rmse, unit) + (f" (held out {amount(stage.held_out_rmse, unit)})" if left else "")
     bars = (
         f'<span class="track"><span class="bar{near}" style="width:{width:.2f}%"></span>{mark}'
         f'<span class="floor" style="left:{100 * floor / top:.2f}%"></span>'

@@ -41,18 +41,18 @@ def waterfall(stages: Sequence[Stage], floor: float, unit: str = "N") -> "Figure
         for row, stage in enumerate(stages):
             good = stage.rmse <= 1.5 * floor
             axes.barh(row, stage.rmse / size, height=0.62, color=GREEN if good else BLUE)
-            if stage.left_out is not None and np.isfinite(stage.left_out):
-                left = stage.left_out / size
+            if stage.held_out_rmse is not None and np.isfinite(stage.held_out_rmse):
+                left = stage.held_out_rmse / size
                 axes.plot([left, left], [row - 0.31, row + 0.31], color=VERMILION, linewidth=2)
-            end = max(stage.rmse, stage.left_out or 0.0) / size
-            marked = "" if stage.left_out is None else f" (held out {stage.left_out / size:.3g})"
+            end = max(stage.rmse, stage.held_out_rmse or 0.0) / size
+            marked = "" if stage.held_out_rmse is None else f" (held out {stage.held_out_rmse / size:.3g})"
             _beside(axes, end, row, f"{stage.rmse / size:.3g} {name}{marked}")
         axes.axvline(floor / size, color=INK, linestyle=(0, (3, 2)), linewidth=1)
         _beside(axes, floor / size, -0.75, f"noise {floor / size:.2g} {name}")
         axes.set_yticks(range(len(stages)), [stage_text(stage) for stage in stages])
         axes.set_ylim(len(stages) - 0.5, -0.95)
-        axes.set_xlim(0, 1.4 * max(max(s.rmse, s.left_out or 0.0, floor) for s in stages) / size)
-        marked = any(stage.left_out is not None for stage in stages)
+        axes.set_xlim(0, 1.4 * max(max(s.rmse, s.held_out_rmse or 0.0, floor) for s in stages) / size)
+        marked = any(stage.held_out_rmse is not None for stage in stages)
         axes.set_xlabel(f"RMS error [{name}]" + ("; mark: on held-out runs" if marked else ""))
         axes.tick_params(axis="y", length=0)
     return figure

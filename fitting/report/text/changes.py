@@ -10,11 +10,11 @@ from fitting.study.discovering import OnMotions
 
 
 def change_text(found: Change, unit: str) -> str:
-    """What the change did to the error, in sample and on runs left out."""
+    """What the change did to the error, in sample and on held-out runs."""
     first, last = found.stages
     words = f"{stage_text(last)}: error {amount(first.rmse, unit)} -> {amount(last.rmse, unit)}, "
-    words += f"on held-out runs {amount(first.left_out, unit)} -> {amount(last.left_out, unit)}."
-    gain = 1 - (last.left_out / first.left_out) ** 2 if first.left_out and last.left_out else 0.0
+    words += f"on held-out runs {amount(first.held_out_rmse, unit)} -> {amount(last.held_out_rmse, unit)}."
+    gain = 1 - (last.held_out_rmse / first.held_out_rmse) ** 2 if first.held_out_rmse and last.held_out_rmse else 0.0
     if gain > 0.02:
         return f"{words} This removes {percent(gain)} of the squared error there."
     return f"{words} The error on held-out runs does not fall: these data do not support the larger model."
@@ -24,12 +24,13 @@ def change_result(found: Change) -> dict[str, Any]:
     """The change for machines."""
     force = found.comparison.unit
     steps = [
-        {"effect": stage_text(s), f"rmse_{force}": s.rmse, f"held_out_rmse_{force}": s.left_out} for s in found.stages
+        {"effect": stage_text(s), f"rmse_{force}": s.rmse, f"held_out_rmse_{force}": s.held_out_rmse}
+        for s in found.stages
     ]
     return {
         **fit_result(found.after),
-        f"held_out_rmse_{force}": found.left_out,
-        "before": fit_result(found.before) | {f"held_out_rmse_{force}": found.stages[0].left_out},
+        f"held_out_rmse_{force}": found.held_out_rmse,
+        "before": fit_result(found.before) | {f"held_out_rmse_{force}": found.stages[0].held_out_rmse},
         "steps": steps,
         "comparison": comparison_result(found.comparison),
     }

@@ -60,7 +60,7 @@ def answer_result(found: Answer) -> dict[str, Any]:
 
 def describe(found: Design) -> str:
     """For people: the design, what it is worth, which limits hold it and what they cost."""
-    lines = [_verdict(found), f"{named(found.objective, found.at)}: {units.show(found.value, found.unit)}"]
+    lines = [_verdict(found), f"{quantity_text(found.objective, found.at)}: {units.show(found.value, found.unit)}"]
     lines += [f"  {m.quantity:22} {units.show(m.value, m.unit):>14}   {_limits(m)}{_price(m, found)}"
               for m in (*found.variables, *found.constraints)]  # fmt: skip
     lines += prices(found)
@@ -81,7 +81,7 @@ def _listed(names: Sequence[str]) -> str:
     return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}" if names else "the constraints"
 
 
-def named(quantity: str, at: dict[str, float]) -> str:
+def quantity_text(quantity: str, at: dict[str, float]) -> str:
     told = ", ".join(f"{name} {units.show(value, CONDITIONS[name])}" for name, value in at.items())
     return f"{quantity} at {told}" if told else quantity
 
@@ -156,7 +156,7 @@ def odds_text(found: Design, fate: Odds, asked: bool = False) -> str:
 
 def front_text(found: Sequence[Design], second: Second) -> str:
     """A trade-off as a table, from the best of the objective to the best of the second quantity."""
-    lines = [f"{found[0].objective} against {named(second.quantity, second.at)}: {len(found)} designs"]
+    lines = [f"{found[0].objective} against {quantity_text(second.quantity, second.at)}: {len(found)} designs"]
     names = [m.quantity for m in found[0].variables]
     rows = [["", found[0].objective, second.quantity, *names, ""]]
     for number, one in enumerate(found, 1):

@@ -14,7 +14,7 @@ from mckibben_jax.laws.review import EQUATIONS, Equation, lookup
 STATUS = {"ok": "", "misprint": "misprint", "questionable": "questionable", "addition": "not in the review"}
 
 
-def chosen(numbers: Sequence[str]) -> tuple[Equation, ...]:
+def equations_numbered(numbers: Sequence[str]) -> tuple[Equation, ...]:
     """The equations of these numbers, or all."""
     try:
         return tuple(lookup(number) for number in numbers) or EQUATIONS
@@ -38,11 +38,11 @@ def equation_report(equation: Equation) -> list[RenderableType]:
     shown.append(line("SYMBOLS", equation.symbols))
     shown.append(line("IN PRINT", STATUS[equation.status] or "correct"))
     shown += lines("NOTE", [equation.correction] if equation.correction else [])
-    shown.append(line("CALL", called(equation.function)))
-    return [*shown, *lines("PRINTED", [called(equation.printed)] if equation.printed else []), Text()]
+    shown.append(line("CALL", function_name(equation.function)))
+    return [*shown, *lines("PRINTED", [function_name(equation.printed)] if equation.printed else []), Text()]
 
 
-def called(function: Callable) -> str:
+def function_name(function: Callable) -> str:
     """How a function is reached from Python."""
     return f"{function.__module__}.{function.__name__}"
 
@@ -56,8 +56,8 @@ def equations_result(equations: Sequence[Equation]) -> dict[str, Any]:
             "symbols": e.symbols,
             "status": e.status,
             "correction": e.correction,
-            "function": called(e.function),
-            "printed": called(e.printed) if e.printed else None,
+            "function": function_name(e.function),
+            "printed": function_name(e.printed) if e.printed else None,
         }
         for e in equations
     }

@@ -11,9 +11,9 @@ SENTENCES = {
     Reason.FAR_WORSE: "not tested: others leave far less",
     Reason.LARGE_MISFIT: "leaves many times the noise",
     Reason.MOST_LEFT: "leaves most of the error, many times the noise",
-    Reason.NO_GAIN: "does not lower the error on runs left out",
+    Reason.NO_GAIN: "does not lower the error on held-out runs",
     Reason.BETTERED: "one more effect brings the error far down",
-    Reason.PREDICTS_WORSE: "explains the data, but foretells runs left out worse than others",
+    Reason.PREDICTS_WORSE: "explains the data, but predicts held-out runs worse than others",
     Reason.RIVAL_SEEN: "explains the data, but others are seen in what it leaves",
     Reason.RUNS_DIFFER: "loops say that something is missing, but what differs from run to run would look the same: "
     "record each state in more runs",

@@ -44,12 +44,12 @@ def steps_report(stages: Sequence[Stage], unit: str = "N") -> list[RenderableTyp
     for stage in stages:
         bar = Text("█" * max(1, round(LAYOUT.bar * stage.rmse / top)), style="cyan")
         verdict = [stage.verdict] if said else []
-        table.add_row(stage_text(stage), amount(stage.rmse, unit), amount(stage.left_out, unit), bar, *verdict)
+        table.add_row(stage_text(stage), amount(stage.rmse, unit), amount(stage.held_out_rmse, unit), bar, *verdict)
     return [spaced(table)]
 
 
 def step_report(stage: Stage, unit: str = "N") -> list[RenderableType]:
     """One step of a discovery, told as soon as it is made."""
-    left_out = f"on held-out runs {amount(stage.left_out, unit)}"
-    words = f"{stage_text(stage)}: {amount(stage.rmse, unit)}, {left_out}; {stage.verdict}"
+    held_out = f"on held-out runs {amount(stage.held_out_rmse, unit)}"
+    words = f"{stage_text(stage)}: {amount(stage.rmse, unit)}, {held_out}; {stage.verdict}"
     return [line("STEP", words, "bold"), *lines("", [*held_text(stage.held), *attempts_text(stage.attempts, unit)])]
