@@ -85,7 +85,6 @@ PYTHON = {
     "fitting.effects_named": "names, known=",
     "fitting.read_model": "path, known=",
     "fitting.write_model": "path, fit, experiments",
-    "fitting.report.traces": "c, experiments",
     "fitting.report.waterfall": "stages, floor, unit=",
     "fitting.report.effects_picture": "d, floor, unit=",
     "fitting.report.pairs": "posterior",

@@ -17,7 +17,6 @@ if TYPE_CHECKING:
     from fitting.report.pictures.figures import SKY as SKY
     from fitting.report.pictures.figures import VERMILION as VERMILION
     from fitting.report.pictures.figures import effects_picture as effects_picture
-    from fitting.report.pictures.figures import traces as traces
     from fitting.report.pictures.figures import waterfall as waterfall
     from fitting.report.pictures.hill import speed_over_load as speed_over_load
     from fitting.report.pictures.panels import Panel as Panel
@@ -36,7 +35,7 @@ else:
         __name__,
         {
             **dict.fromkeys(("BLUE", "GREEN", "GREY", "ORANGE", "SKY", "VERMILION"), "pictures.figures"),
-            **dict.fromkeys(("effects_picture", "traces", "waterfall"), "pictures.figures"),
+            **dict.fromkeys(("effects_picture", "waterfall"), "pictures.figures"),
             **dict.fromkeys(("stroke_of", "to_scale"), "pictures.design"),
             "speed_over_load": "pictures.hill",
             **dict.fromkeys(("Panel", "panels"), "pictures.panels"),

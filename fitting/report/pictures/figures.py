@@ -8,10 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fitting import units
-from fitting.comparison.compare import Comparison, branch_name
 from fitting.diagnosis.record import Diagnosis
-from fitting.recordings.records import Experiment
-from fitting.report.pictures.panels import Panel, panels
 from fitting.report.settings import FIGURE
 from fitting.report.text.stages import stage_text
 from fitting.study.stages import Stage
@@ -58,25 +55,6 @@ def waterfall(stages: Sequence[Stage], floor: float, unit: str = "N") -> "Figure
     return figure
 
 
-def traces(c: Comparison, experiments: Sequence[Experiment]) -> "Figure":
-    """Measured against model, one small panel per run; the worst runs if there are too many."""
-    shown = panels(experiments, c.fit.samples, c.fit.residual)
-    rows = -(-len(shown) // FIGURE.columns)
-    columns = min(FIGURE.columns, max(len(shown), 1))
-    figure = blank(1.9 * columns + 0.3, 1.62 * rows + 0.5)
-    with settings():
-        for number, panel in enumerate(shown):
-            axes = figure.add_subplot(rows, columns, number + 1)
-            _draw(axes, panel, c)
-            if number % columns == 0 or panel.ylabel != shown[number - 1].ylabel:
-                axes.set_ylabel(panel.ylabel)
-            if number + columns >= len(shown) or panel.xlabel != shown[number + columns].xlabel:
-                axes.set_xlabel(panel.xlabel)
-        _legend(figure, shown)
-        figure.tight_layout(pad=0.4, h_pad=0.7, w_pad=0.6, rect=(0, 0, 1, 1 - 0.3 / (1.62 * rows + 0.5)))
-    return figure
-
-
 def effects_picture(d: Diagnosis, floor: float, unit: str = "N") -> "Figure":
     """What the error would be with each effect added: the fewer newtons the better."""
     tested = [e for e in d.effects.values() if e.detection_limit is not None and np.isfinite(e.held_out_rmse or np.nan)]
@@ -114,41 +92,6 @@ def as_svg(figure: "Figure", prefix: str) -> str:
     text = re.sub(r"<metadata>.*?</metadata>", "", text, flags=re.DOTALL)
     text = re.sub(r"font-family: [^;\"]*", "font-family: system-ui, sans-serif", text)
     return re.sub(r'(\bid="|url\(#|href="#)', rf"\g<1>{prefix}-", text)
-
-
-# ----------------------------------------------------------------------------------------------------- measured panels
-
-
-def _draw(axes: "Axes", panel: Panel, c: Comparison) -> None:
-    """Measured as grey dots, the model as lines in the colour of the branch."""
-    along, measured, model, few = panel.along, panel.measured, panel.model(c.fit.residual), panel.is_few
-    dots = np.concatenate(panel.shown(measured))
-    axes.plot(along[dots], measured[dots], ".", color=GREY, markersize=7 if few else 3.2, markeredgewidth=0)
-    for branch, colour in colours(panel):
-        values = np.where(panel.run.branch == branch, model, np.nan)
-        for part in panel.shown(values):
-            axes.plot(along[part], values[part], "+" if few else "-", color=colour, linewidth=0.9, markersize=5)
-    axes.set_title(panel.title, loc="left", pad=3, fontsize=8.5)
-    axes.locator_params(nbins=4)
-
-
-def colours(panel: Panel) -> tuple[tuple[int, str], ...]:
-    """The colour of each branch; along a motion they need none."""
-    return ((1, BLUE), (-1, VERMILION), (0, GREEN if panel.unit == "N" else BLUE))
-
-
-def _legend(figure: "Figure", shown: Sequence[Panel]) -> None:
-    from matplotlib.lines import Line2D
-
-    test = shown[0].test if shown else "loop"
-    force = [panel for panel in shown if panel.unit == "N"] or shown
-    seen = {int(b) for panel in force for b in np.unique(panel.run.branch[panel.run.weight > 0])}
-    entries = [Line2D([], [], marker=".", linestyle="", color=GREY, label="measured (title: RMS error)")]
-    for branch, colour in ((1, BLUE), (-1, VERMILION), (0, GREEN)):
-        if branch in seen:
-            words = f"model, {branch_name(branch, test)}" if len(seen) > 1 else "model"
-            entries.append(Line2D([], [], color=colour, label=words))
-    figure.legend(handles=entries, loc="upper left", ncols=len(entries), borderaxespad=0.1, fontsize=8.5)
 
 
 def _beside(axes: "Axes", x: float, y: float, words: str) -> None:
