@@ -1,4 +1,4 @@
-"""From a table to the readings of each run: which columns a test needs, the program's conventions, checks, runs."""
+"""From a table to the readings of each run: which columns a test needs, the program's conventions, runs."""
 
 from collections import Counter
 from dataclasses import replace
@@ -8,25 +8,25 @@ import numpy as np
 
 from fitting import units
 from fitting.errors import InputError, concerning, nearest, unknown_name
+from fitting.recordings.checks import PRESSURES, check_ranges, check_run
 from fitting.recordings.records import FORCE_TESTS, Run
 from fitting.recordings.settings import TABLES
 from fitting.recordings.tables import COLUMNS, USUAL, Table, plain_name
 from mckibben_jax.muscle import Muscle
 
-PRESSURES = ("pressure", "set_pressure")
 POSITIONS = ("contraction", "length", "displacement")
 DIRECTIONS = {"contraction": 1, "inflate": 1, "elongation": -1, "deflate": -1}
-FEWEST_SAMPLES = 5
+FEWEST_SAMPLES = TABLES.fewest_samples  # of a run
 
 
 def read_runs(table: Table, test: str, muscle: Muscle, options: dict[str, Any], counts: Counter[str]) -> list[Run]:
     """The readings of every run, checked; `counts` gains the samples that are set aside, by reason."""
     position = _check_columns(table, test)
     readings = _all_readings(table, test, muscle, options, position, counts)
-    _check_ranges(readings, table, test, options, position)
+    check_ranges(readings, table, test, options, position)
     parts = [_part(readings, at, label) for label, at in _runs(readings, table, test, counts)]
     for part in parts:
-        _check_run(part, table, test)
+        check_run(part, table, test)
     return parts
 
 
@@ -149,118 +149,6 @@ def _directions(table: Table) -> np.ndarray:
             cure = f"did you mean '{like}'?" if like else f"write one of {', '.join(DIRECTIONS)}"
             raise table.error("not a branch", int(np.argmax(which == number)), "branch", label, cure)
     return np.array([DIRECTIONS[label.lower()] for label in known])[which]
-
-
-# ------------------------------------------------------------------------------------------------------------- checks
-
-
-def _check_ranges(r: Run, table: Table, test: str, options: dict[str, Any], position: str) -> None:
-    """Readings that no muscle gives betray a wrong unit, sign or length."""
-    low, high = TABLES.contractions
-    _refuse(
-        table,
-        r.usable & ((r.contraction < low) | (r.contraction > high)),
-        position,
-        f"contraction outside {low} .. {high}",
-        r.contraction,
-        _position_cure(position),
-    )
-    for name, pressure in (("pressure", r.pressure), ("set_pressure", r.set_pressure)):
-        if pressure is None or name not in table:
-            continue
-        _refuse(
-            table,
-            r.usable & (pressure > TABLES.largest_pressure),
-            name,
-            f"pressure above {units.show(TABLES.largest_pressure, 'Pa')}",
-            pressure,
-            "check the column's unit",
-            units.shown_in("Pa", TABLES.largest_pressure)[0],
-        )
-        _refuse(
-            table,
-            r.usable & (pressure < -1.02 * units.ATMOSPHERE),
-            name,
-            "pressure below vacuum",
-            pressure,
-            "check the unit, and whether it is gauge or absolute",
-        )
-    top = float(np.max(r.pressure[r.usable], initial=-np.inf))
-    if test == "loop" and 0 < top < TABLES.loop_pressure and "pressure" not in options.get("valid", {}):
-        least = units.show(TABLES.loop_pressure, "Pa")
-        said = f'valid = {{ pressure = ["-{least}", "{least}"] }}'
-        raise InputError(
-            f"the pressure never reaches {least}",
-            table.file,
-            column=table.heads["pressure"],
-            value=f"at most {units.show(top, 'Pa', digits=3)}",
-            cure=f"check the column's unit; if the muscle was vented, say so: {said}",
-        )
-
-
-def _refuse(
-    table: Table, bad: np.ndarray, column: str, problem: str, values: np.ndarray, cure: str, unit: str | None = None
-) -> None:
-    """Refuse a table with `bad` readings, naming the first of them (a pressure in `unit`, if it is given)."""
-    if bad.any():
-        at = int(np.argmax(bad))
-        more = f" ({np.count_nonzero(bad)} rows)" if np.count_nonzero(bad) > 1 else ""
-        raise table.error(
-            problem + more,
-            at,
-            column,
-            units.show(values[at], str(COLUMNS[column]) if column in PRESSURES else "1", unit=unit),
-            cure,
-        )
-
-
-def _position_cure(position: str) -> str:
-    return {
-        "contraction": "check whether the unit is [1] or [%]; positive is shorter",
-        "length": "check the unit, and the muscle's length in muscle.toml",
-        "displacement": "check the unit and the sign: positive is shorter than the muscle's length in muscle.toml",
-    }[position]
-
-
-def _check_run(r: Run, table: Table, test: str) -> None:
-    """Enough samples, and time that rises."""
-    fewest = 1 if test == "static" else FEWEST_SAMPLES
-    if len(r.time) < fewest:
-        have = f"run {r.name} has" if "run" in table else "there are"
-        raise InputError(
-            f"{have} only {len(r.time)} samples, {fewest} are needed",
-            table.file,
-            int(table.row[0] if not len(r.row) else r.row[0]),
-            cure="record more, or delete the run",
-        )
-    if test == "static":
-        return
-    step = np.diff(r.time)
-    if (step <= 0).any():
-        at = int(np.argmax(step <= 0)) + 1
-        back = step[at - 1] < 0
-        cure = "if another experiment begins here, add a column 'run' that numbers the experiments"
-        cure = "give each experiment its own number in the column 'run'" if "run" in table else cure
-        raise InputError(
-            "time goes back" if back else "two samples have the same time",
-            table.file,
-            int(r.row[at]),
-            table.heads["time"],
-            f"{r.time[at]:.9g} s after {r.time[at - 1]:.9g} s",
-            cure if back else "write the time with more digits, or delete one of the rows",
-        )
-    if (
-        test == "isometric"
-        and r.usable.any()
-        and np.ptp(np.quantile(r.contraction[r.usable], [0.02, 0.98])) > TABLES.held
-    ):
-        where = f"run {r.name}: " if "run" in table else ""
-        raise InputError(
-            f"{where}the length is not held",
-            table.file,
-            int(r.row[0]),
-            cure='a recording in which the length moves is test = "loop"',
-        )
 
 
 # --------------------------------------------------------------------------------------------------------------- runs

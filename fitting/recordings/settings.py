@@ -14,6 +14,7 @@ class TableSettings:
     contractions: tuple[float, float] = (-0.2, 0.6)  # beyond these no braided muscle goes; chosen
     largest_pressure: float = 50e5  # Pa; chosen
     loop_pressure: float = 1e3  # Pa, that a loop reaches unless it says that it was vented; chosen
+    fewest_samples: int = 5  # of a run; chosen
     held: float = 0.01  # contraction that an isometric test may wander; chosen
 
 
