@@ -135,7 +135,9 @@ def _pressure(r: Run, edges: np.ndarray, errors: InputErrors) -> tuple[Estimate,
     pressure = estimated(r.time, r.pressure, turns, COMMANDED if commanded else errors.pressure)
     if pressure.constant:
         return pressure, np.zeros(len(r.time))
-    rate, _ = signals.rate(r.time, r.pressure, edges, signals.noise_level(r.time, r.pressure))
+    # the error of a rate must not be that of the pressure, or a lag would earn by it: both come from one smoother
+    smooth = pressure if commanded else estimated(r.time, r.pressure, turns, replace(errors.pressure, negligible=0.0))
+    rate, _ = signals.rate(r.time, smooth.level, edges, signals.noise_level(r.time, r.pressure))
     return pressure, rate
 
 
