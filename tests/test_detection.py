@@ -1,10 +1,8 @@
-"""Detection limits and the spread between runs, against noise whose answer is known."""
+"""Detection limits, against noise whose answer is known."""
 
 import numpy as np
 
 from fitting.diagnosis.detection import by_group, detectable
-from fitting.diagnosis.settings import FLIP_TEST
-from fitting.diagnosis.sign_flips import similarity_within_runs
 
 UNITS, EACH, LEVEL = 20, 50, 0.005
 NUMBER = np.repeat(np.arange(UNITS), EACH)
@@ -46,11 +44,3 @@ def test_what_one_unit_alone_carries_is_never_found_by_flips():
     column = rng.normal(size=(UNITS * EACH, 1)) * (NUMBER == 3)[:, None]
     column /= np.linalg.norm(column)
     assert np.isinf(detectable(column, rng.normal(size=UNITS * EACH), NUMBER, SIGNS, LEVEL)[0])
-
-
-def test_loops_of_one_run_are_alike_only_where_runs_differ():
-    rng = np.random.default_rng(2)
-    run = np.repeat(np.arange(10), 2)
-    noise = rng.normal(size=(20, 30))
-    assert similarity_within_runs(noise, run) < FLIP_TEST.spread
-    assert similarity_within_runs(noise + np.repeat(rng.normal(size=(10, 30)), 2, axis=0), run) > 0.3

@@ -6,11 +6,12 @@ import numpy as np
 import pytest
 
 from fitting.diagnosis import omnibus, working_noise
-from fitting.diagnosis.between_runs import Nuisance
 from fitting.diagnosis.flip_groups import FlipGroups, flip_groups, numbered, rests_on_in_words
+from fitting.diagnosis.instrument_errors import InstrumentErrors
 from fitting.diagnosis.missing_effect import Ground, MissingEffectTest, missing_effect_test
+from fitting.diagnosis.nuisance import Nuisance
 from fitting.diagnosis.settings import FLIP_TEST, NOISE
-from fitting.diagnosis.sign_flips import flipped_signs, similarity_within_runs
+from fitting.diagnosis.sign_flips import flipped_signs
 from fitting.least_squares import held_out
 from fitting.problem.residuals import Samples
 
@@ -60,8 +61,13 @@ def examined(rows: np.ndarray, s: Samples, seed: int) -> MissingEffectTest:
     basis = omnibus.basis(s)
     noise = working_noise.noise_from(rows, np.hstack([basis.whole, slopes]), s)
     groups = flip_groups(s, noise.memory)
-    same = Nuisance(slopes, np.zeros(0), np.zeros((0, 3)), np.full(3, -1))
-    return missing_effect_test(rows, same, same, columns, Ground(s, groups, basis, noise, seed))
+    same = Nuisance(slopes, np.zeros(0), np.zeros((0, 3)))
+    return missing_effect_test(rows, same, columns, Ground(s, groups, basis, noise, exact(s), seed))
+
+
+def exact(s: Samples) -> InstrumentErrors:
+    """Instruments that do not err."""
+    return InstrumentErrors.none(s.run)
 
 
 def words(groups: FlipGroups) -> str:
@@ -136,10 +142,12 @@ def stated(rows, amount, error, s, seed):
     prior = np.array([error])
     fit = np.linalg.lstsq(np.append(slope, 1.0)[:, None], np.append(rows + amount * column, prior), rcond=None)[0]
     left = rows + amount * column - slope * fit[0]
-    same = Nuisance(slope[:, None], prior - fit, np.ones((1, 1)), np.array([-1]))
+    same = Nuisance(slope[:, None], prior - fit, np.ones((1, 1)))
     basis = omnibus.basis(s)
     noise = working_noise.Noise(1.0, np.zeros(len(NOISE.memories)))
-    return missing_effect_test(left, same, same, column[:, None], Ground(s, flip_groups(s, 0.0), basis, noise, seed))
+    return missing_effect_test(
+        left, same, column[:, None], Ground(s, flip_groups(s, 0.0), basis, noise, exact(s), seed)
+    )
 
 
 def test_errors_in_what_is_stated_raise_no_alarm_and_hide_nothing():
@@ -245,19 +253,6 @@ def test_left_out_rows_are_those_of_a_refit():
         np.testing.assert_allclose(left[out], design[out] @ refit - y[out], rtol=1e-8)
 
 
-def test_units_of_one_run_are_alike_by_what_they_share():
-    """Against the definition: mean product of two units of one run, over the mean of their squares."""
-    run = np.array([0, 0, 0, 1, 1])
-    scores = np.random.default_rng(4).standard_normal((5, 3)) * np.array([1.0, 3.0, 0.2, 5.0, 0.7])[:, None]
-    pairs = [(a, b) for a in range(5) for b in range(5) if a != b and run[a] == run[b]]
-    products = sum(scores[a] @ scores[b] for a, b in pairs)
-    squares = sum((scores[a] @ scores[a] + scores[b] @ scores[b]) / 2 for a, b in pairs)
-    assert similarity_within_runs(scores, run) == pytest.approx(products / squares)
-    assert similarity_within_runs(np.repeat(scores[:2], [3, 2], axis=0), run) == pytest.approx(1.0)
-    assert similarity_within_runs(scores, np.arange(5)) == 0.0
-    assert similarity_within_runs(np.zeros((5, 3)), run) == 0.0
-
-
 def test_a_basis_has_no_more_columns_than_its_span():
     """Copies and sums add nothing, and neither does what rounding leaves of them."""
     own = np.random.default_rng(6).normal(size=(50, 3))
@@ -275,17 +270,3 @@ def test_slow_noise_keeps_a_thousandth_of_white_noise():
     small, large = (working_noise.noise_from(size * slow, constant, s) for size in (1.0, 30.0))
     assert small.white == pytest.approx(1e-3 * np.mean((slow - slow.mean()) ** 2), rel=0.01)
     assert large.white == pytest.approx(900 * small.white)
-
-
-def test_a_spread_between_runs_excuses_no_error_many_times_the_noise():
-    """What flips of loops reject and runs are too few to: excused where it is small, or where loops tell no noise."""
-    s = samples()
-    verdict = replace(
-        examined(np.random.default_rng(7).normal(size=len(s)), s, 0), p=0.001, p_runs=1.0, spread=0.3, between_runs=0.0
-    )
-    assert replace(verdict, rms=2.4, inside=1.0).runs_differ
-    assert not replace(verdict, rms=2.4, inside=1.0, floor=2.4).rejected
-    assert replace(verdict, rms=2.6, inside=1.0, floor=2.6).rejected
-    assert not replace(verdict, rms=99.0, inside=np.inf, floor=99.0).rejected
-    assert replace(verdict, p=0.5, rms=2.6, between_runs=2.6, inside=1.0, floor=2.6).rejected
-    assert not replace(verdict, p=0.5, rms=2.6, between_runs=2.4, inside=1.0, floor=2.6).rejected

@@ -17,6 +17,7 @@ from fitting import units
 from fitting.cli.main import main
 from fitting.diagnosis.diagnose import diagnose
 from fitting.diagnosis.flip_groups import FlipGroups
+from fitting.diagnosis.instrument_errors import ErrorKind, InstrumentErrors, Source
 from fitting.diagnosis.omnibus import Basis
 from fitting.diagnosis.record import Evidence
 from fitting.diagnosis.working_noise import Noise as Memory
@@ -31,6 +32,7 @@ from fitting.planning.settings import GRID
 from fitting.planning.sharper import sharper
 from fitting.problem.residuals import thinned
 from fitting.problem.varying import Varying
+from fitting.recordings.accuracy import Channel
 from fitting.recordings.experiment import read_experiment
 from fitting.report.text.layout import console
 from fitting.report.text.measurement import needs_text, purpose_text, rehearsal_command
@@ -150,8 +152,8 @@ def drawn(shift, draws=300, units=16, per=10):
     slope, column, other = random.standard_normal((3, count, 1))
     rows = random.standard_normal((count, draws)) + shift * column + 0.3 * slope
     groups = FlipGroups(np.repeat(np.arange(units), per), 0.01, np.repeat(np.arange(units), per))
-    nothing, basis = np.zeros((count, 0)), Basis(other, np.zeros((count, 0)))
-    return Drawn(rows, slope, np.zeros((1, 1)), nothing, np.zeros(0, int), np.hstack([column, other]), basis, groups)
+    exact, basis = InstrumentErrors.none(np.zeros(count)), Basis(other, np.zeros((count, 0)))
+    return Drawn(rows, slope, np.zeros((1, 1)), exact, np.hstack([column, other]), basis, groups)
 
 
 def test_rejections_keep_their_level_and_have_power():
@@ -160,24 +162,29 @@ def test_rejections_keep_their_level_and_have_power():
     assert np.mean(drawn(8 / np.sqrt(160)).rejections(0)) > 0.9
 
 
-def differing(by, draws=200, runs=8, per=20):
-    """Rows in which runs of two units differ, by so many standard deviations of what they may."""
+def erring(by, beyond=0.0, draws=200, runs=8, per=20):
+    """Rows in which a load cell's zero differs between runs, by so many standard deviations of its accuracy.
+
+    `beyond` is what every other run has beside it, in the same direction each time.
+    """
     random = np.random.default_rng(4)
     count = runs * per
     run = np.repeat(np.arange(runs), per)
-    steep = 10 * random.standard_normal(count)
-    own = np.where(run[:, None] == np.arange(runs), steep[:, None], 0.0)
-    rows = random.standard_normal((count, draws)) + by * own @ random.standard_normal((runs, draws))
-    slope, column, other = random.standard_normal((3, count, 1))
+    zero = Source(Channel.FORCE, ErrorKind.ZERO_PER_RUN, 1.0, 1.0)
+    errors = InstrumentErrors(np.full((count, 1), 3.0), np.zeros((count, 0)), (zero,), (), run)
+    rows = random.standard_normal((count, draws)) + by * errors.columns @ random.standard_normal((runs, draws))
+    slope, column = random.standard_normal((2, count, 1))
     groups = FlipGroups(np.repeat(np.arange(2 * runs), per // 2), 0.01, run)
-    group = np.zeros(runs, int)
-    return Drawn(rows, slope, np.zeros((1, 1)), own, group, column, Basis(other, np.zeros((count, 0))), groups)
+    looked_along = np.where(run[:, None] % 2, 1.0, -1.0)  # every other run: as if the pressure did it
+    basis = Basis(looked_along, np.zeros((count, 0)))
+    rows += beyond * looked_along
+    return Drawn(rows, slope, np.zeros((1, 1)), errors, column, basis, groups)
 
 
-def test_runs_that_would_have_to_differ_too_much_are_rejected_too():
-    """As in the test itself: one standard deviation of what is allowed is no misfit, four of them are."""
-    assert np.mean(differing(1.0).rejections(0)) < 0.05
-    assert np.mean(differing(4.0).rejections(0)) > 0.95
+def test_what_instruments_may_do_is_rejected_as_seldom_as_the_level_says():
+    """A zero that steps by its accuracy between runs is no misfit; steps in one direction by ten of them are."""
+    assert np.mean(erring(1.0).rejections(0)) < 0.05
+    assert np.mean(erring(1.0, beyond=30.0).rejections(0)) > 0.9
 
 
 # ----------------------------------------------------------------------------------------------------------- protocols

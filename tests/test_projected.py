@@ -6,22 +6,22 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from fitting.diagnosis.between_runs import Nuisance
+from fitting.diagnosis.nuisance import Nuisance
 from fitting.diagnosis.omnibus import Basis
 from fitting.diagnosis.projected import projected
-from fitting.diagnosis.settings import FLIP_TEST, NUISANCE
+from fitting.diagnosis.settings import FLIP_TEST
 
-ROWS, STATED, SHARED = 80, 2, 3  # of five parameters three are shared and two of these stated; two differ between runs
+ROWS, STATED, SHARED = 80, 4, 3  # two statements on three of five parameters, and one on each of the others
 RANDOM = np.random.default_rng(11)
 J = RANDOM.normal(size=(ROWS, 5))
 E = RANDOM.normal(size=ROWS)
 Z = 0.2 * RANDOM.normal(size=(ROWS, 4)) + J @ RANDOM.normal(size=(5, 4))  # mostly what parameters do
 BASIS = Basis(RANDOM.normal(size=(ROWS, 3)), RANDOM.normal(size=(ROWS, 2)))
-PRIORS = np.zeros((STATED + 2, 5))
-PRIORS[:STATED, :SHARED] = 6 * RANDOM.normal(size=(STATED, SHARED))  # they hold about as well as the rows do
-PRIORS[STATED:, SHARED:] = np.eye(2)
+PRIORS = np.zeros((STATED, 5))
+PRIORS[:2, :SHARED] = 6 * RANDOM.normal(size=(2, SHARED))  # they hold about as well as the rows do
+PRIORS[2:, SHARED:] = np.eye(2)
 STATEMENTS = np.array([1.5, -0.7, 0.0, 0.0])
-BY = Nuisance(J, STATEMENTS, PRIORS, np.array([-1, -1, -1, 0, 0]))
+BY = Nuisance(J, STATEMENTS, PRIORS)
 
 
 def least(target, below):
@@ -56,7 +56,7 @@ def test_the_bases_are_orthonormal_and_span_what_is_left_of_them(found):
 
 def test_a_candidate_that_parameters_take_whole_is_not_seen():
     """Whatever the size of its neighbours."""
-    free = replace(BY, prior_rows=np.zeros(0), prior_slopes=np.zeros((0, 5)), group=np.full(5, -1))
+    free = replace(BY, prior_rows=np.zeros(0), prior_slopes=np.zeros((0, 5)))
     columns = np.column_stack([J @ [1.0, 2.0, 0.0, -1.0, 0.5], 1e-3 * E, 1e5 * Z[:, 1]])
     np.testing.assert_array_equal(projected(E, J, columns, BASIS, free).seen, [False, True, True])
 
@@ -84,23 +84,8 @@ def test_a_ratio_is_that_of_the_f_test(found):
     assert larger.ratio_p < found.ratio_p
 
 
-def test_differences_between_runs_are_judged_by_their_sum_of_squares(found):
-    """Two of one parameter, of which what they share is no difference: one degree of freedom."""
-    own = least(E, STATEMENTS)[SHARED:]
-    np.testing.assert_allclose(found.differing, own)
-    assert found.differences == 1
-    assert found.differ_p == pytest.approx(stats.chi2.sf(np.sum(own**2), 1))
-    alike = projected(E, J, Z, BASIS, replace(BY, group=np.full(5, -1)))
-    assert alike.differ_p == 1.0
-    assert np.isinf(alike.denied).all()
-
-
 def test_amounts_beyond_a_bound_are_found_four_times_in_five(found):
-    """A likelihood ratio, and differences, of as much of each candidate as is said to be found by them."""
-    for column, amounts, bound, freedom in (
-        (found.o.T @ found.z, found.explained, FLIP_TEST.misfit_p, 5),
-        (found.differing_for, found.denied, NUISANCE.differ_p, 1),
-    ):
-        size = np.sum((column * amounts) ** 2, axis=0)
-        power = stats.ncx2.sf(stats.chi2.isf(bound, freedom), freedom, size)
-        np.testing.assert_allclose(power, 0.8, atol=0.01)
+    """A likelihood ratio of as much of each candidate as is said to be found by it."""
+    size = np.sum((found.o.T @ found.z * found.explained) ** 2, axis=0)
+    power = stats.ncx2.sf(stats.chi2.isf(FLIP_TEST.misfit_p, 5), 5, size)
+    np.testing.assert_allclose(power, 0.8, atol=0.01)

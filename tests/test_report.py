@@ -78,7 +78,7 @@ def test_every_verdict_has_its_sentence(diagnosis, verdict, explanations, words)
 def test_only_what_is_missing_is_called_small(diagnosis):
     small = dataclasses.replace(diagnosis, negligible=True)
     assert "It is small" in verdict_text(small)
-    assert "small" not in verdict_text(dataclasses.replace(small, verdict="inconclusive", why=Why(Reason.RUNS_DIFFER)))
+    assert "small" not in verdict_text(dataclasses.replace(small, verdict="inconclusive", why=Why(Reason.FEW_LOOPS)))
 
 
 def test_what_could_hide_here_is_not_called_absent(diagnosis):

@@ -107,11 +107,7 @@ def test_what_pressure_and_speed_do_together_is_no_difference_between_runs(tmp_p
         stiffer = loops(lambda eps, p, _, v=speed: 5 * p / 1e5 * v * eps, seed=number)
         rows += [(run + 3 * number, time / speed, *more) for run, time, *more in stiffer]
     search = searched([read_experiment(write_small(tmp_path, rows))], BASE, candidates=CANDIDATES)
-    missing_effect_test = search.missing_effect_test.test
-    assert 0.9 < missing_effect_test.inside < 1.2
-    assert missing_effect_test.p_runs >= missing_effect_test.level  # nine runs are too few to flip
-    assert not missing_effect_test.runs_differ
-    assert missing_effect_test.rejected
+    assert search.missing_effect_test.rejected
     assert concluded(search).verdict == "not in the library"
 
 

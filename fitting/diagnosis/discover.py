@@ -168,7 +168,7 @@ def proposals(found: Diagnosis, rules: StepRules = RULES) -> list[Tier]:
     First what the verdict names, then what leads; then, where something is missing for certain, every other effect.
     Two at once come after all that stand alone. Each tier is in the order of its held-out errors.
     """
-    if found.verdict == "nothing detectable":
+    if found.verdict.nothing_missing:
         return []
     named = set(found.explanations)
     order = [e.effects for e in found.tried]  # by held-out error

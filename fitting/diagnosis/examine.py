@@ -5,11 +5,13 @@ from functools import cached_property
 
 import numpy as np
 
-from fitting.diagnosis import between_runs, omnibus
+from fitting.diagnosis import omnibus
 from fitting.diagnosis.adequacy import AdequacyTest
-from fitting.diagnosis.between_runs import Nuisance
+from fitting.diagnosis.channel_signals import errors_felt
 from fitting.diagnosis.flip_groups import RestsOn, flip_groups
+from fitting.diagnosis.instrument_errors import InstrumentErrors
 from fitting.diagnosis.missing_effect import Ground, MissingEffectTest, missing_effect_test
+from fitting.diagnosis.nuisance import Nuisance
 from fitting.diagnosis.outcomes import Reason, Why
 from fitting.diagnosis.settings import DIAGNOSIS, DiagnosisSettings
 from fitting.diagnosis.universe import CandidateFit, Universe
@@ -25,11 +27,10 @@ class Examiner:
         self.world, self.base, self.seed, self.settings = world, base, seed, settings
         self.basis = omnibus.basis(world.samples)
         self.kinds = Kinds.after_removal(np.hstack([self.basis.whole, base.slopes]), world.samples, settings.noise)
-        self.flip_groups = flip_groups(world.samples, self.noise(base).memory, settings.flip_test)
-        points = self.flip_groups.count == len(world.samples)  # of a static map: each was set by itself
-        self.runs_may_differ = not points and len(np.unique(world.samples.run)) > 1
+        self._errors: dict[CandidateFit, tuple[InstrumentErrors, InstrumentErrors]] = {}
         self._left_out: dict[tuple[CandidateFit, bool], np.ndarray] = {}
         self._left: dict[CandidateFit, float] = {}
+        self.flip_groups = flip_groups(world.samples, self.noise(base).memory, settings.flip_test)
 
     @cached_property
     def groups(self) -> np.ndarray:
@@ -37,26 +38,42 @@ class Examiner:
         return held_out.folds(self.world.samples)
 
     def noise(self, fit: CandidateFit) -> Noise:
-        """The working noise model of a fit, from what neither its parameters nor the omnibus basis explain."""
-        return self.kinds.noise(fit.rows, fit.slopes)
+        """The working noise model of a fit, from what neither parameters nor instruments nor the basis explain."""
+        return self.kinds.noise(fit.rows, np.hstack([fit.slopes, self.errors(fit).columns]))
 
     @property
     def rests_on(self) -> RestsOn:
         """What the test rests on."""
-        return self.flip_groups.rests_on(self.settings.nuisance.repeatable if self.runs_may_differ else None)
+        return self.flip_groups.rests_on()
 
-    def nuisance(self, fit: CandidateFit) -> Nuisance:
-        """How a fitted set may give way before anything is called missing from it."""
-        if self.runs_may_differ:
-            return between_runs.nuisance_between_runs(
-                fit, self.world.layout, self.world.samples, self.settings.nuisance
-            )
-        return between_runs.common_nuisance(fit)
+    def errors(self, fit: CandidateFit, every: bool = False) -> InstrumentErrors:
+        """What instruments within their accuracy can do to the rows of a fitted set; with `every` whatever they could.
+
+        What none may do stands there in small sizes.
+        """
+        if fit not in self._errors:
+            world = self.world
+            rows_at = lambda problem, without: world.rows_at(fit, problem, without)  # noqa: E731
+            lost = [name for name in sorted(fit.effects) if world.effects[name].stage == "lost"]
+            felt = errors_felt(
+                world.problem, world.samples, rows_at, lost, world.lengths, world.accuracies,
+                self.settings.instruments, every=True,
+            )  # fmt: skip
+            self._errors[fit] = (felt, felt.allowed)
+        return self._errors[fit][0 if every else 1]
+
+    def rejected(self, fit: CandidateFit, errors: InstrumentErrors) -> bool:
+        """Whether anything is missing from a fitted set, were these the errors of instruments."""
+        _, columns = self.columns(fit, {}, glance=True)
+        return self._tested(fit, columns, errors=errors).rejected
 
     def left(self, fit: CandidateFit) -> float:
-        """Sum of squares that a fitted set leaves when its runs may differ a little."""
+        """Sum of squares that a fitted set leaves when instruments within their accuracy have given way, too.
+
+        How errors are felt hardly depends on what is added: the base's stand for all.
+        """
         if fit not in self._left:  # every set is compared with many
-            self._left[fit] = self.nuisance(fit).left(fit.rows)
+            self._left[fit] = Nuisance.of(fit).left(fit.rows, self.errors(self.base))
         return self._left[fit]
 
     def adequacy(
@@ -65,18 +82,20 @@ class Examiner:
         fit: CandidateFit,
         fits: Mapping[frozenset[str], CandidateFit],
         limits: bool = False,
+        errors: InstrumentErrors | None = None,
     ) -> AdequacyTest:
         """Test a fitted set against every candidate that could still be added, at several of its shapes.
 
-        What the bases that know no effect reject is rejected, and needs no candidates (unless `limits` are wanted).
+        `errors` are those that instruments may make, as allowed unless given. What the bases that know no effect
+        reject is rejected, and needs no candidates (unless `limits` are wanted).
         """
         names, signatures = [], np.zeros((len(self.world.samples), 0))
-        test = None if limits else self._tested(fit, signatures)
+        test = None if limits else self._tested(fit, signatures, errors=errors)
         if test is None or not test.rejected:
             names, signatures = self.columns(fit, fits)
-            test = self._tested(fit, signatures, limits)
+            test = self._tested(fit, signatures, limits, errors)
         in_newtons = self.world.in_newtons
-        left = between_runs.common_nuisance(fit).project_out(signatures) * self.world.samples.sigma[:, None]
+        left = Nuisance.of(fit).project_out(signatures) * self.world.samples.sigma[:, None]
         rms = np.sqrt(np.mean(left[in_newtons] ** 2, axis=0))
         noise = test.floor * float(np.sqrt(np.mean(self.world.samples.sigma[in_newtons] ** 2)))
         why = self._why_not(added, fit, test)
@@ -91,30 +110,32 @@ class Examiner:
         columns = [t.slopes[:, [owner_of(n) in added for n in t.free]] for added, t in rivals]
         wanted = np.hstack(columns)
         size = np.linalg.norm(wanted, axis=0)
-        left = np.linalg.norm(between_runs.common_nuisance(fit).project_out(wanted), axis=0)
+        left = np.linalg.norm(Nuisance.of(fit).project_out(wanted), axis=0)
         seen = wanted[:, left**2 > self.settings.verdict.invisible * np.maximum(size**2, 1e-300)]
         if not seen.shape[1]:
             return 1.0
         return float(self._tested(fit, seen).p_effects.min())
 
-    def _tested(self, fit: CandidateFit, columns: np.ndarray, limits: bool = False) -> MissingEffectTest:
+    def _tested(
+        self, fit: CandidateFit, columns: np.ndarray, limits: bool = False, errors: InstrumentErrors | None = None
+    ) -> MissingEffectTest:
         """The test of a fitted set along these columns (rows, q)."""
-        common, own = between_runs.common_nuisance(fit), self.nuisance(fit)
-        return missing_effect_test(fit.rows, common, own, columns, self.ground(fit), limits)
+        return missing_effect_test(fit.rows, Nuisance.of(fit), columns, self.ground(fit, errors), limits)
 
-    def ground(self, fit: CandidateFit) -> Ground:
-        """What the test of a fitted set rests on."""
+    def ground(self, fit: CandidateFit, errors: InstrumentErrors | None = None) -> Ground:
+        """What the test of a fitted set rests on; instruments err as they may unless `errors` are given."""
         noise, settings = self.noise(fit), self.settings.flip_test
-        return Ground(self.world.samples, self.flip_groups, self.basis, noise, self.seed, settings)
+        errors = self.errors(fit) if errors is None else errors
+        return Ground(self.world.samples, self.flip_groups, self.basis, noise, errors, self.seed, settings)
 
     def _why_not(self, added: frozenset[str], fit: CandidateFit, test: MissingEffectTest) -> Why | None:
         """Why a fitted set is not adequate; None if it is."""
-        if test.rejected and test.p >= test.level:
+        if test.by_size:
             return Why(Reason.LARGE_MISFIT)
         if test.rejected:
             return Why(Reason.STILL_MISSING, p_value=test.p)
-        many = test.rms > self.settings.flip_test.many * test.inside
-        if added and many and test.rms**2 > self.settings.verdict.most_left * held_out.rms(self.base.rows) ** 2:
+        many = test.rms_beyond > self.settings.flip_test.many * test.floor
+        if added and many and test.rms_beyond**2 > self.settings.verdict.most_left * held_out.rms(self.base.rows) ** 2:
             return Why(Reason.MOST_LEFT)
         ends = tuple(name for name in fit.at_bound if owner_of(name) in added)
         if ends:

@@ -21,12 +21,11 @@ class GroupKind(StrEnum):
 
 @dataclass(frozen=True)
 class RestsOn:
-    """What a test rests on: how many groups of samples were flipped, of which kinds, and how far runs may differ."""
+    """What a test rests on: how many groups of samples were flipped, and of which kinds."""
 
     groups: int
     kinds: tuple[GroupKind, ...]
     block_samples: int = 0  # of each block, where blocks are flipped: then the test rests on the noise model
-    repeatable: float | None = None  # relative standard deviation of a parameter between runs; None: none is allowed
 
 
 @dataclass(frozen=True)
@@ -49,15 +48,9 @@ class FlipGroups:
         """Whether the test holds its level whatever the noise: blocks of samples rest on the noise model."""
         return GroupKind.BLOCK not in self.kinds
 
-    def rests_on(self, repeatable: float | None = None) -> RestsOn:
+    def rests_on(self) -> RestsOn:
         """What a test by these groups rests on."""
-        return RestsOn(self.count, self.kinds, self.block_samples, repeatable)
-
-    def runs(self, samples: Samples) -> np.ndarray:
-        """The run of each group."""
-        run = np.empty(self.count, int)
-        run[self.number] = samples.run
-        return run
+        return RestsOn(self.count, self.kinds, self.block_samples)
 
 
 def numbered(*keys: np.ndarray) -> np.ndarray:
@@ -121,9 +114,4 @@ def rests_on_in_words(it: RestsOn) -> str:
     else:
         few = ": few loops" if it.kinds == (GroupKind.HALF_LOOP,) else ": one kind of test has few"
         words = f"{it.groups} {' and '.join(it.kinds)} flipped{few * (GroupKind.HALF_LOOP in it.kinds)}"
-    if it.repeatable is None:
-        return f"signs of {words}"
-    return (
-        f"signs of {words}; from run to run each effect's parameters may differ by {it.repeatable:.0%} at most, "
-        "the zero by the noise of one reading"
-    )
+    return f"signs of {words}"

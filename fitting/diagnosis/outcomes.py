@@ -12,6 +12,12 @@ class Verdict(StrEnum):
     ONE_OF = "one of"
     NOT_IN_LIBRARY = "not in the library"
     INCONCLUSIVE = "inconclusive"
+    WITHIN_INSTRUMENTS = "within the instruments"
+
+    @property
+    def nothing_missing(self) -> bool:
+        """Whether the model stands as it is."""
+        return self in (Verdict.NOTHING, Verdict.WITHIN_INSTRUMENTS)
 
 
 class Reason(Enum):
@@ -34,7 +40,6 @@ class Reason(Enum):
     RIVAL_SEEN = auto()  # others are seen in what an adequate set leaves
     SPECIAL_CASE = auto()  # an adequate set contains the named one, which does as well
     FEW_READINGS = auto()  # too few readings for the fitted numbers
-    RUNS_DIFFER = auto()  # differences between runs explain as well what the test rejects
     TEST_BLIND = auto()  # an added effect lowers the error, but the test sees nothing missing
     FEW_LOOPS = auto()  # too few loops to flip, and the noise model alone rejects
     FAINT = auto()  # the named effects could hide at more than the noise of a reading

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import stats
 
-from fitting.diagnosis.between_runs import Nuisance
 from fitting.diagnosis.detection import enough
+from fitting.diagnosis.nuisance import Nuisance
 from fitting.diagnosis.omnibus import Basis
 from fitting.diagnosis.settings import FLIP_TEST, FlipTestSettings
 from fitting.diagnosis.working_noise import orthonormal
@@ -27,10 +27,6 @@ class Projected:
     kept: np.ndarray  # norm of each candidate
     seen: np.ndarray  # which candidates the parameters do not take whole
     parameters: int
-    differing: np.ndarray  # by how much runs differ then, in standard deviations of what is allowed
-    differing_for: np.ndarray  # the same for each candidate: (differences, candidates)
-    differences: int  # how many of these are free of each other
-    differ_p_bound: float  # p-value below which runs may not differ
     misfit_p_bound: float  # p-value of the likelihood ratio below which the bases see a misfit
 
     @property
@@ -62,20 +58,6 @@ class Projected:
         return np.sqrt(enough(self.o.shape[1], self.misfit_p_bound)) / np.maximum(taken, 1e-300)
 
     @property
-    def differ_p(self) -> np.ndarray:
-        """How often runs that differ by as much as is allowed would differ by as much as they do here."""
-        squares = np.sum(self.differing**2, axis=0)
-        return stats.chi2.sf(squares, self.differences) if self.differences else np.ones_like(squares)
-
-    @property
-    def denied(self) -> np.ndarray:
-        """The amount of each candidate that runs would have to differ for by more than they may."""
-        if not self.differences:
-            return np.full(self.z.shape[1], np.inf)
-        needed = np.linalg.norm(self.differing_for, axis=0)
-        return np.sqrt(enough(self.differences, self.differ_p_bound)) / np.maximum(needed, 1e-300)
-
-    @property
     def dull(self) -> np.ndarray:
         """How much larger a score must be than its flips, which know nothing of errors in what is stated."""
         return np.sqrt(1 + self.pulled**2)
@@ -101,12 +83,7 @@ def projected(
     kept = np.maximum(np.linalg.norm(z_left, axis=0), 1e-300)
     seen = kept > 1e-6 * np.linalg.norm(z, axis=0)
     known = by.prior_slopes.T @ by.prior_slopes
-    sway = by.stated @ (curvature @ (known @ for_z))
+    sway = by.prior_slopes @ (curvature @ (known @ for_z))
     pulled = np.where(seen, np.linalg.norm(sway, axis=0) / kept, 0.0)
-    apart = by.group >= 0
-    free = int(np.sum(apart)) - len(np.unique(by.group[apart]))  # what all runs share is no difference
     left, rank = e - j @ step, int(np.linalg.matrix_rank(j))
-    return Projected(
-        left, z_left, pulled, o, smooth.shape[1], kept, seen, rank, step[apart], for_z[apart], free,
-        by.settings.differ_p, settings.misfit_p,
-    )  # fmt: skip
+    return Projected(left, z_left, pulled, o, smooth.shape[1], kept, seen, rank, settings.misfit_p)

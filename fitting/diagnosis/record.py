@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from fitting.diagnosis.flip_groups import RestsOn
+from fitting.diagnosis.instrument_answers import InstrumentAnswer
 from fitting.diagnosis.outcomes import Screened, Verdict, Why
 from fitting.least_squares.record import Fit
 from fitting.problem.estimate import Estimate
@@ -72,6 +73,7 @@ class Diagnosis:
     tried: tuple[Explanation, ...]
     baseline: Fit
     residual: np.ndarray  # of the baseline, as its samples
+    instruments: tuple[InstrumentAnswer, ...] = ()
     faint: tuple[str, ...] = ()  # effects that could hide here at more than the noise of a reading
     why: Why | None = None  # nothing is decided
     screened: tuple[Screened, ...] = ()

@@ -9,8 +9,8 @@ from math import comb
 import numpy as np
 
 from fitting.diagnosis.adequacy import AdequacyTest
-from fitting.diagnosis.between_runs import common_nuisance
 from fitting.diagnosis.examine import Examiner
+from fitting.diagnosis.nuisance import Nuisance
 from fitting.diagnosis.outcomes import Reason, Screened
 from fitting.diagnosis.universe import CandidateFit, Universe
 from fitting.least_squares.decomposed import lstsq
@@ -179,7 +179,7 @@ class Search:
         """Sums of squares that a linear look promises if one more effect stood beside a fitted set."""
         fit, promise = self.fits[added], dict[frozenset[str], float]()
         names, columns = self.examiner.columns(fit, self.fits, glance=True)
-        left = common_nuisance(fit).project_out(columns)
+        left = Nuisance.of(fit).project_out(columns)
         gain = (fit.rows @ left) ** 2 / np.maximum(np.sum(left**2, axis=0), 1e-300)
         for name, less in zip(names, gain, strict=True):  # a name for each of its shapes
             promise[added | {name}] = min(promise.get(added | {name}, np.inf), fit.cost - float(less))

@@ -29,15 +29,18 @@ class NoiseSettings:
 
 
 @dataclass(frozen=True)
-class NuisanceSettings:
-    """How far the parameters of a model may differ between runs before anything is called missing."""
+class InstrumentSettings:
+    """What instruments and the muscle may differ by, beside the accuracies that a recording states."""
 
-    repeatable: float = 0.03  # standard deviation of a parameter between runs, relative, at most; chosen for a good rig
-    zero: float = 1.0  # the same of the zero of what is read, in standard deviations of one reading; chosen
-    doubt: float = 0.5  # probability that runs differ by more than is read off them: larger hides small friction; study
-    differ_p: float = 1e-4  # p-value of runs that differ by as much as a fit needs, below which they may not; chosen
-    tightest_log: float = 20.0  # logarithm of a hold that lets no run differ; chosen
-    visible: float = 0.05  # share of a difference, beside what all runs share, from which it is seen; chosen
+    friction_per_run: float = 0.02  # standard deviation of what is lost to motion between runs, relative; chosen
+    hysteresis_widths: tuple[float, ...] = (0.003, 0.03, 0.1, 0.3)  # of full scale, within which a cell turns; chosen
+    point_time: float = 10.0  # s from one point of a map to the next: points have no time; chosen
+    warming_share: float = 0.2  # of the time of all recordings, in which a drift dies away; chosen
+    least_share: float = 1e-3  # of a reading or full scale: where an error begins of which no accuracy is known; chosen
+    least_skew: float = 1e-3  # s; the same of a skew; chosen
+    sizes: tuple[float, float] = (0.03, 300.0)  # widths of an error among which the likeliest is sought; chosen
+    visible: float = 0.03  # standard errors of a reading: an error that changes all rows by less is not seen; chosen
+    step: float = 1e-4  # of the largest reading, by which a channel is shifted for its slope; error 1e-8
 
 
 @dataclass(frozen=True)
@@ -53,11 +56,6 @@ class FlipTestSettings:
     many: float = 2.5  # times the noise: a misfit, though flips may be blind to it; 1.25 raised 5 alarms in 24: study
     misfit_p: float = (
         1e-3  # p-value of the likelihood ratio of the bases that goes with it: a fifth of the level; study
-    )
-    raised: float = 1.1  # times the spread of runs, by which an effect is taken for such a spread; chosen
-    readings_of_loop: int = 10  # readings, fewer do not tell what loops share from their noise; chosen
-    spread: float = (
-        0.1  # similarity of the groups of one run above which they are not independent; noise: below 0; study
     )
 
 
@@ -128,13 +126,13 @@ class DiagnosisSettings:
 
     samples: int = 3500  # readings of all data sets together; more change nothing: study
     noise: NoiseSettings = field(default_factory=NoiseSettings)
-    nuisance: NuisanceSettings = field(default_factory=NuisanceSettings)
+    instruments: InstrumentSettings = field(default_factory=InstrumentSettings)
     flip_test: FlipTestSettings = field(default_factory=FlipTestSettings)
     fits: FitSettings = field(default_factory=FitSettings)
     search: SearchSettings = field(default_factory=SearchSettings)
     verdict: VerdictSettings = field(default_factory=VerdictSettings)
 
 
-NOISE, NUISANCE, FLIP_TEST, LIMITS = NoiseSettings(), NuisanceSettings(), FlipTestSettings(), LimitSettings()
+NOISE, INSTRUMENTS, FLIP_TEST, LIMITS = NoiseSettings(), InstrumentSettings(), FlipTestSettings(), LimitSettings()
 FITS, SEARCH, VERDICT = FitSettings(), SearchSettings(), VerdictSettings()
 DIAGNOSIS = DiagnosisSettings()

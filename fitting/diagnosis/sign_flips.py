@@ -73,18 +73,6 @@ def flipped_signs(groups: int, seed: int, settings: FlipTestSettings = FLIP_TEST
     return np.vstack([np.ones(groups), random.permutation(1.0 - 2.0 * (bits[1:] & 1))])
 
 
-def similarity_within_runs(scores: np.ndarray, run: np.ndarray) -> float:
-    """How alike scores (groups, q) of one run's groups are, beyond what all runs share: 0 for noise, 1 for a spread.
-
-    `scores` are of rows from which the smooth misfit that runs have in common is removed. A parameter that differs
-    between runs leaves the same trace in all groups of a run; then these do not err independently.
-    """
-    pairs = (run[:, None] == run[None, :]) & ~np.eye(len(run), dtype=bool)
-    products, squares = scores @ scores.T, np.sum(scores**2, axis=1)
-    both = 0.5 * (squares[:, None] + squares[None, :])
-    return float(products[pairs].sum() / both[pairs].sum()) if pairs.any() and both[pairs].sum() > 0 else 0.0
-
-
 def _p_of_sum(scores: np.ndarray, signs: np.ndarray) -> np.ndarray:
     """How often flips reach the sum of squares of these scores (groups, q, draws); 1 where there are none."""
     flipped = np.tensordot(signs, scores, axes=1)

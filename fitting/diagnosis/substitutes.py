@@ -4,8 +4,8 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from fitting.diagnosis.between_runs import Nuisance
 from fitting.diagnosis.equivalent import plausible
+from fitting.diagnosis.nuisance import Nuisance
 from fitting.diagnosis.settings import VERDICT, VerdictSettings
 from fitting.diagnosis.universe import CandidateFit, Universe
 from fitting.full_names import owner_of
@@ -50,6 +50,6 @@ def substitutes(
 def _share_left(base: CandidateFit, columns: np.ndarray, others: np.ndarray) -> np.ndarray:
     """Of each column's square, what some of the model's parameters leave; nothing where it is no number."""
     known = np.nan_to_num(columns)
-    alone = Nuisance(base.slopes[:, others], base.prior_rows, base.prior_slopes[:, others], np.full(others.sum(), -1))
+    alone = Nuisance(base.slopes[:, others], base.prior_rows, base.prior_slopes[:, others])
     left = np.sum(alone.project_out(known) ** 2, axis=0)
     return np.where(np.isfinite(columns).all(axis=0), left / np.maximum(np.sum(known**2, axis=0), 1e-300), 0.0)

@@ -21,6 +21,8 @@ from fitting.problem.residuals import LIGHT, Problem, Samples, problem
 from fitting.problem.sizes import joined, of_standard_size, widened
 from fitting.problem.unknowns import Unknowns, unknowns
 from fitting.problem.varying import AS_DECLARED, Varying
+from fitting.recordings.accuracy import Accuracy
+from fitting.recordings.presumed import allowed
 from fitting.recordings.records import Experiment, force_was_measured
 from mckibben_jax.effect import Effect, name_of
 from mckibben_jax.model import Model
@@ -62,6 +64,8 @@ class Universe:
     always_free: tuple[str, ...]  # of the muscle
     fixed: tuple[str, ...]
     start: np.ndarray
+    lengths: np.ndarray  # m, at rest, of each data set's muscle
+    accuracies: tuple[Accuracy, ...]  # of the instruments of each recording
     settings: FitSettings = FITS
 
     @property
@@ -250,6 +254,13 @@ class Universe:
         found = solve(self.problem, subset, subset.place(subset.full)[None], self.settings.steps, LOOK)
         return np.asarray(found.slopes)[self.real][:, : len(turned)]
 
+    def rows_at(self, fit: CandidateFit, problem: Problem, without: Iterable[str] = ()) -> np.ndarray:
+        """The rows (rows,) of a fitted set on another problem of the same shape, some of its effects switched off."""
+        off = set(without)
+        subset = self._subset(fit.effects - off, self.layout.at(self.free(fit.effects)), fit.vector, beside=off)
+        found = solve(problem, subset, subset.place(subset.full)[None], self.settings.steps, LOOK)
+        return np.asarray(found.rows)[self.real]
+
     def shapes(self, effect: str) -> list[dict[str, float]]:
         """A few values of an effect's parameters at which to look for it."""
         names = self.layout.of_effect(effect)
@@ -323,6 +334,8 @@ def universe(
         tuple(muscle),
         tuple(name for name in layout.names if varying.holds(name)),
         layout.start.copy(),
+        np.array([float(experiment.muscle.length) for experiment in experiments]),
+        tuple(allowed(recording) for experiment in experiments for recording in experiment.recordings),
         settings,
     )
 

@@ -5,8 +5,11 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from fitting.comparison.compare import NEGLIGIBLE
+from fitting.diagnosis.adequacy import AdequacyTest
 from fitting.diagnosis.equivalent import best_predicting, leading_of, plausible, simplest, unrivalled
 from fitting.diagnosis.estimates import estimate, estimates
+from fitting.diagnosis.instrument_answers import instrument_answers
+from fitting.diagnosis.instrument_errors import InstrumentErrors
 from fitting.diagnosis.outcomes import Reason, Verdict, Why
 from fitting.diagnosis.record import Diagnosis, Evidence, Explanation
 from fitting.diagnosis.search import SearchResult
@@ -20,7 +23,7 @@ def diagnosis_of(search: SearchResult) -> Diagnosis:
     kept, classes, passed = _chosen(search)
     evidence = {name: _evidence(search, name, passed) for name in world.candidates}
     evidence |= {name: Evidence(name, why=why) for name, why in world.untestable.items()}
-    verdict, why = _decided(search, kept, evidence)
+    verdict, why = _decided(search, kept)
     if verdict is Verdict.INCONCLUSIVE:
         kept, classes = [], ()
     tried = sorted((_explanation(search, added, passed) for added in search.fits), key=lambda e: e.held_out_rmse)
@@ -31,11 +34,11 @@ def diagnosis_of(search: SearchResult) -> Diagnosis:
     left = world.rmse(search.fits[kept[0]].rows) if kept else search.noise
     return Diagnosis(
         verdict=verdict,
-        negligible=verdict is not Verdict.NOTHING and np.sqrt(max(rmse**2 - left**2, 0)) < NEGLIGIBLE * full_scale,
+        negligible=not verdict.nothing_missing and np.sqrt(max(rmse**2 - left**2, 0)) < NEGLIGIBLE * full_scale,
         explanations=tuple(tuple(sorted(added)) for added in kept),
         classes=classes,
         nearest=nearest,
-        leading=None if verdict is Verdict.NOTHING else leading_of(world, search.base, search.fits, examiner, settings),
+        leading=None if verdict.nothing_missing else leading_of(world, search.base, search.fits, examiner, settings),
         p_value=search.missing_effect_test.test.p,
         level=search.missing_effect_test.test.level,
         rests_on=examiner.rests_on,
@@ -45,7 +48,8 @@ def diagnosis_of(search: SearchResult) -> Diagnosis:
         full_scale=full_scale,
         effects=evidence,
         tried=tuple(tried),
-        faint=_faint(search, evidence),
+        instruments=instrument_answers(examiner, search.base, not verdict.nothing_missing),
+        faint=_faint(search, search.missing_effect_test),
         baseline=search.baseline,
         residual=search.base.rows * world.samples.sigma,
         why=why,
@@ -85,13 +89,14 @@ def _chosen(
     return kept, classes, {added: why for added, why in passed.items() if added not in kept}
 
 
-def _decided(
-    search: SearchResult, kept: Sequence[frozenset[str]], evidence: dict[str, Evidence]
-) -> tuple[Verdict, Why | None]:
+def _decided(search: SearchResult, kept: Sequence[frozenset[str]]) -> tuple[Verdict, Why | None]:
     """The verdict, and why nothing is decided where it is inconclusive."""
     why = _undecided(search)
     if why is None and search.base_is_adequate:
-        why = _unseen(search, evidence)
+        exact = _with_exact_instruments(search)
+        if exact.rejected:
+            return Verdict.WITHIN_INSTRUMENTS, None
+        why = _unseen(search, exact)
         return (Verdict.INCONCLUSIVE if why else Verdict.NOTHING), why
     if why is not None:
         return Verdict.INCONCLUSIVE, why
@@ -103,28 +108,38 @@ def _undecided(search: SearchResult) -> Why | None:
     readings, fitted = len(search.world.samples), len(search.base.free)
     if readings < fitted + search.examiner.settings.verdict.spare_readings:
         return Why(Reason.FEW_READINGS, readings=readings, fitted=fitted)
-    if search.missing_effect_test.test.runs_differ:
-        return Why(Reason.RUNS_DIFFER)
     if not search.base_is_adequate and not search.missing_effect_test.rejected:
         return Why(Reason.TEST_BLIND)
     return None
 
 
-def _unseen(search: SearchResult, evidence: dict[str, Evidence]) -> Why | None:
-    """Why an adequate base does not show that nothing is missing; None where it does."""
+def _with_exact_instruments(search: SearchResult) -> AdequacyTest:
+    """The test of the base, with limits, were no instrument allowed to err."""
+    exact = InstrumentErrors.none(search.world.samples.run)
+    return search.examiner.adequacy(frozenset(), search.base, search.fits, limits=True, errors=exact)
+
+
+def _unseen(search: SearchResult, exact: AdequacyTest) -> Why | None:
+    """Why an adequate base does not show that nothing is missing; None where it does.
+
+    What could hide behind the errors of instruments alone does not speak against the recording.
+    """
     ratio_p, settings = search.missing_effect_test.test.ratio_p, search.examiner.settings.verdict
     if not search.examiner.flip_groups.trusted and ratio_p < settings.ratio_p:
         return Why(Reason.FEW_LOOPS)
-    blind = _faint(search, evidence)
+    blind = _faint(search, exact)
     if blind:
         return Why(Reason.FAINT, blind)
     return Why(Reason.ONLY_MOTIONS) if search.moving_only else None
 
 
-def _faint(search: SearchResult, evidence: dict[str, Evidence]) -> tuple[str, ...]:
-    """Effects that could hide in these data at more than the noise of a reading."""
-    noise = float(np.median(search.world.samples.sigma[search.world.in_newtons]))
-    return tuple(e.name for e in evidence.values() if e.detection_limit is not None and e.detection_limit > noise)
+def _faint(search: SearchResult, test: AdequacyTest) -> tuple[str, ...]:
+    """Effects that could hide at a size that matters: above a reading's noise and half a per cent of full scale."""
+    samples, of_force = search.world.samples, search.world.in_newtons
+    noise = float(np.median(samples.sigma[of_force]))
+    matters = max(noise, NEGLIGIBLE * float(np.max(np.abs(samples.measured[of_force]))))
+    limits = {name: test.of(name).limit for name in search.world.candidates}
+    return tuple(name for name, limit in limits.items() if limit is not None and limit > matters)
 
 
 def _evidence(search: SearchResult, name: str, passed: Mapping[frozenset[str], Why]) -> Evidence:

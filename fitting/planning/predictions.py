@@ -9,7 +9,9 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from fitting import full_names
+from fitting.diagnosis.channel_signals import errors_felt
 from fitting.diagnosis.discover import with_added
+from fitting.diagnosis.instrument_errors import InstrumentErrors
 from fitting.least_squares.search import rows_and_slopes
 from fitting.least_squares.subset import Subset, subset_of
 from fitting.planning.candidates import Shown, recording
@@ -18,7 +20,9 @@ from fitting.planning.settings import PREDICTION
 from fitting.problem.residuals import Problem, Samples, problem
 from fitting.problem.unknowns import Unknowns, unknowns
 from fitting.problem.varying import AS_DECLARED, Varying
-from fitting.recordings.records import Experiment
+from fitting.recordings.accuracy import Accuracy
+from fitting.recordings.presumed import allowed
+from fitting.recordings.records import Experiment, Recording
 from mckibben_jax.effect import Effect, name_of
 
 
@@ -31,6 +35,11 @@ class Candidates:
     rows: tuple[np.ndarray, ...]  # of each candidate, among all rows of the measurements
     old: np.ndarray  # rows that were measured
     samples: Samples
+
+    @property
+    def accuracies(self) -> tuple[Accuracy, ...]:
+        """Of the instruments of each recording."""
+        return tuple(allowed(recording) for each in self.experiments for recording in each.recordings)
 
     def again(self, number: int) -> np.ndarray:
         """Which of a candidate's rows belong to its second cycle, which stands for all that follow."""
@@ -46,7 +55,7 @@ def candidates(
     wanted = {e.name: (tuple(protocols), can) for e, protocols, can in planned}
     is_new: list[bool] = []
     for name, experiment in sets.items():
-        made = (recording(*wanted[name]),) if name in wanted else ()
+        made = (_by_the_same(experiment, recording(*wanted[name])),) if name in wanted else ()
         is_new += [False] * len(experiment.recordings) + [True] * len(made)
         sets[name] = replace(experiment, recordings=(*experiment.recordings, *made))
     everything = tuple(sets.values())
@@ -55,6 +64,12 @@ def candidates(
     protocols = [p for name in sets for p in wanted.get(name, ((), None))[0]]
     runs = [np.flatnonzero(new & (samples.run == run)) for run in np.unique(samples.run[new])]
     return Candidates(everything, tuple(protocols), tuple(runs), np.flatnonzero(~new), samples)
+
+
+def _by_the_same(experiment: Experiment, planned: Recording) -> Recording:
+    """A planned recording, read by the instruments of the first that was made."""
+    made = experiment.recordings[:1]
+    return replace(planned, accuracy=allowed(made[0])) if made else planned
 
 
 @dataclass(frozen=True)
@@ -95,6 +110,20 @@ class Explained:
             prior_rows=rows[count:],
             prior_slopes=np.vstack([slopes[count:], PREDICTION.flat_prior * np.eye(len(place))]),
         )
+
+    def errors(self, planned: Candidates) -> InstrumentErrors:
+        """What instruments within their accuracy can do to all rows."""
+
+        def rows_at(given: Problem, without: Sequence[str]) -> np.ndarray:
+            effects = self.layout.templates[0].names
+            on = jnp.asarray([name not in without for name in effects], float)
+            return np.asarray(rows_and_slopes(given, replace(self.subset, switches=on), place)[0])[: len(self.rows)]
+
+        place = jnp.asarray(self.place)
+        model = self.layout.templates[0]
+        lost = [name for name, effect in zip(model.names, model.effects, strict=True) if effect.stage == "lost"]
+        lengths = np.array([float(experiment.muscle.length) for experiment in planned.experiments])
+        return errors_felt(self.problem, planned.samples, rows_at, lost, lengths, planned.accuracies)
 
     def fitted(self, target: np.ndarray, weight: np.ndarray) -> "Explained":
         """Refitted so that these weighted rows come close to their target; rows of weight 0 do not count."""

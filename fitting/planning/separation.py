@@ -12,8 +12,9 @@ from functools import cached_property
 import numpy as np
 from scipy.linalg import cholesky, solve_triangular
 
-from fitting.diagnosis import between_runs, flip_groups, omnibus
+from fitting.diagnosis import flip_groups, omnibus
 from fitting.diagnosis.flip_groups import FlipGroups
+from fitting.diagnosis.instrument_errors import InstrumentErrors
 from fitting.diagnosis.settings import FLIP_TEST
 from fitting.diagnosis.working_noise import Noise, Whitener, noise_from
 from fitting.planning.predictions import Candidates, Explained
@@ -136,7 +137,8 @@ class Outlook:
     def power(self, truth: int, wrong: int, number: int, repeats: int, seed: int = 0) -> float:
         """Share of drawn recordings after which the wrong explanation is rejected, the truth being the other.
 
-        Readings are drawn with their noise, and the true explanation's parameters with what the old data leave open.
+        Readings are drawn with their noise and the errors that instruments make anew in every run, and the true
+        explanation's parameters with what the old data leave open.
         """
         readings = self.predicted(truth, number, repeats)
         given = self.conceded(wrong, number, readings)
@@ -146,6 +148,8 @@ class Outlook:
         drift = steep @ (np.linalg.cholesky(left_open) @ random.standard_normal((steep.shape[1], COUNTS.draws)))
         laid = self._laid(given, number, readings)
         noise = random.standard_normal((readings.size, COUNTS.draws))
+        own = laid.errors.per_run[laid.old :]
+        noise += own @ random.standard_normal((own.shape[1], COUNTS.draws))
         rows = np.repeat(laid.rows, COUNTS.draws, axis=1)
         rows[laid.old :] += noise - drift
         counted = np.sum(replace(laid, rows=rows).rejections(seed))
@@ -182,27 +186,18 @@ class Outlook:
         rows, repeats, old = self.planned.rows[number], len(readings), len(self.planned.old)
         groups, basis = self._flip_groups(number, repeats), self._basis(rows)
         others = [(e.rows - given.rows)[:, None] for e in self.explained if e.effects != given.effects]
-        differing, group = self._differences(given, rows)
-        parts = [given.rows[:, None], given.slopes, differing, np.hstack(others), basis.smooth, basis.fine]
+        errors = given.errors(self.planned)
+        felt = [errors.per_run, errors.shared]
+        parts = [given.rows[:, None], given.slopes, *felt, np.hstack(others), basis.smooth, basis.fine]
         columns = np.hstack(parts)
         white = Whitener.of(self.noise, self.old_samples, groups.together)
         both = np.concatenate([white(columns[self.planned.old]), self.new(number, columns, repeats)])
         factor = self.factors[number][0]
         both[old:, 0] -= solve_triangular(factor, readings.T, lower=True).T.ravel()
-        e, j, own, z, smooth, fine = np.split(both, np.cumsum([part.shape[1] for part in parts])[:-1], axis=1)
-        return Drawn(e, j, given.prior_slopes, own, group, z, omnibus.Basis(smooth, fine), groups, old)
-
-    def _differences(self, given: Explained, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """By what each run, old or new, may have parameters of its own; nothing where points stand for themselves."""
-        used = np.concatenate([self.planned.old, rows])
-        samples = self.planned.samples.where(used)
-        found = np.zeros((len(used), 0)), np.zeros(0, int)
-        if self.old_loops.max() + 1 < len(self.old_loops):
-            vector = np.array(list(given.values.values()))
-            found = between_runs.differences(given.slopes[used], given.free, vector, given.layout, samples.run)
-        columns = np.zeros((len(self.planned.samples), found[0].shape[1]))
-        columns[used] = found[0]
-        return columns, found[1]
+        e, j, own, shared, z, smooth, fine = np.split(both, np.cumsum([part.shape[1] for part in parts])[:-1], axis=1)
+        run = np.concatenate([self.old_samples.run, np.full(len(both) - old, -1)])
+        made = InstrumentErrors(own, shared, errors.sources_per_run, errors.sources_shared, run)
+        return Drawn(e, j, given.prior_slopes, made, z, omnibus.Basis(smooth, fine), groups, old)
 
     def _basis(self, rows: np.ndarray) -> omnibus.Basis:
         """The bases that know no effect, over all rows: the old ones' and this candidate's."""

@@ -36,7 +36,6 @@ class CountSettings:
 
     draws: int = 100  # recordings drawn for one power: its standard error is then 0.05 at most; chosen
     flips: int = 800  # of those of the test; chosen for speed
-    draws_of_spread: int = 15  # by which it is judged how far runs differ; chosen
 
 
 @dataclass(frozen=True)

@@ -75,10 +75,10 @@ class Problem(eqx.Module):
             blocks.append(replace(block, sigma=sigma.reshape(block.sigma.shape)))
         return replace(self, blocks=tuple(blocks))
 
-    def shifted(self, pressure: float) -> "Problem":
-        """The same problem with so many pascals more in every reading of the pressure."""
-        states = (b.states.replace(pressure=b.states.pressure + pressure) for b in self.blocks)
-        return replace(self, blocks=tuple(replace(b, states=s) for b, s in zip(self.blocks, states, strict=True)))
+    def shifted(self, pressure: float = 0.0, contraction: float = 0.0) -> "Problem":
+        """The same problem with so many pascals, and so much contraction, more in every reading."""
+        moved = lambda s: s.replace(pressure=s.pressure + pressure, contraction=s.contraction + contraction)  # noqa: E731
+        return replace(self, blocks=tuple(replace(b, states=moved(b.states)) for b in self.blocks))
 
     def coarser(self, times: float) -> "Problem":
         """The same problem with so many times fewer steps of integration, without another compilation."""

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fitting.recordings.accuracy import Accuracy, ChannelAccuracy
-from fitting.recordings.noise import full_scale, noise_of
+from fitting.recordings.noise import noise_of
 from fitting.recordings.records import FORCE_TESTS, Recording
 
 
@@ -51,11 +51,6 @@ def presumed(recording: Recording, settings: PresumedSettings = PRESUMED) -> Acc
 def allowed(recording: Recording, settings: PresumedSettings = PRESUMED) -> Accuracy:
     """How far the instruments of a recording may err: as stated, else as presumed."""
     return recording.accuracy.filled_from(presumed(recording, settings))
-
-
-def force_scale(recording: Recording) -> float:
-    """Full scale of the load cell, N: the largest reading."""
-    return full_scale(recording)
 
 
 def _sampling_step(recording: Recording) -> float:

@@ -14,6 +14,7 @@ from fitting.diagnosis.record import Diagnosis, Evidence, Explanation
 from fitting.least_squares.record import Fit
 from fitting.report.text.attempts import attempts_result
 from fitting.report.text.comparison import place_text
+from fitting.report.text.instrument_answers import instruments_result
 from fitting.report.text.instruments import channels_result
 from fitting.report.text.measurement import needs_text, purpose_text, what_text
 from fitting.report.text.noise import NOISE_TEXT
@@ -129,6 +130,7 @@ def diagnosis_result(d: Diagnosis, c: Comparison, planned: "NextMeasurement | No
         "held_out_rmse_N": d.held_out_rmse,
         "noise_floor_N": d.noise_floor if c.noise_floor is None else c.noise_floor,
         "full_scale_N": c.full_scale,
+        "instruments": instruments_result(d.instruments),
         "p_value": d.p_value,
         "level": d.level,
         "rests_on": rests_on_in_words(d.rests_on),

@@ -19,9 +19,9 @@ from rivals import Data, Rival
 from scipy.stats import qmc
 from telling import tell
 
-from fitting.diagnosis.between_runs import common_nuisance
 from fitting.diagnosis.examine import Examiner
 from fitting.diagnosis.missing_effect import MissingEffectTest, missing_effect_test
+from fitting.diagnosis.nuisance import Nuisance
 from fitting.diagnosis.universe import universe
 from fitting.least_squares.fit import fit, starting_places
 from fitting.least_squares.search import solve
@@ -296,7 +296,7 @@ class Screening:
 
     def tested(self, columns: np.ndarray) -> MissingEffectTest:
         t, examiner = self.base_fit, self.examiner
-        return missing_effect_test(t.rows, common_nuisance(t), examiner.nuisance(t), columns, examiner.ground(t))
+        return missing_effect_test(t.rows, Nuisance.of(t), columns, examiner.ground(t))
 
     def by_refits(self) -> np.ndarray:
         jobs = [(self.world.with_added([name]), self.base_fit.vector, [name]) for name in DOZEN]

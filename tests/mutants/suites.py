@@ -66,10 +66,7 @@ DIAGNOSIS = Suite(
     {
         "fitting/diagnosis/proposal": (("tests/test_proposal.py",),),
         "fitting/diagnosis/detection": (("tests/test_detection.py",), ("tests/test_diagnose.py",)),
-        "fitting/diagnosis/between_runs": (
-            ("tests/test_between_runs.py", "tests/test_projected.py"),
-            ("tests/test_diagnose.py",),
-        ),
+        "fitting/diagnosis/instrument_errors": (("tests/test_instrument_errors.py",), ("tests/test_diagnose.py",)),
         "fitting/diagnosis/projected": (("tests/test_projected.py",), ("tests/test_flips.py",)),
         "fitting/comparison/fingerprint": (("tests/test_fingerprint.py",), ("tests/test_compare.py",)),
         "fitting/comparison/parity": (("tests/test_omnibus.py",), ("tests/test_compare.py",)),

@@ -13,6 +13,7 @@ from fitting.recordings.records import FORCE_TESTS, MOVING_TESTS, Experiment
 from fitting.report.settings import ADVICE, SHOWN
 from fitting.report.text.amounts import amount, percent
 from fitting.report.text.evidence import named_explanations, named_sets, sort_evidence
+from fitting.report.text.instrument_answers import explaining_text, rival_texts
 from fitting.report.text.layout import columns, line, lines, spaced
 from fitting.report.text.measurement import purpose_text, what_text
 from fitting.report.text.reasons import why_text
@@ -59,6 +60,8 @@ def _verdict(d: Diagnosis) -> str:
     sets = [effect_set(names) for names in d.explanations]
     if d.verdict == "nothing detectable":
         return "Nothing is missing that these data could show."
+    if d.verdict == "within the instruments":
+        return f"Nothing is missing that instruments within their accuracy could not have made. {explaining_text(d)}"
     if d.verdict == "missing":
         return f"{sets[0]} is missing." if len(d.explanations[0]) == 1 else f"Missing: {sets[0]}."
     if d.verdict == "one of":
@@ -126,6 +129,7 @@ def diagnosis_report(d: Diagnosis, unit: str = "N") -> list[RenderableType]:
     leading = leading_text(d, unit)
     shown += [line("LEADING", leading)] if leading else []
     shown.append(line("TEST", p_value_text(d)))
+    shown += lines("OR", (f"{text}: this would explain it, too" for text in rival_texts(d)))
     shown += lines("OR", substitutes_text(d))
     shown += lines("SIMILAR", (f"{classes_text(group)}: these data cannot tell them apart" for group in d.classes))
     shown += lines("VALUES", (values_text(e) for e in named_explanations(d)[: SHOWN.valued] if e.estimate))

@@ -1,0 +1,36 @@
+"""How the parameters of a fitted model may give way before anything is called missing from it."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from fitting.diagnosis.instrument_errors import InstrumentErrors
+from fitting.diagnosis.universe import CandidateFit
+from fitting.least_squares.decomposed import lstsq
+
+
+@dataclass(frozen=True)
+class Nuisance:
+    """How a fitted set may give way: slopes of its rows (rows, k), and rows (p) and slopes (p, k) of its priors."""
+
+    slopes: np.ndarray
+    prior_rows: np.ndarray
+    prior_slopes: np.ndarray
+
+    @classmethod
+    def of(cls, fit: CandidateFit) -> "Nuisance":
+        """That of a fitted set."""
+        return cls(fit.slopes, fit.prior_rows, fit.prior_slopes)
+
+    def project_out(self, columns: np.ndarray) -> np.ndarray:
+        """What is left of columns (rows, m) when everything has given way to them, as far as priors let it."""
+        whole = np.vstack([self.slopes, self.prior_slopes])
+        target = np.vstack([columns, np.zeros((len(self.prior_slopes), columns.shape[1]))])
+        return columns - self.slopes @ lstsq(whole, target, 1e-12)
+
+    def left(self, rows: np.ndarray, errors: InstrumentErrors) -> float:
+        """Sum of squares that is left when parameters, and instruments within their accuracy, have given way."""
+        without = errors.whitener()
+        whole = np.vstack([without(self.slopes), self.prior_slopes])
+        target = np.concatenate([without(rows), self.prior_rows])
+        return float(np.sum((target - whole @ lstsq(whole, target, 1e-12)) ** 2))

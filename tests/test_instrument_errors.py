@@ -1,0 +1,170 @@
+"""What instruments may make of rows: columns by hand, whitening against numpy's covariance, sizes found again."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from test_flips import samples
+
+from fitting.diagnosis import omnibus, working_noise
+from fitting.diagnosis.flip_groups import flip_groups
+from fitting.diagnosis.instrument_answers import likeliest_size
+from fitting.diagnosis.instrument_errors import (
+    ErrorKind,
+    InstrumentErrors,
+    Signal,
+    Source,
+    clock_time,
+    instrument_errors,
+)
+from fitting.diagnosis.missing_effect import Ground, missing_effect_test
+from fitting.diagnosis.nuisance import Nuisance
+from fitting.diagnosis.settings import INSTRUMENTS, NOISE
+from fitting.diagnosis.universe import CandidateFit
+from fitting.recordings.accuracy import Accuracy, Channel, ChannelAccuracy
+
+S = samples()
+COUNT = len(S)
+WHITE = working_noise.Noise(1.0, np.zeros(len(NOISE.memories)))
+FORCE = 500.0 - 1000.0 * S.contraction
+SIGNALS = {
+    Channel.PRESSURE: Signal(np.full(COUNT, 2e-3), S.pressure, S.pressure_rate, 5e5),
+    Channel.POSITION: Signal(np.full(COUNT, -1e4), 0.3 * S.contraction, 0.3 * S.rate, 0.06),
+    Channel.FORCE: Signal(np.full(COUNT, 2.0), FORCE, -1000.0 * S.rate, 500.0),
+}
+NO_FRICTION = np.zeros((COUNT, 0))
+
+
+def errors(every=False, friction=NO_FRICTION, skew=None, **channels):
+    accuracy = Accuracy(**{name: ChannelAccuracy(**given) for name, given in channels.items()}, skew=skew)
+    return instrument_errors(S, [accuracy], SIGNALS, friction, INSTRUMENTS, every)
+
+
+def column(found, kind):
+    at = [source.kind for source in (*found.sources_per_run, *found.sources_shared)].index(kind)
+    return np.hstack([found.per_run, found.shared])[:, at]
+
+
+def test_columns_are_the_changes_that_errors_make():
+    found = errors(
+        pressure={"gain": 0.01, "zero_per_run": 200.0}, force={"zero": 3.0, "gain_per_run": 0.002}, skew=0.01,
+        position={"zero_per_run": 1e-3},
+    )  # fmt: skip
+    np.testing.assert_allclose(column(found, ErrorKind.GAIN), 2e-3 * 0.01 * S.pressure)
+    np.testing.assert_allclose(column(found, ErrorKind.ZERO), 2.0 * 3.0)
+    np.testing.assert_allclose(column(found, ErrorKind.GAIN_PER_RUN), 2.0 * 0.002 * FORCE)
+    np.testing.assert_allclose(column(found, ErrorKind.SKEW), 2.0 * 0.01 * -1000.0 * S.rate)
+    channels = {(each.channel, each.kind): each.allowed for each in found.sources_per_run}
+    assert channels[Channel.PRESSURE, ErrorKind.ZERO_PER_RUN] == 200.0
+    assert channels[Channel.POSITION, ErrorKind.ZERO_PER_RUN] == 1e-3
+    assert found.per_run.shape[1] == 4
+    assert found.shared.shape[1] == 2
+
+
+def test_what_is_not_allowed_is_there_only_where_all_is_asked_for():
+    assert errors(force={"zero": 1.0}).sources == (Source(Channel.FORCE, ErrorKind.ZERO, 1.0, 1.0),)
+    every = errors(every=True, force={"zero": 1.0})
+    assert len(every.sources) == 3 * 6 + 1
+    assert all(source.width > 0 for source in every.sources)
+    assert every.allowed.sources == (Source(Channel.FORCE, ErrorKind.ZERO, 1.0, 1.0),)
+
+
+def test_friction_differs_from_run_to_run_by_a_share_of_itself():
+    friction = (20.0 * S.branch)[:, None]
+    found = errors(friction=friction)
+    np.testing.assert_allclose(column(found, ErrorKind.FRICTION_PER_RUN), INSTRUMENTS.friction_per_run * friction[:, 0])
+
+
+def test_a_cell_with_play_lags_by_its_width_and_remembers_its_turning_points():
+    """Against a walk done by hand: play of 10 to either side, of a full scale of 100."""
+    reading = np.array([0.0, 5.0, 20.0, 40.0, 35.0, 20.0, 10.0, 20.0])
+    signal = Signal(np.ones(8), reading, np.zeros(8), 100.0)
+    lag = signal.lags(np.zeros(8), (0.1,))[:, 0]
+    np.testing.assert_allclose(lag, [0.0, 0.5, 1.0, 1.0, 0.5, -1.0, -1.0, 0.0])
+    twice = signal.lags(np.array([0, 0, 0, 0, 1, 1, 1, 1]), (0.1,))[:, 0]
+    np.testing.assert_allclose(twice[4:], [0.0, -1.0, -1.0, 0.0])  # every run begins in the middle
+
+
+@pytest.mark.parametrize("begins_again", [True, False])
+def test_the_clock_goes_on_from_run_to_run(begins_again):
+    """Whether each run's time begins at zero, or goes on with a pause."""
+    time = np.concatenate([np.arange(count) for count in np.bincount(S.run)]) * 0.1
+    if not begins_again:
+        time = time + 100.0 * S.run
+    clock = clock_time(replace(S, time=time))
+    assert np.all(np.diff(clock) >= 0)
+    starts = clock[np.flatnonzero(np.diff(S.run)) + 1]
+    lengths = np.bincount(S.run)[:-1]
+    np.testing.assert_allclose(starts, np.cumsum((lengths - 1) * 0.1) if begins_again else 100.0 * np.arange(1, 5))
+
+
+def made(width=1.5, random=None):
+    """A zero and a gain of every run, and two errors that all runs share."""
+    random = random or np.random.default_rng(0)
+    sources = [Source(Channel.FORCE, kind, width, width) for kind in (ErrorKind.ZERO_PER_RUN, ErrorKind.GAIN_PER_RUN)]
+    shared = [Source(Channel.PRESSURE, kind, width, width) for kind in (ErrorKind.ZERO, ErrorKind.GAIN)]
+    columns = width * np.stack([np.ones(COUNT), FORCE / 500, S.pressure / 1e5, random.normal(size=COUNT)], axis=1)
+    return InstrumentErrors(columns[:, :2], columns[:, 2:], tuple(sources), tuple(shared), S.run)
+
+
+def test_whitening_is_by_the_whole_covariance():
+    """W (1 + U U') W' = 1, and the residual is (1 + U U')^-1 of the rows, against numpy."""
+    some = np.arange(0, COUNT, 16)
+    felt = made().at(some)
+    covariance = np.eye(len(some)) + felt.columns @ felt.columns.T
+    white = felt.whitener()
+    factor = white(np.eye(len(some)))
+    np.testing.assert_allclose(factor @ covariance @ factor.T, np.eye(len(some)), atol=1e-9)
+    rows = np.random.default_rng(1).normal(size=len(some))
+    np.testing.assert_allclose(white.residual(rows), np.linalg.solve(covariance, rows), atol=1e-9)
+    np.testing.assert_array_equal(InstrumentErrors.none(felt.run).whitener()(rows), rows)
+
+
+def ground(felt):
+    return Ground(S, flip_groups(S, 0.0), omnibus.basis(S), WHITE, felt, 0)
+
+
+SLOPES = np.stack([S.pressure / 1e5, S.branch], axis=1)
+BY = Nuisance(SLOPES, np.zeros(0), np.zeros((0, 2)))
+COLUMN = (S.contraction * S.pressure / 1e5)[:, None]
+
+
+def drawn(felt, random, times=1.0):
+    return random.normal(size=COUNT) + times * felt.columns @ random.normal(size=felt.columns.shape[1])
+
+
+def test_errors_within_their_accuracy_are_nothing_missing_and_without_it_they_are():
+    """Forty recordings with instruments at their accuracy: at most three rejected, where exact ones would be most."""
+    random, felt = np.random.default_rng(2), made()
+    exact = ground(InstrumentErrors.none(S.run))
+    rows = [drawn(felt, random) for _ in range(40)]
+    assert sum(missing_effect_test(each, BY, COLUMN, ground(felt)).rejected for each in rows) <= 3
+    assert sum(missing_effect_test(each, BY, COLUMN, exact).rejected for each in rows) > 20
+
+
+def test_an_effect_beyond_the_instruments_is_seen_beside_them():
+    random, felt = np.random.default_rng(3), made()
+    shape = np.maximum(S.contraction - 0.12, 0)[:, None]
+    rows = drawn(felt, random) + 30 * shape[:, 0]
+    assert missing_effect_test(rows, BY, shape, ground(felt)).p_effects[0] < 0.01
+
+
+@pytest.mark.parametrize("times", [0.0, 1.0, 4.0])
+def test_the_size_of_an_error_is_found_again(times):
+    """Of the load cell's zero in five runs: within a factor of two; the other errors are at their accuracy."""
+    random, felt = np.random.default_rng(5), made()
+    source = felt.sources_per_run[0]
+    own = np.linalg.norm(np.array([1.0, -1.2, 0.8, -1.1, 0.6])) / np.sqrt(5)
+    zeros = times * felt.per_run[:, 0] * np.array([1.0, -1.2, 0.8, -1.1, 0.6])[S.run]
+    rest = felt.chosen(felt.sources[1:])
+    rows = drawn(rest, random) + zeros
+    step = np.linalg.lstsq(SLOPES, rows, rcond=None)[0]
+    fit = CandidateFit(frozenset(), np.zeros(2), ("a", "b"), rows - SLOPES @ step, SLOPES, *BY_PRIORS, ())
+    found = likeliest_size(ground(felt), felt, source, fit, INSTRUMENTS)
+    if times:
+        assert 0.5 < found / (times * own) < 2.0
+    else:
+        assert found < 0.3
+
+
+BY_PRIORS = (np.zeros(0), np.zeros((0, 2)))
