@@ -109,7 +109,9 @@ def test_a_map_with_nothing_hidden_says_nothing(points):
     assert found.verdict == "nothing detectable"
     for name in ("supply_lag", "time_delay", "viscous_damping", "kinetic_friction"):
         assert found.effects[name].detection_limit is None  # no point shows it
-    assert found.effects["bladder_neo_hookean"].detection_limit < 0.6
+    assert (
+        found.effects["bladder_neo_hookean"].detection_limit < 1.2
+    )  # beside a gauge that is presumed to be of class 0.25
 
 
 def test_a_map_names_the_rubber(tmp_path):

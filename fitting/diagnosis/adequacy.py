@@ -47,7 +47,8 @@ class AdequacyTest:
         if not at:
             return Seen(float("nan"), None, float("nan"), {})
         unreal = self.test.explained > self.settings.unreal
-        visible = [i for i in at if self.test.left[i] ** 2 > self.settings.invisible and not unreal[i]]
+        shows = (self.test.left**2 > self.settings.invisible) | (self.test.detectable < self.settings.shown_amount)
+        visible = [i for i in at if shows[i] and not unreal[i]]
         large = np.sqrt(self.many_times_noise**2 - 1) * self.noise  # seen where flips are blind, if the bases see it
         seen_anyway = np.maximum(large, self.test.explained * self.rms_columns)
         limits = [min(self.test.detectable[i] * self.rms_columns[i], seen_anyway[i]) for i in visible]

@@ -4,6 +4,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from fitting.diagnosis.diagnose import Progress, concluded, library_candidates, one_thread, prepared
+from fitting.diagnosis.outcomes import NOTHING_MISSING
 from fitting.diagnosis.record import Diagnosis
 from fitting.diagnosis.search import Search, SearchResult
 from fitting.diagnosis.step_rules import RULES, Fitted, Objection, StepRules, denied_sizes, objections
@@ -168,7 +169,7 @@ def proposals(found: Diagnosis, rules: StepRules = RULES) -> list[Tier]:
     First what the verdict names, then what leads; then, where something is missing for certain, every other effect.
     Two at once come after all that stand alone. Each tier is in the order of its held-out errors.
     """
-    if found.verdict.nothing_missing:
+    if found.verdict in NOTHING_MISSING:
         return []
     named = set(found.explanations)
     order = [e.effects for e in found.tried]  # by held-out error

@@ -33,7 +33,7 @@ class MissingEffectTest:
     floor: float  # rms of the rows without what instruments and the basis explain, in standard deviations
     detectable: np.ndarray  # the amount of each candidate column that the test would find, if asked; infinite: none
     explained: np.ndarray  # the amount of it that the bases would see under the noise model, if asked
-    left: np.ndarray  # share of each column, whitened, that the model's parameters leave
+    left: np.ndarray  # share of each column, free of correlated noise, that the model's parameters leave
     cosines: np.ndarray  # between the columns after that
     rms: float  # of the rows
     rms_beyond: float  # of the rows without what instruments within their accuracy can make of them
@@ -68,9 +68,13 @@ class Ground:
         noise = Whitener.of(self.noise, self.samples, self.flip_groups.together)
         errors = self.errors.changed(noise(self.errors.per_run), noise(self.errors.shared)).whitener()
         parts = [rows[:, None], by.slopes, signatures, self.basis.smooth, self.basis.fine]
-        flat = errors(noise(np.hstack(parts)))
-        e, j, z, smooth, fine = np.split(flat, np.cumsum([part.shape[1] for part in parts])[:-1], axis=1)
-        return Whitened(e, j, z, Basis(smooth, fine), self.settings)
+        plain = noise(np.hstack(parts))
+        split = lambda flat: np.split(flat, np.cumsum([part.shape[1] for part in parts])[:-1], axis=1)  # noqa: E731
+        e, j, z, smooth, fine = split(errors(plain))
+        _, j_plain, z_plain, *_ = split(plain)
+        left = Nuisance(j_plain, by.prior_rows, by.prior_slopes).project_out(z_plain)
+        share = np.linalg.norm(left, axis=0) / np.maximum(np.linalg.norm(z_plain, axis=0), 1e-300)
+        return Whitened(e, j, z, Basis(smooth, fine), share, self.settings)
 
     def p_values(self, what: Projected) -> PValues:
         """Of projected rows."""
@@ -97,6 +101,7 @@ class Whitened:
     j: np.ndarray
     z: np.ndarray
     basis: Basis
+    share_left: np.ndarray  # of each candidate, what the parameters leave where instruments do not err
     settings: FlipTestSettings = FLIP_TEST
 
     def project_out(self, by: Nuisance) -> Projected:
@@ -118,7 +123,8 @@ def missing_effect_test(
     floor = _floor(rest, np.hstack([ground.basis.whole, by.slopes]))
     beyond = float(np.sqrt(np.mean(rest**2)))
     large = beyond > ground.settings.many * floor
-    p_misfit = min(float(left.ratio_p) * level / misfit_p, 1.0) if large else 1.0
+    least = 1 / (1 + ground.settings.flips)  # no p is smaller than one of all flips
+    p_misfit = float(np.clip(left.ratio_p * level / misfit_p, least, 1.0)) if large else 1.0
     p_flips = float(p_values.least[0]) * level / (level - misfit_p)
     found = explained = np.full(signatures.shape[1], np.nan)
     if limits:
@@ -132,7 +138,7 @@ def missing_effect_test(
         floor=floor,
         detectable=found,
         explained=explained,
-        left=left.kept / np.maximum(np.linalg.norm(white.z, axis=0), 1e-300),
+        left=white.share_left,
         cosines=(left.z / left.kept).T @ (left.z / left.kept),
         rms=float(np.sqrt(np.mean(rows**2))),
         rms_beyond=beyond,

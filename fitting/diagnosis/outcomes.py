@@ -14,10 +14,8 @@ class Verdict(StrEnum):
     INCONCLUSIVE = "inconclusive"
     WITHIN_INSTRUMENTS = "within the instruments"
 
-    @property
-    def nothing_missing(self) -> bool:
-        """Whether the model stands as it is."""
-        return self in (Verdict.NOTHING, Verdict.WITHIN_INSTRUMENTS)
+
+NOTHING_MISSING = frozenset({Verdict.NOTHING, Verdict.WITHIN_INSTRUMENTS})  # the model stands as it is
 
 
 class Reason(Enum):

@@ -10,7 +10,7 @@ from fitting.diagnosis.equivalent import best_predicting, leading_of, plausible,
 from fitting.diagnosis.estimates import estimate, estimates
 from fitting.diagnosis.instrument_answers import instrument_answers
 from fitting.diagnosis.instrument_errors import InstrumentErrors
-from fitting.diagnosis.outcomes import Reason, Verdict, Why
+from fitting.diagnosis.outcomes import NOTHING_MISSING, Reason, Verdict, Why
 from fitting.diagnosis.record import Diagnosis, Evidence, Explanation
 from fitting.diagnosis.search import SearchResult
 from fitting.diagnosis.substitutes import substitutes
@@ -34,11 +34,11 @@ def diagnosis_of(search: SearchResult) -> Diagnosis:
     left = world.rmse(search.fits[kept[0]].rows) if kept else search.noise
     return Diagnosis(
         verdict=verdict,
-        negligible=not verdict.nothing_missing and np.sqrt(max(rmse**2 - left**2, 0)) < NEGLIGIBLE * full_scale,
+        negligible=verdict not in NOTHING_MISSING and np.sqrt(max(rmse**2 - left**2, 0)) < NEGLIGIBLE * full_scale,
         explanations=tuple(tuple(sorted(added)) for added in kept),
         classes=classes,
         nearest=nearest,
-        leading=None if verdict.nothing_missing else leading_of(world, search.base, search.fits, examiner, settings),
+        leading=None if verdict in NOTHING_MISSING else leading_of(world, search.base, search.fits, examiner, settings),
         p_value=search.missing_effect_test.test.p,
         level=search.missing_effect_test.test.level,
         rests_on=examiner.rests_on,
@@ -48,7 +48,7 @@ def diagnosis_of(search: SearchResult) -> Diagnosis:
         full_scale=full_scale,
         effects=evidence,
         tried=tuple(tried),
-        instruments=instrument_answers(examiner, search.base, not verdict.nothing_missing),
+        instruments=instrument_answers(examiner, search.base, verdict not in NOTHING_MISSING),
         faint=_faint(search, search.missing_effect_test),
         baseline=search.baseline,
         residual=search.base.rows * world.samples.sigma,
