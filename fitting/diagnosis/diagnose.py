@@ -23,6 +23,7 @@ from fitting.least_squares.record import Fit
 from fitting.precision import require_x64
 from fitting.problem.residuals import thinned
 from fitting.problem.varying import AS_DECLARED, Varying
+from fitting.recordings.envelopes import without_envelopes
 from fitting.recordings.inverse_dynamics import as_force
 from fitting.recordings.records import Experiment, force_was_measured
 from mckibben_jax.effect import Effect
@@ -89,7 +90,8 @@ def prepared(
     require_x64()
     progress = progress or (lambda *_: None)
     tested, set_aside = of_force(experiments)
-    light = [thinned(experiment, settings.samples // len(tested)) for experiment in tested]
+    whole = [without_envelopes(experiment) for experiment in tested]
+    light = [thinned(experiment, settings.samples // len(whole)) for experiment in whole]
     known = library_candidates() if candidates is None else list(candidates)
     progress("baseline", 0.0)
     world = universe(light, effects, known, varying, settings=settings.fits)

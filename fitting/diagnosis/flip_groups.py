@@ -58,6 +58,19 @@ def numbered(*keys: np.ndarray) -> np.ndarray:
     return np.unique(np.stack(keys), axis=1, return_inverse=True)[1]
 
 
+def in_order_of_states(number: np.ndarray, samples: Samples) -> np.ndarray:
+    """Groups (rows,) numbered by the state that they were measured in, not by the order of runs and files.
+
+    Then the same recordings get the same signs, in whatever files and order they come.
+    """
+    keys = (samples.measured, samples.branch, samples.rate, samples.contraction, samples.pressure)
+    count = np.bincount(number)
+    means = [np.bincount(number, weights=key) / count for key in keys]
+    rank = np.empty(len(count), int)
+    rank[np.lexsort([*means])] = np.arange(len(count))
+    return rank[number]
+
+
 def flip_groups(samples: Samples, memory: float, settings: FlipTestSettings = FLIP_TEST) -> FlipGroups:
     """Whole loops; half loops of a kind of test that has few; where all are few, blocks of samples within a branch.
 
@@ -67,6 +80,7 @@ def flip_groups(samples: Samples, memory: float, settings: FlipTestSettings = FL
     number = loops_or_halves(samples, few)
     if number.max() + 1 < settings.fewest_groups:
         return _blocks(samples, memory, settings)
+    number = in_order_of_states(number, samples)
     together = numbered(samples.run, np.where(few, 0, 1 + samples.loop))
     return FlipGroups(number, settings.level, together, _kinds(few, omnibus.kinds(samples) == omnibus.POINTS))
 
@@ -101,7 +115,7 @@ def _blocks(samples: Samples, memory: float, settings: FlipTestSettings) -> Flip
     place = np.concatenate([np.arange(n) for n in np.bincount(halves)])
     within = np.empty(len(halves), int)
     within[np.argsort(halves, kind="stable")] = place
-    blocks = numbered(halves, within // size)
+    blocks = in_order_of_states(numbered(halves, within // size), samples)
     return FlipGroups(blocks, settings.level_of_blocks, samples.run, (GroupKind.BLOCK,), size)
 
 

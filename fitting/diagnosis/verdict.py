@@ -48,7 +48,7 @@ def diagnosis_of(search: SearchResult) -> Diagnosis:
         full_scale=full_scale,
         effects=evidence,
         tried=tuple(tried),
-        instruments=instrument_answers(examiner, search.base, verdict not in NOTHING_MISSING),
+        instruments=instrument_answers(examiner, search.base, search.missing_effect_test.rejected),
         faint=_faint(search, search.missing_effect_test),
         baseline=search.baseline,
         residual=search.base.rows * world.samples.sigma,

@@ -153,8 +153,7 @@ def _checked_runs(
     counts: Counter[str] = Counter()
     parts = read_runs(table, test, muscle, options, counts)
     odd = check_plausible(parts, table, test, muscle, options.get("valid"))
-    errors = input_errors(parts, test, muscle, stated)
-    runs = tuple(run_of(part, test, errors) for part in parts)
+    runs = tuple(run_of(part, test, input_errors(part, test, muscle, stated)) for part in parts)
     for run in runs:
         counts.update(run.without_weight)
     if not any(run.weight.any() for run in runs):

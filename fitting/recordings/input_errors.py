@@ -1,7 +1,5 @@
 """The errors of a rig's pressure and length readings: from which on they are felt in the force, and what is stated."""
 
-from collections.abc import Sequence
-
 import numpy as np
 
 from fitting.recordings import motion_signals as signals
@@ -12,9 +10,12 @@ from mckibben_jax.laws.braid import ideal_force
 from mckibben_jax.muscle import Muscle
 
 
-def input_errors(parts: Sequence[Run], test: str, muscle: Muscle, stated: Accuracy) -> InputErrors:
-    """What is known of the errors of pressure and contraction before any reading is smoothed."""
-    pressure, contraction = _negligible(parts, test, muscle)
+def input_errors(run: Run, test: str, muscle: Muscle, stated: Accuracy) -> InputErrors:
+    """What is known of the errors of pressure and contraction of one run before any reading is smoothed.
+
+    Each run stands for itself: which file it lies in, beside which others, changes nothing.
+    """
+    pressure, contraction = _negligible(run, test, muscle)
     length = float(muscle.length)
     in_contraction = [None if size is None else size / length for size in _white(stated.position)]
     return InputErrors(WhiteError(pressure, *_white(stated.pressure)), WhiteError(contraction, *in_contraction))
@@ -24,20 +25,19 @@ def _white(stated: ChannelAccuracy) -> tuple[float | None, float | None]:
     return stated.noise, stated.resolution
 
 
-def _negligible(parts: Sequence[Run], test: str, muscle: Muscle) -> tuple[float, float]:
+def _negligible(run: Run, test: str, muscle: Muscle) -> tuple[float, float]:
     """From which errors on pressure (Pa) and contraction on are felt, by the slopes of the ideal law (eq 10) at rest.
 
     The error of the measured channel is that between neighbouring readings: this is what an input's error, which is
     as quick, is seen against when slow noise is whitened.
     """
-    pressure = max(float(np.median(np.abs(part.pressure))) for part in parts)
+    pressure = float(np.median(np.abs(run.pressure)))
     by_pressure, at_rest, shortened = (
         float(ideal_force(place, load, muscle.radius, muscle.braid_angle))
         for place, load in ((0.0, 1.0), (0.0, pressure), (SETTINGS.step, pressure))
     )
     by_contraction = abs(at_rest - shortened) / SETTINGS.step
-    noise = float(np.median([signals.noise_level(part.time, part.measured) for part in parts]))
-    noise = max(noise, SETTINGS.noise * max(float(np.abs(part.measured).max()) for part in parts))
+    noise = max(signals.noise_level(run.time, run.measured), SETTINGS.noise * float(np.abs(run.measured).max()))
     force = noise * (1.0 if test in FORCE_TESTS else by_contraction / float(muscle.length))
     tiny = 1e-300  # a vented muscle: nothing is felt
     return SETTINGS.pressure * force / max(abs(by_pressure), tiny), SETTINGS.length * force / max(by_contraction, tiny)
