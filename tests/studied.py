@@ -1,14 +1,19 @@
 """A small study for the tests of what a user reads: a comparison, and the diagnosis that goes with it."""
 
+from dataclasses import replace
+
 from small_muscle import loops, write
 
 from fitting.comparison.compare import compare
 from fitting.diagnosis.flip_groups import GroupKind, RestsOn
-from fitting.diagnosis.outcomes import Reason, Verdict, Why
+from fitting.diagnosis.instrument_answers import InstrumentAnswer
+from fitting.diagnosis.instrument_errors import ErrorKind, Source
+from fitting.diagnosis.outcomes import NOTHING_MISSING, Reason, Verdict, Why
 from fitting.diagnosis.record import Diagnosis, Evidence, Explanation, Leading
 from fitting.planning.next_measurement import NextMeasurement
 from fitting.planning.protocols import Protocol
 from fitting.problem.estimate import Estimate
+from fitting.recordings.accuracy import Channel
 from fitting.study.request import Request
 from fitting.study.task import fit_task, task_of
 
@@ -47,3 +52,25 @@ def proposed(power):
     """A loop that would tell a spring from a stop as often as that."""
     protocol = Protocol("loop", (5e4, 5e4), (0.0, 0.2), 0.1)
     return NextMeasurement((("linear_spring",), ("end_stop",)), power, protocol, 1, 0.03, 4.0, ())
+
+
+GAIN = Source(Channel.FORCE, ErrorKind.GAIN_PER_RUN, 0.001, 0.001)
+ZERO = Source(Channel.PRESSURE, ErrorKind.ZERO, 500.0, 500.0)
+RULER = Source(Channel.POSITION, ErrorKind.GAIN, 0.0, 0.001)
+SILENT = Source(Channel.POSITION, ErrorKind.DRIFT, 0.0, 1e-6)
+
+
+def seen_through(d, verdict, **changes):
+    """A diagnosis with answers of instruments; a verdict that names something has two rivals, the worse one first."""
+    missing = verdict not in NOTHING_MISSING
+    sizes = [(ZERO, 450.0, None), (RULER, 0.03, 0.04), (GAIN, 0.015, 0.018), (SILENT, 0.0, None)]
+    answers = tuple(InstrumentAnswer(source, found, needed if missing else None) for source, found, needed in sizes)
+    return replace(d, verdict=verdict, instruments=answers, **changes)
+
+
+def nothing_missing(d, verdict=Verdict.NOTHING):
+    """The same where nothing is missing: one effect hides, one would have been seen from 0.2 N, one from 0.31 N."""
+    limits = {"linear_spring": 6.12, "viscous_damping": 0.31, "end_stop": 0.2}
+    shown = {name: replace(d.effects[name], detection_limit=limits[name], adequate=False) for name in limits}
+    return seen_through(d, verdict, explanations=(), classes=(), leading=None, tried=(), faint=("linear_spring",),
+                        effects=d.effects | shown)  # fmt: skip

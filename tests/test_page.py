@@ -12,10 +12,11 @@ import pytest
 from browser import Watched, browser, violations
 from click.testing import CliRunner
 from small_muscle import loops, write
-from studied import EVIL, proposed
+from studied import EVIL, nothing_missing, proposed, seen_through
 
 from fitting import units
 from fitting.cli.main import main
+from fitting.diagnosis.outcomes import Verdict
 from fitting.diagnosis.record import Evidence
 from fitting.report.page.page import page
 from fitting.report.page.parts import Section
@@ -189,6 +190,25 @@ def test_what_was_added_is_no_longer_called_missing(study, diagnosis):
     text = page(task, c, names)
     assert "coulomb_friction was missing, and is in the model now." in text
     assert "mckibben add" not in text
+
+
+def test_instruments_that_would_explain_it_stand_under_the_verdict_and_in_the_grid(study, diagnosis):
+    text = page(*study, seen_through(diagnosis, Verdict.MISSING))
+    lead = re.findall(r'<p class="lead">(.*?)</p>', text)
+    assert [words.startswith("An instrument could also explain it: the gain of") for words in lead[1:3]] == [True] * 2
+    assert "Instruments: what each may err by, and what would explain the misfit</h2>" in text
+    assert re.search(r'<tr class="good"><td class="words">load cell</td>.*<td>1.5 %</td><td>0.1 %</td>', text)
+    assert re.search(r'<tr><td class="words">pressure gauge</td>.*<td>no</td>', text)
+
+
+@pytest.mark.parametrize("verdict", [Verdict.NOTHING, Verdict.WITHIN_INSTRUMENTS])
+def test_where_nothing_is_missing_the_page_says_what_would_have_been_seen(study, diagnosis, verdict):
+    text = page(*study, nothing_missing(diagnosis, verdict))
+    assert '<td class="words">end_stop</td>' in text.split("What would have been seen</h2>")[1]
+    assert "<p>Still open: linear_spring below 6.1 N." in text
+    assert "Instruments: what each may err by</h2>" in text
+    assert "would explain the misfit" not in text
+    assert "What would have been seen" not in page(*study, diagnosis)
 
 
 def test_a_plan_and_a_posterior_stand_on_the_page(study):

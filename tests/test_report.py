@@ -69,6 +69,7 @@ def test_the_terminal_says_what_is_missing_what_is_not_and_what_cannot_be_seen(d
         ("one of", (("tip",), ("dead_band", "weight")), "cannot tell which: tip; dead_band + weight."),
         ("not in the library", (), "no effect of the library explains all of it"),
         ("inconclusive", (), "cannot say"),
+        ("within the instruments", (), "Errors of the instruments within their accuracy explain all of the misfit."),
     ],
 )
 def test_every_verdict_has_its_sentence(diagnosis, verdict, explanations, words):

@@ -4,6 +4,7 @@ import numpy as np
 
 from fitting import units
 from fitting.comparison.compare import Comparison
+from fitting.diagnosis.outcomes import NOTHING_MISSING
 from fitting.diagnosis.record import Diagnosis, Evidence
 from fitting.report.page.parts import Grid, Line, Section
 from fitting.report.page.similar_groups import groups, groups_html, named_by
@@ -14,6 +15,8 @@ from fitting.report.text.amounts import amount
 from fitting.report.text.catalogue import first_sentence, meaning
 from fitting.report.text.diagnosis import classes_text, effect_set, most_similar, p_value_text, remark, substitutes_text
 from fitting.report.text.evidence import sort_evidence
+from fitting.report.text.instrument_answers import HEADS, NEVER, checklist
+from fitting.report.text.limits import SEEN, open_text, would_have_shown
 from fitting.report.text.reasons import why_text
 from fitting.study.task import Task
 
@@ -63,6 +66,23 @@ def effects(d: Diagnosis, c: Comparison) -> Section:
         folded=tuple(table for table in (others, unseen) if table.rows),
         folded_title=f"{len(idle)} that do not help, and {sum(map(len, blind.values()))} that cannot be seen here",
     )
+
+
+def limits(d: Diagnosis) -> Section | None:
+    """Where nothing is missing: what would have been seen, and what remains open."""
+    rows = tuple(Line((f"from {step}", ", ".join(names))) for step, names in would_have_shown(d, UNIT))
+    still = open_text(d, UNIT)
+    sentences = (f"{SEEN}.", *([f"Still open: {still}"] if still else []))
+    grid = Grid(("RMS error left", "effects that would have been seen"), rows, words=(1,))
+    return Section("What would have been seen", sentences=sentences, tables=(grid,)) if rows else None
+
+
+def errors_grid(d: Diagnosis) -> Grid:
+    """Every error of the instruments; what would explain a misfit stands out, and only where there is one."""
+    missing = d.verdict not in NOTHING_MISSING
+    heads, rows = HEADS if missing else HEADS[:-1], checklist(d.instruments)
+    lines = tuple(Line(cells[: len(heads)], missing and cells[-1] != NEVER) for cells in rows)
+    return Grid(heads, lines, "Every error", words=(0, 1))
 
 
 def _evidence(e: Evidence, unit: str) -> tuple[str, ...]:

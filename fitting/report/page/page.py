@@ -7,9 +7,10 @@ import numpy as np
 
 from fitting.comparison.compare import Comparison
 from fitting.comparison.compare import Table as ErrorTable
+from fitting.diagnosis.outcomes import NOTHING_MISSING
 from fitting.diagnosis.record import Diagnosis
 from fitting.least_squares.record import Fit
-from fitting.report.page.diagnosis import alike, effects, meanings, tried_table
+from fitting.report.page.diagnosis import alike, effects, errors_grid, limits, meanings, tried_table
 from fitting.report.page.parts import Grid, Line, Section, pictures_style, render_page
 from fitting.report.pictures import figures, maps
 from fitting.report.pictures.fall import fall_html
@@ -23,6 +24,7 @@ from fitting.report.text.attempts import held_text, why_not_kept
 from fitting.report.text.comparison import error_cells, error_text, judgement, kind_text, worst_text
 from fitting.report.text.diagnosis import effect_set, leading_text, measurement_text, verdict_text
 from fitting.report.text.fit import fit_warnings, range_cells, value_cells
+from fitting.report.text.instrument_answers import rival_texts
 from fitting.report.text.instruments import HEADS, channel_cells, channel_lines
 from fitting.report.text.next_step import after_comparison, after_diagnosis
 from fitting.report.text.search import search_text
@@ -67,9 +69,9 @@ def page(
         _fall(c, d, stages, chosen=len(steps) > 1),
         _loops(c, task, steps),
         _where(c),
-        *([] if d is None else [effects(d, c), alike(d)]),
+        *([] if d is None else [limits(d), effects(d, c), alike(d)]),
         _parameters(c.fit),
-        _instruments(c),
+        _instruments(c, d),
         _estimates(task),
         *([] if planned is None else [_planned(planned)]),
         *posterior,
@@ -118,7 +120,7 @@ def _typed(c: Comparison, d: Diagnosis | None, task: Task) -> tuple[str, str] | 
 
 def _lead(c: Comparison, d: Diagnosis | None, stages: Sequence[Stage]) -> list[str]:
     """The sentences below the verdict."""
-    lead = [] if d is None else [text for text in (leading_text(d), judgement(c)) if text]
+    lead = [] if d is None else [text for text in (leading_text(d), *rival_texts(d), judgement(c)) if text]
     if len(stages) > 1:
         first, last = stages[0].rmse, stages[-1].rmse
         lead.append(f"The error fell from {amount(first, c.unit)} to {amount(last, c.unit)}.")
@@ -240,15 +242,17 @@ def _parameters(fit: Fit) -> Section:
     return Section("Parameters", sentences=words, tables=(Grid(heads, rows, words=(5, 6)),))
 
 
-def _instruments(c: Comparison) -> Section:
-    """What each channel may err by, each in a sentence; and folded, that of every recording."""
-    grid = Grid(HEADS, tuple(Line(channel_cells(each)) for each in c.channels), words=(0, 1, 3, 6, 7))
+def _instruments(c: Comparison, d: Diagnosis | None) -> Section:
+    """What each channel may err by, each in a sentence; and folded, each error and each recording."""
     words = "What is presumed is that of common instruments: state yours below [recording.accuracy] in muscle.toml."
+    by_recording = tuple(Line(channel_cells(each)) for each in c.channels)
+    errors = [errors_grid(d)] if d is not None and d.instruments else []
+    explain = ", and what would explain the misfit" if d is not None and d.verdict not in NOTHING_MISSING else ""
     return Section(
-        "What the instruments may err by",
+        f"Instruments: what each may err by{explain if errors else ''}",
         sentences=(*(_sentence(text) for text in channel_lines(c.channels)), words),
-        folded=(grid,),
-        folded_title="Every recording and channel, one standard deviation each",
+        folded=(*errors, Grid(HEADS, by_recording, "Every recording", words=(0, 1, 3, 6, 7))),
+        folded_title="Every error, recording and channel, one standard deviation each",
     )
 
 

@@ -15,6 +15,7 @@ from fitting.report.text.amounts import amount, percent
 from fitting.report.text.evidence import named_explanations, named_sets, sort_evidence
 from fitting.report.text.instrument_answers import explaining_text, rival_texts
 from fitting.report.text.layout import columns, line, lines, spaced
+from fitting.report.text.limits import limits_lines, open_text, would_have_shown
 from fitting.report.text.measurement import purpose_text, what_text
 from fitting.report.text.reasons import why_text
 
@@ -61,7 +62,9 @@ def _verdict(d: Diagnosis) -> str:
     if d.verdict == "nothing detectable":
         return "Nothing is missing that these data could show."
     if d.verdict == "within the instruments":
-        return f"Nothing is missing that instruments within their accuracy could not have made. {explaining_text(d)}"
+        return (
+            f"Errors of the instruments within their accuracy explain all of the misfit. {explaining_text(d)}".rstrip()
+        )
     if d.verdict == "missing":
         return f"{sets[0]} is missing." if len(d.explanations[0]) == 1 else f"Missing: {sets[0]}."
     if d.verdict == "one of":
@@ -129,8 +132,9 @@ def diagnosis_report(d: Diagnosis, unit: str = "N") -> list[RenderableType]:
     leading = leading_text(d, unit)
     shown += [line("LEADING", leading)] if leading else []
     shown.append(line("TEST", p_value_text(d)))
-    shown += lines("OR", (f"{text}: this would explain it, too" for text in rival_texts(d)))
-    shown += lines("OR", substitutes_text(d))
+    shown += lines("OR", [*rival_texts(d), *substitutes_text(d)])
+    shown += lines("LIMITS", limits_lines(d, unit))
+    shown += lines("OPEN", [text] if (text := open_text(d, unit)) else [])
     shown += lines("SIMILAR", (f"{classes_text(group)}: these data cannot tell them apart" for group in d.classes))
     shown += lines("VALUES", (values_text(e) for e in named_explanations(d)[: SHOWN.valued] if e.estimate))
     shown += lines("NEAREST", (f"{effect_set(e.effects)}: {amount(e.rmse, unit)}" for e in d.nearest))
@@ -150,7 +154,8 @@ def _evidence(d: Diagnosis, unit: str) -> list[RenderableType]:
         table.add_row(e.name, *_evidence_cells(e, unit), style="bold" if e.adequate else "")
     shown = [spaced(table), Text()] if helping or several else []
     named = {name for names in d.explanations for name in names}
-    others = ", ".join(e.name for e in idle if e.name not in {*d.faint, *named})
+    told = {*d.faint, *named, *(name for _, names in would_have_shown(d, unit) for name in names)}
+    others = ", ".join(e.name for e in idle if e.name not in told)
     shown += [line("NOT IT", f"{others}: none of them lowers the error on held-out runs")] if others else []
     return [*shown, *lines("UNSEEN", (f"{', '.join(names)}: {why}" for why, names in blind.items()))]
 

@@ -1,5 +1,6 @@
 """Instruments as answers: how large each error seems, how large it may be, how large it had to be."""
 
+import math
 from collections.abc import Sequence
 from typing import Any
 
@@ -24,15 +25,34 @@ PHRASES = {
     ErrorKind.HYSTERESIS: "{} has a hysteresis of {} of full scale",
     ErrorKind.DRIFT: "the zero of {} drifts by {}",
 }
+ERRORS = {
+    ErrorKind.ZERO: "zero",
+    ErrorKind.GAIN: "gain",
+    ErrorKind.ZERO_PER_RUN: "zero, from run to run",
+    ErrorKind.GAIN_PER_RUN: "gain, from run to run",
+    ErrorKind.HYSTERESIS: "hysteresis, of full scale",
+    ErrorKind.DRIFT: "drift of the zero",
+    ErrorKind.SKEW: "time between the channels",
+    ErrorKind.FRICTION_PER_RUN: "friction, from run to run",
+}
 HEADS = ("instrument", "error", "most likely size", "allowed", "would explain the misfit")
+EXACT, NEVER = "taken as exact", "no"
 MOST_NAMED = 3
 
 
 def rival_texts(d: Diagnosis) -> list[str]:
-    """Instruments that would explain the misfit as well as an effect, the least unlikely first."""
-    rivals = [each for each in d.instruments if each.needed is not None]
-    rivals.sort(key=lambda each: (each.needed or 0.0) / max(each.source.allowed, 1e-300))
-    return [f"{_phrase(each.source, each.needed or 0.0)} ({_allowed(each.source)})" for each in rivals[:MOST_NAMED]]
+    """Sentences on the errors of instruments that would explain the misfit, the least unlikely first."""
+    rivals = sorted((each for each in d.instruments if each.needed is not None), key=_excess)
+    also = "also " if d.explanations else ""
+    return [
+        f"An instrument could {also}explain it: {_phrase(each.source, each.needed or 0.0)} ({_allowed(each.source)})."
+        for each in rivals[:MOST_NAMED]
+    ]
+
+
+def _excess(each: InstrumentAnswer) -> float:
+    """How many times its accuracy an error had to be to explain the misfit; none without an end."""
+    return math.inf if each.needed is None else each.needed / max(each.source.allowed, 1e-300)
 
 
 def explaining_text(d: Diagnosis) -> str:
@@ -40,7 +60,7 @@ def explaining_text(d: Diagnosis) -> str:
     at_work = [each for each in d.instruments if 0 < each.source.allowed <= 2 * each.found]
     at_work.sort(key=lambda each: -each.found / each.source.allowed)
     phrases = [f"{_phrase(each.source, each.found)} ({_allowed(each.source)})" for each in at_work[:MOST_NAMED]]
-    return f"Most likely: {'; '.join(phrases)}." if phrases else ""
+    return f"Most likely {'; '.join(phrases)}." if phrases else ""
 
 
 def _phrase(source: Source, size: float) -> str:
@@ -52,7 +72,7 @@ def _phrase(source: Source, size: float) -> str:
 
 
 def _allowed(source: Source) -> str:
-    return f"{size_text(source, source.allowed)} allowed" if source.allowed else "taken as exact"
+    return f"{size_text(source, source.allowed)} allowed" if source.allowed else EXACT
 
 
 def size_text(source: Source, size: float) -> str:
@@ -72,17 +92,20 @@ def channel_unit(source: Source) -> str:
 
 
 def checklist(answers: Sequence[InstrumentAnswer]) -> list[tuple[str, ...]]:
-    """Every error as cells under `HEADS`."""
-    return [
-        (
-            "the muscle" if each.source.channel is None else each.source.channel.value,
-            each.source.kind.value.replace("_", " "),
-            size_text(each.source, each.found) if each.found else "none",
-            size_text(each.source, each.source.allowed) if each.source.allowed else "taken as exact",
-            "" if each.needed is None else size_text(each.source, each.needed),
-        )
-        for each in answers
-    ]
+    """Errors as cells under `HEADS`: first what would explain the misfit; not what is neither found nor allowed."""
+    told = [each for each in answers if each.found or each.source.allowed]
+    return [_cells(each) for each in sorted(told, key=_excess)]
+
+
+def _cells(each: InstrumentAnswer) -> tuple[str, ...]:
+    channel = each.source.channel
+    return (
+        "muscle" if channel is None else NAMES[channel].removeprefix("the ") if channel in NAMES else "clock",
+        ERRORS[each.source.kind],
+        size_text(each.source, each.found) if each.found else "none",
+        size_text(each.source, each.source.allowed) if each.source.allowed else EXACT,
+        NEVER if each.needed is None else f"at {size_text(each.source, each.needed)}",
+    )
 
 
 def instruments_result(answers: Sequence[InstrumentAnswer]) -> list[dict[str, Any]]:

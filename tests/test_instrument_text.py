@@ -1,0 +1,59 @@
+"""What a user reads of instruments that may err, and of what would have been seen where nothing is missing."""
+
+import dataclasses
+
+from studied import nothing_missing, seen_through
+
+from fitting.diagnosis.outcomes import Verdict
+from fitting.report.page.parts import as_text
+from fitting.report.text.diagnosis import diagnosis_report, verdict_text
+from fitting.report.text.instrument_answers import checklist, rival_texts
+from fitting.report.text.limits import would_have_shown
+
+
+def test_instruments_that_would_explain_it_stand_beside_the_effect_the_least_unlikely_first(diagnosis):
+    told = seen_through(diagnosis, Verdict.MISSING)
+    gain, ruler = rival_texts(told)
+    assert gain == (
+        "An instrument could also explain it: the gain of the load cell differs by 1.8 % from run to run "
+        "(0.1 % allowed)."
+    )
+    assert (
+        ruler == "An instrument could also explain it: the gain of the position reading is off by 4 % (taken as exact)."
+    )
+    words = " ".join(as_text(diagnosis_report(told)).split())
+    assert words.index(f"OR {gain}") < words.index(ruler)
+    assert "also" not in rival_texts(dataclasses.replace(told, explanations=()))[0]
+
+
+def test_the_checklist_begins_with_what_would_explain_it_and_leaves_out_what_is_nothing(diagnosis):
+    told = checklist(seen_through(diagnosis, Verdict.MISSING).instruments)
+    assert told == [
+        ("load cell", "gain, from run to run", "1.5 %", "0.1 %", "at 1.8 %"),
+        ("position reading", "gain", "3 %", "taken as exact", "at 4 %"),
+        ("pressure gauge", "zero", "0.45 kPa", "0.5 kPa", "no"),
+    ]
+
+
+def test_what_instruments_explain_names_the_errors_at_work(diagnosis):
+    said = verdict_text(nothing_missing(diagnosis, Verdict.WITHIN_INSTRUMENTS))
+    assert "Most likely the gain of the load cell differs by 1.5 % from run to run (0.1 % allowed); the zero of" in said
+    assert "position" not in said  # it has no accuracy to be within
+
+
+def test_nothing_detectable_says_what_would_have_been_seen_and_what_stays_open(diagnosis):
+    words = " ".join(as_text(diagnosis_report(nothing_missing(diagnosis))).split())
+    assert "from 0.2 N: end_stop from 0.31 N: viscous_damping" in words
+    assert "OPEN linear_spring below 6.1 N. Errors of the instruments within their accuracy could hide it." in words
+    assert "NOT IT" not in words
+    within = " ".join(as_text(diagnosis_report(nothing_missing(diagnosis, Verdict.WITHIN_INSTRUMENTS))).split())
+    assert "OPEN linear_spring below 6.1 N. " in within
+    assert "could hide" not in within
+    assert "LIMITS" not in as_text(diagnosis_report(diagnosis))
+
+
+def test_limits_of_one_step_stand_together_under_the_largest(diagnosis):
+    d = nothing_missing(diagnosis)
+    near = dataclasses.replace(d.effects["viscous_damping"], name="near", detection_limit=0.43)
+    shown = would_have_shown(dataclasses.replace(d, effects=d.effects | {"near": near}))
+    assert shown == [("0.2 N", ["end_stop"]), ("0.43 N", ["viscous_damping", "near"])]
