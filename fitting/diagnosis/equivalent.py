@@ -59,7 +59,7 @@ def best_predicting(
     settings: VerdictSettings = VERDICT,
 ) -> list[frozenset[str]]:
     """Adequate sets without those that predict runs left out clearly worse than the best of them."""
-    rows = {added: examiner.left_out(fits[added]) for added in adequate}
+    rows = {added: examiner.beyond_instruments(fits[added]) for added in adequate}
     best = min(rows.values(), key=held_out.rms, default=None)
     return [
         added for added in adequate if best is None or not _clearly(rows[added], best, examiner.groups, settings.worse)
@@ -91,10 +91,10 @@ def leading_of(
     """The single effect, or rivals of one family, that lowers the left-out error by clearly more than any other."""
     all_singles = [added for added in fits if len(added) == 1]
     singles = [added for added in all_singles if plausible(world, added, fits[added])] or all_singles
-    rows = {added: examiner.left_out(fits[added]) for added in singles}
+    rows = {added: examiner.beyond_instruments(fits[added]) for added in singles}
     order = sorted(singles, key=lambda added: held_out.rms(rows[added]))
     clearly = lambda worse, better: _clearly(worse, better, examiner.groups, settings.clearly)  # noqa: E731
-    before = examiner.left_out(base)
+    before = examiner.beyond_instruments(base)
     helping = [added for added in order if clearly(before, rows[added])]
     if not helping or helping[0] != order[0]:
         return None
@@ -104,12 +104,13 @@ def leading_of(
     if not _of_one_kind(world, equals, named[0], fits, settings):
         return None
     others = [added for added in order if added not in equals]
-    whole, left = world.rmse(before), world.rmse(rows[named[0]])
+    shown = lambda fit: world.rmse(examiner.left_out(fit))  # noqa: E731
+    whole, left = shown(base), shown(fits[named[0]])
     return Leading(
         tuple(min(added) for added in named),
         float(1 - (left / whole) ** 2),
         left,
-        world.rmse(rows[others[0]]) if others else whole,
+        shown(fits[others[0]]) if others else whole,
     )
 
 

@@ -9,7 +9,7 @@ from fitting.diagnosis import omnibus
 from fitting.diagnosis.adequacy import AdequacyTest
 from fitting.diagnosis.channel_signals import errors_felt
 from fitting.diagnosis.flip_groups import RestsOn, flip_groups
-from fitting.diagnosis.instrument_errors import InstrumentErrors
+from fitting.diagnosis.instrument_errors import InstrumentErrors, InstrumentWhitener
 from fitting.diagnosis.missing_effect import Ground, MissingEffectTest, missing_effect_test
 from fitting.diagnosis.nuisance import Nuisance
 from fitting.diagnosis.outcomes import Reason, Why
@@ -18,6 +18,7 @@ from fitting.diagnosis.universe import CandidateFit, Universe
 from fitting.diagnosis.working_noise import Kinds, Noise
 from fitting.full_names import owner_of
 from fitting.least_squares import held_out
+from fitting.least_squares.decomposed import lstsq
 
 
 class Examiner:
@@ -147,7 +148,7 @@ class Examiner:
 
     def _gains(self, fit: CandidateFit) -> bool:
         """Whether the held-out error falls below the base's by more than its standard error."""
-        fall, error = held_out.difference(self.left_out(self.base), self.left_out(fit), self.groups)
+        fall, error = held_out.difference(self.beyond_instruments(self.base), self.beyond_instruments(fit), self.groups)
         return fall > error
 
     def columns(
@@ -173,6 +174,24 @@ class Examiner:
         names = self.world.layout.of_effect(candidate)
         found = dict(zip(names, alone.vector[self.world.layout.at(names)], strict=True))
         return [*shapes[:2], found]
+
+    def beyond_instruments(self, fit: CandidateFit, glance: bool = False) -> np.ndarray:
+        """The rows of a fit on held-out runs, whitened by what instruments may err by: to compare fits with.
+
+        A length that is off by a millimetre would else hide what an effect removes: the parameters, too, are those of
+        whitened rows, in one step from the fit, unless there are so few readings that each group is refitted.
+        """
+        if len(self.world.samples) <= held_out.HELD_OUT.refit_below:
+            return self._whitener(self.left_out(fit, glance))
+        rows, slopes = self._whitener(fit.rows), self._whitener(fit.slopes)
+        whole, target = np.vstack([slopes, fit.prior_slopes]), np.concatenate([rows, fit.prior_rows])
+        at_best = target - whole @ lstsq(whole, target, 1e-12)
+        rows, prior_rows = at_best[: len(rows)], at_best[len(rows) :]
+        return held_out.left_out_rows(rows, slopes, prior_rows, fit.prior_slopes, self.groups)
+
+    @cached_property
+    def _whitener(self) -> InstrumentWhitener:
+        return self.errors(self.base).whitener()
 
     def left_out(self, fit: CandidateFit, glance: bool = False) -> np.ndarray:
         """The rows of a fit on runs left out; at a glance, without refitting."""

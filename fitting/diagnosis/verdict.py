@@ -168,12 +168,12 @@ def _explanation(search: SearchResult, added: frozenset[str], passed: Mapping[fr
     world, fit, adequacy = search.world, search.fits[added], search.adequacy_tests.get(added)
     groups = search.examiner.groups
     glance = len(added) > 1 and adequacy is None
-    before, after = (search.examiner.left_out(t, glance) for t in (search.base, fit))
+    before, after = (search.examiner.beyond_instruments(t, glance) for t in (search.base, fit))
     fall, error = difference(before, after, groups)
     return Explanation(
         tuple(sorted(added)),
         world.rmse(fit.rows),
-        world.rmse(after),
+        world.rmse(search.examiner.left_out(fit, glance)),
         fall / max(error, 1e-300),
         adequacy.test.p if adequacy and adequacy.test else float("nan"),
         added in search.adequate,
