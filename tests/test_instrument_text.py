@@ -6,8 +6,8 @@ from studied import nothing_missing, seen_through
 
 from fitting.diagnosis.outcomes import Verdict
 from fitting.report.page.parts import as_text
-from fitting.report.text.diagnosis import diagnosis_report, verdict_text
-from fitting.report.text.instrument_answers import checklist, rival_texts
+from fitting.report.text.diagnosis import diagnosis_report
+from fitting.report.text.instrument_answers import checklist, explaining_text, rival_texts
 from fitting.report.text.limits import would_have_shown
 
 
@@ -36,9 +36,14 @@ def test_the_checklist_begins_with_what_would_explain_it_and_leaves_out_what_is_
 
 
 def test_what_instruments_explain_names_the_errors_at_work(diagnosis):
-    said = verdict_text(nothing_missing(diagnosis, Verdict.WITHIN_INSTRUMENTS))
-    assert "Most likely the gain of the load cell differs by 1.5 % from run to run (0.1 % allowed); the zero of" in said
+    within = nothing_missing(diagnosis, Verdict.WITHIN_INSTRUMENTS)
+    said = explaining_text(within)
+    assert (
+        "Most likely, the gain of the load cell differs by 1.5 % from run to run (0.1 % allowed); the zero of" in said
+    )
     assert "position" not in said  # it has no accuracy to be within
+    assert f"LIKELY {said}" in " ".join(as_text(diagnosis_report(within)).split())
+    assert explaining_text(dataclasses.replace(within, verdict=Verdict.MISSING)) == ""
 
 
 def test_nothing_detectable_says_what_would_have_been_seen_and_what_stays_open(diagnosis):

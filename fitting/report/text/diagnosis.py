@@ -62,9 +62,7 @@ def _verdict(d: Diagnosis) -> str:
     if d.verdict == "nothing detectable":
         return "Nothing is missing that these data could show."
     if d.verdict == "within the instruments":
-        return (
-            f"Errors of the instruments within their accuracy explain all of the misfit. {explaining_text(d)}".rstrip()
-        )
+        return "Errors of the instruments within their accuracy explain all of the misfit."
     if d.verdict == "missing":
         return f"{sets[0]} is missing." if len(d.explanations[0]) == 1 else f"Missing: {sets[0]}."
     if d.verdict == "one of":
@@ -132,6 +130,7 @@ def diagnosis_report(d: Diagnosis, unit: str = "N") -> list[RenderableType]:
     leading = leading_text(d, unit)
     shown += [line("LEADING", leading)] if leading else []
     shown.append(line("TEST", p_value_text(d)))
+    shown += lines("LIKELY", [text for text in (explaining_text(d),) if text])
     shown += lines("OR", [*rival_texts(d), *substitutes_text(d)])
     shown += lines("LIMITS", limits_lines(d, unit))
     shown += lines("OPEN", [text] if (text := open_text(d, unit)) else [])

@@ -6,6 +6,7 @@ from typing import Any
 
 from fitting.diagnosis.instrument_answers import InstrumentAnswer
 from fitting.diagnosis.instrument_errors import RELATIVE, ErrorKind, Source
+from fitting.diagnosis.outcomes import Verdict
 from fitting.diagnosis.record import Diagnosis
 from fitting.recordings.accuracy import Channel
 from fitting.report.text.amounts import amount, percent
@@ -56,11 +57,13 @@ def _excess(each: InstrumentAnswer) -> float:
 
 
 def explaining_text(d: Diagnosis) -> str:
-    """Which errors within their accuracy are at work, where instruments explain the misfit."""
+    """Which errors within their accuracy are at work, where instruments explain the misfit; else empty."""
+    if d.verdict != Verdict.WITHIN_INSTRUMENTS:
+        return ""
     at_work = [each for each in d.instruments if 0 < each.source.allowed <= 2 * each.found]
     at_work.sort(key=lambda each: -each.found / each.source.allowed)
     phrases = [f"{_phrase(each.source, each.found)} ({_allowed(each.source)})" for each in at_work[:MOST_NAMED]]
-    return f"Most likely {'; '.join(phrases)}." if phrases else ""
+    return f"Most likely, {'; '.join(phrases)}." if phrases else ""
 
 
 def _phrase(source: Source, size: float) -> str:
