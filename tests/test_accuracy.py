@@ -334,7 +334,7 @@ def test_compare_prints_the_channels_and_writes_them(tmp_path):
     assert channels["force"].items() >= {"file": "loops.csv", "noise": 0.3, "unit": "N", "stated": ["noise"]}.items()
     assert channels["pressure"]["allowed"]["gain"] == pytest.approx(0.003)
     assert channels["pressure"]["stated"] == ["gain"]
-    assert "What the instruments may err by" in page.read_text()
+    assert "Instruments: what each may err by" in page.read_text()
 
 
 # -------------------------------------------------------------------------------------------------------- round trip

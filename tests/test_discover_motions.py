@@ -44,7 +44,7 @@ def asked(monkeypatch, after):
     """The tasks that are fitted, in their order; nothing is computed, and an error is that of its place."""
     tasks = []
     fit = lambda task: tasks.append(task) or SimpleNamespace(values={}, rmse=(4e-3, after)[len(tasks) - 1])  # noqa: E731
-    monkeypatch.setattr(discovering, "fitted", fit)
+    monkeypatch.setattr(discovering, "fit_task", fit)
     return tasks
 
 

@@ -61,9 +61,13 @@ def best_predicting(
     """Adequate sets without those that predict runs left out clearly worse than the best of them."""
     rows = {added: examiner.beyond_instruments(fits[added]) for added in adequate}
     best = min(rows.values(), key=held_out.rms, default=None)
-    return [
-        added for added in adequate if best is None or not _clearly(rows[added], best, examiner.groups, settings.worse)
-    ]
+    return [added for added in adequate if best is None or not _worse(rows[added], best, examiner.groups, settings)]
+
+
+def _worse(rows: np.ndarray, best: np.ndarray, groups: np.ndarray, settings: VerdictSettings) -> bool:
+    """Whether rows are clearly larger than the best, and by more than one number too many would make them."""
+    material = held_out.rms(rows) ** 2 > (1 + settings.worse_share) * held_out.rms(best) ** 2
+    return material and _clearly(rows, best, groups, settings.worse)
 
 
 def unrivalled(

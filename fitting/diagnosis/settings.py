@@ -114,6 +114,7 @@ class VerdictSettings:
     clearly: float = 2.0  # standard errors of a fall of the held-out error; the custom of two
     rivalled_p: float = 0.005  # p-value below which a rival is seen in what an adequate set leaves; study
     worse: float = 3.0  # standard errors by which an adequate set may predict held-out runs worse than the best; study
+    worse_share: float = 0.005  # of the squared error, by which it must be worse as well; chosen
     taken: float = 0.1  # share of a signature's square that one effect of the model alone absorbs; chosen
     spare_readings: int = 5  # readings more than fitted numbers, or nothing is judged; chosen
     ratio_p: float = 1e-4  # p-value of the likelihood ratio that leaves blocks of samples undecided; chosen

@@ -6,7 +6,7 @@ import numpy as np
 
 from fitting.recordings.accuracy import Accuracy, ChannelAccuracy
 from fitting.recordings.noise import noise_of
-from fitting.recordings.records import FORCE_TESTS, Recording
+from fitting.recordings.records import FORCE_TESTS, NoiseSource, Recording
 
 
 @dataclass(frozen=True)
@@ -26,8 +26,11 @@ PRESUMED = PresumedSettings()
 
 
 def presumed(recording: Recording, settings: PresumedSettings = PRESUMED) -> Accuracy:
-    """What is presumed of the instruments of a recording; full scale is its largest reading."""
-    of_force = recording.test in FORCE_TESTS
+    """What is presumed of the instruments of a recording; full scale is its largest reading.
+
+    A motion that is read as force has no load cell: nothing is presumed of its force.
+    """
+    of_force = recording.test in FORCE_TESTS and recording.noise_source is not NoiseSource.MOTION
     pressures = [float(np.max(np.abs(run.pressure))) for run in recording.runs]
     scale, noise = max(pressures), noise_of(recording)
     held = settings.held_length if recording.test == "isometric" else 0.0
@@ -42,9 +45,10 @@ def presumed(recording: Recording, settings: PresumedSettings = PRESUMED) -> Acc
         force=ChannelAccuracy(
             noise=noise if of_force else None, zero=0.0, gain=0.0,
             zero_per_run=settings.force_zero_noises * noise if of_force else 0.0,
-            gain_per_run=settings.force_gain_per_run, hysteresis=settings.force_hysteresis, drift=0.0,
+            gain_per_run=settings.force_gain_per_run * of_force,
+            hysteresis=settings.force_hysteresis * of_force, drift=0.0,
         ),
-        skew=settings.skew_steps * _sampling_step(recording),
+        skew=settings.skew_steps * _sampling_step(recording) * (recording.noise_source is not NoiseSource.MOTION),
     )  # fmt: skip
 
 
