@@ -27,11 +27,6 @@ class InstrumentAnswer:
     found: float
     needed: float | None
 
-    @property
-    def within(self) -> bool:
-        """Whether the size that is needed is allowed."""
-        return self.needed is not None and self.needed <= self.source.allowed
-
 
 def instrument_answers(
     examiner: Examiner, fit: CandidateFit, rejected: bool, settings: InstrumentSettings = INSTRUMENTS

@@ -9,10 +9,10 @@ from fitting.diagnosis.instrument_errors import RELATIVE, ErrorKind, Source
 from fitting.diagnosis.outcomes import Verdict
 from fitting.diagnosis.record import Diagnosis
 from fitting.recordings.accuracy import Channel
-from fitting.report.text.amounts import amount, percent
+from fitting.recordings.channel_errors import UNITS
+from fitting.report.text.amounts import percent
+from fitting.report.text.instruments import accuracy_text
 
-HOUR = 3600.0  # s
-FIGURES = 2  # of an accuracy: nobody knows it better
 NAMES = {
     Channel.PRESSURE: "the pressure gauge",
     Channel.POSITION: "the position reading",
@@ -80,18 +80,7 @@ def _allowed(source: Source) -> str:
 
 def size_text(source: Source, size: float) -> str:
     """The size of an error with its unit; drifts per hour."""
-    if source.kind in RELATIVE or source.channel is None:
-        return percent(size)
-    if source.kind is ErrorKind.DRIFT:
-        return f"{amount(HOUR * size, channel_unit(source), FIGURES)}/h"
-    return amount(size, channel_unit(source), FIGURES)
-
-
-def channel_unit(source: Source) -> str:
-    """SI unit of the channel."""
-    return {Channel.PRESSURE: "Pa", Channel.POSITION: "m", Channel.FORCE: "N", Channel.TIME: "s", None: "1"}[
-        source.channel
-    ]
+    return percent(size) if source.channel is None else accuracy_text(source.kind, size, UNITS[source.channel])
 
 
 def checklist(answers: Sequence[InstrumentAnswer]) -> list[tuple[str, ...]]:
@@ -122,6 +111,6 @@ def instruments_result(answers: Sequence[InstrumentAnswer]) -> list[dict[str, An
 
 
 def _unit(source: Source) -> str:
-    if source.kind in RELATIVE:
+    if source.channel is None or source.kind in RELATIVE:
         return "1"
-    return f"{channel_unit(source)}/s" if source.kind is ErrorKind.DRIFT else channel_unit(source)
+    return UNITS[source.channel] + "/s" * (source.kind is ErrorKind.DRIFT)

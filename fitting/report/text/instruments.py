@@ -51,7 +51,7 @@ def _allowed(mine: Sequence[ChannelErrors], name: str, stated: bool) -> str:
     """The size of one error where it is (not) stated; empty where it is nothing, unless that is stated."""
     sizes = [each.systematic.get(name) for each in mine if (name in each.stated) is stated]
     known = [size for size in sizes if size is not None and (size or stated)]
-    return ERROR_TEXT[name].format(_range(known, lambda size: _size(name, size, mine[0].unit))) if known else ""
+    return ERROR_TEXT[name].format(_range(known, lambda size: accuracy_text(name, size, mine[0].unit))) if known else ""
 
 
 def _between(values: Iterable[tuple[float, str]]) -> str:
@@ -65,7 +65,8 @@ def _range(sizes: Sequence[float], text: Callable[[float], str]) -> str:
     return most if least == most else f"{least} to {most}"
 
 
-def _size(name: str, size: float, unit: str) -> str:
+def accuracy_text(name: str, size: float, unit: str) -> str:
+    """The size of an error (by the name of its accuracy) with its unit, that of the channel; drifts per hour."""
     if name in SHARES:
         return percent(size)
     return f"{amount(HOUR * size, unit, FIGURES)}/h" if name == "drift" else amount(size, unit, FIGURES)
