@@ -83,7 +83,7 @@ def best_polynomial(fit: Fit) -> Polynomial:
     group, force = folds(samples), samples.measured
     x = samples.contraction / max(np.ptp(samples.contraction), 1e-12)
     p = samples.pressure / max(np.ptp(samples.pressure), 1e-12)
-    best = None
+    best = Polynomial((0, 0), np.inf, np.inf)
     for degrees in product(DEGREES, DEGREES):
         columns = polyvander2d(x, p, degrees)
         held_out = np.empty_like(force)
@@ -91,9 +91,8 @@ def best_polynomial(fit: Fit) -> Polynomial:
             out = group == g
             held_out[out] = columns[out] @ np.linalg.lstsq(columns[~out], force[~out], rcond=1e-10)[0] - force[out]
         left = columns @ np.linalg.lstsq(columns, force, rcond=1e-10)[0] - force
-        if best is None or rms(held_out) < best.held_out_rmse:
+        if rms(held_out) < best.held_out_rmse:
             best = Polynomial(degrees, rms(left), rms(held_out))
-    assert best is not None
     return best
 
 
@@ -119,7 +118,7 @@ def outcome_text(outcome: Outcome) -> str:
     n = lambda value: f"{amount(value, 'N')} ({percent(value / scale)})"  # noqa: E731
     lines = [
         outcome.task.experiments[0].name,
-        f"  first effect  {stages[1].added[0] if len(stages) > 1 else 'none'}",
+        f"  first effect  {'+'.join(stages[1].added) if len(stages) > 1 else 'none'}",
         f"  effects       {len(stages) - 1} added: {' + '.join(outcome.found.task.names)}",
         f"  error         {n(stages[0].rmse)} -> {n(compared.rmse)}, held out {n(held_out)} of full scale",
         f"  polynomial    {free.degrees} in (contraction, pressure): {n(free.rmse)}, held out {n(free.held_out_rmse)};"
