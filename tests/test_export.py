@@ -15,8 +15,11 @@ from click.testing import CliRunner
 
 from fitting.cli.main import main
 from fitting.errors import InputError
-from fitting.exporting.files import forces, memory_names, python_module
-from fitting.exporting.numpy_source import UnknownOperation, numpy_source
+from fitting.exporting.laws import memory_names
+from fitting.exporting.numpy_source import numpy_source
+from fitting.exporting.python_module import python_module
+from fitting.exporting.table import forces
+from fitting.exporting.traced import UnknownOperation
 from fitting.recordings.experiment import read_experiment
 from mckibben_jax.effect import Pulling, name_of
 from mckibben_jax.effects import LIBRARY, CoulombFriction, IdealCylinder, Mullins, TimeDelay
@@ -192,7 +195,10 @@ def elementary(x, y):
     return jnp.hypot(x, y) + jnp.logaddexp(x, y) * jnp.arctan2(y, x) - jnp.clip(x, 0.1, 0.5) + jnp.sinc(x) + x % y
 
 
-@pytest.mark.parametrize("function", [summed, accumulated, chosen, halved, elementary, jax.grad(elementary, 1)])
+functions = [summed, accumulated, chosen, halved, elementary, jax.grad(elementary, 1)]
+
+
+@pytest.mark.parametrize("function", functions)
 def test_what_is_written_computes_what_jax_computes(function):
     source = numpy_source("f", lambda x, y: [function(x, y)], {"x": jnp.zeros(()), "y": jnp.ones(())})
     place = {"np": np}

@@ -1,4 +1,4 @@
-"""The fitted muscle for other programs: a module of plain numpy, or a table of its force."""
+"""The fitted muscle for other programs: a module of plain numpy, a header of C99, or a table of its force."""
 
 import keyword
 import sys
@@ -8,11 +8,21 @@ from pathlib import Path
 import numpy as np
 
 from fitting.errors import InputError
-from fitting.exporting.files import Grid, free_contraction, python_module, table, write_table
+from fitting.exporting.c_header import c_header
+from fitting.exporting.python_module import python_module
+from fitting.exporting.table import Grid, free_contraction, table, write_table
 from fitting.writing import write_text
 from mckibben_jax.model import Model
 
-ENDINGS = {"python": (".py",), "table": (".csv", ".parquet")}
+ENDINGS = {"python": (".py",), "table": (".csv", ".parquet"), "c": (".h",)}
+
+KEYWORDS_OF_C = frozenset({  # C99, 6.4.1, and those of C++
+    "auto", "break", "case", "char", "const", "continue", "default", "do", "double", "else", "enum", "extern", "float",
+    "for", "goto", "if", "inline", "int", "long", "register", "restrict", "return", "short", "signed", "sizeof",
+    "static", "struct", "switch", "typedef", "union", "unsigned", "void", "volatile", "while", "class", "new", "delete",
+    "this", "template", "namespace", "public", "private", "protected", "virtual", "operator", "try", "catch", "throw",
+    "bool", "true", "false",
+})  # fmt: skip
 
 
 def export(
@@ -24,16 +34,18 @@ def export(
     points: tuple[int, int] = (51, 11),
     source: str = "a model in Python",
 ) -> Path:
-    """Write a model to a new file: `.py` is a module of plain numpy, `.csv` and `.parquet` a table of its force.
+    """Write a model to a new file: `.py` plain numpy, `.h` a header of C99, `.csv` and `.parquet` a table of its force.
 
     A table goes from the first to the last of `contractions` (from 0 to where the force vanishes, unless given) and of
     `pressures` (Pa), in so many `points` of each. `source` is said in the file. InputError where the file is there.
     """
     file = Path(file)
-    form = "python" if file.suffix in ENDINGS["python"] else "table"
+    form = next((form for form, endings in ENDINGS.items() if file.suffix in endings), "table")
     check_place(file, form)
     if form == "python":
         write_text(str(file), python_module(model, source))
+    elif form == "c":
+        write_text(str(file), c_header(model, source, file.stem))
     else:
         write_table(file, table(model, grid(model, contractions, pressures, points)), source)
     return file
@@ -58,5 +70,8 @@ def check_place(file: Path, form: str) -> None:
         raise InputError("Python cannot import a file of this name", file, cure=cure)
     if form == "python" and name == "numpy":
         raise InputError("a file of this name hides numpy, which it needs", file, cure="name another with --out")
+    if form == "c" and not (name.isascii() and name.isidentifier() and name not in KEYWORDS_OF_C):
+        cure = "use letters, digits and underscores, and no word of C's own: its functions begin with this name"
+        raise InputError("C cannot use the name of this file", file, cure=cure)
     if file.exists():
         raise InputError("the file is there already and is left alone", file, cure="name another with --out")

@@ -1,27 +1,19 @@
 """Python source, with numpy alone, of a function that jax has traced: the same arithmetic, written down.
 
-jax traces a function to a list of primitive operations. Each becomes one numpy expression; what depends on no argument
-is computed now, what nobody uses is left out, and what occurs twice is written once. An operation that is not known is
-traced through its own implementation, and refused by name where that leads no further.
+jax traces a function to a list of primitive operations. Each becomes one numpy expression, and what occurs twice is
+written once.
 """
 
-from collections import Counter
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from itertools import accumulate, count
 from typing import Any
 
 import jax
 import numpy as np
-from jax.extend import core
 
 from fitting.exporting.operations import expression_of
 from fitting.exporting.settings import EXPORT
-
-INSIDE = ("jaxpr", "call_jaxpr", "fun_jaxpr")  # where an operation keeps the function that it calls
-
-
-class UnknownOperation(Exception):
-    """An operation of jax that has no numpy expression here."""
+from fitting.exporting.traced import Scope
 
 
 def numpy_source(name: str, function: Callable, arguments: dict[str, Any]) -> str:
@@ -41,33 +33,20 @@ def _function(name: str, arguments: Sequence[str], traced: Any, scope: "_Scope")
     return [f"def {name}({', '.join(arguments)}):", *(f"    {line}" for line in lines)]
 
 
-class _Scope:
-    """The body of one Python function in the making."""
+class _Scope(Scope):
+    """The body of one Python function in the making; texts are names or short expressions."""
 
-    def __init__(self, numbers: Iterator[int]) -> None:
-        self.lines: list[str] = []
-        self.numbers = numbers
-        self.texts: dict[Any, str] = {}  # of variables: a name or a short expression
-        self.values: dict[Any, Any] = {}  # of variables that depend on no argument
-        self.named: dict[str, str] = {}  # expressions that have a name already
-        self.uses: Counter[Any] = Counter()
+    def constant(self, value: Any) -> str:
+        return constant(value)
 
-    # what is known of a variable ---------------------------------------------------------------------------------
+    def named_text(self, text: Any) -> str:
+        return self.name(text)
 
-    def bind(self, variables: Iterable[Any], texts: Iterable[str]) -> None:
-        """Say how variables are written. A function that is called twice has the same variables, with other values."""
-        for variable, text in zip(variables, texts, strict=True):
-            self.texts[variable] = text
-            self.values.pop(variable, None)
-
-    def text(self, atom: Any) -> str:
-        """How an operand is written."""
-        value = self.value(atom)
-        return self.texts[atom] if value is None else constant(value)
-
-    def value(self, atom: Any) -> Any:
-        """The value of an operand that depends on no argument, else None."""
-        return atom.val if isinstance(atom, core.Literal) else self.values.get(atom)
+    def write(self, eqn: Any) -> bool:
+        expression = expression_of(eqn, [self.text(atom) for atom in eqn.invars])
+        if expression is not None:
+            self._keep(eqn.outvars[0], expression)
+        return expression is not None
 
     def name(self, expression: str) -> str:
         """A name for an expression; the one it has, if it has one."""
@@ -78,47 +57,9 @@ class _Scope:
             self.lines.append(f"{self.named[expression]} = {_bare(expression)}")
         return self.named[expression]
 
-    # from operations to lines -------------------------------------------------------------------------------------
-
-    def run(self, traced: Any) -> list[str]:
-        """Write what a traced function computes; how its results are written."""
-        jaxpr = traced.jaxpr
-        self.values.update(zip(jaxpr.constvars, traced.consts, strict=True))
-        needed = _needed(jaxpr)
-        for eqn in needed:
-            self.uses.update(a for a in eqn.invars if not isinstance(a, core.Literal))
-        self.uses.update({a: 2 for a in jaxpr.outvars if not isinstance(a, core.Literal)})
-        for eqn in needed:
-            self._write(eqn)
-        return [self.text(atom) for atom in jaxpr.outvars]
-
-    def _write(self, eqn: Any) -> None:
-        inputs = [self.value(atom) for atom in eqn.invars]
-        kind, inside = eqn.primitive.name, next((eqn.params[k] for k in INSIDE if k in eqn.params), None)
-        if kind in _LOOPS:
-            _LOOPS[kind](self, eqn)
-        elif inside is not None:
-            self._inline(eqn, inside if hasattr(inside, "consts") else core.ClosedJaxpr(inside, ()))
-        elif all(value is not None for value in inputs):
-            found = eqn.primitive.bind(*inputs, **eqn.params)
-            self.values.update(zip(eqn.outvars, found if eqn.primitive.multiple_results else [found], strict=True))
-        elif kind == "sub" and self.text(eqn.invars[0]) == self.text(eqn.invars[1]):
-            self.values[eqn.outvars[0]] = np.zeros(eqn.outvars[0].aval.shape)
-        elif (expression := expression_of(eqn, [self.text(atom) for atom in eqn.invars])) is not None:
-            self._keep(eqn.outvars[0], expression)
-        else:
-            self._inline(eqn, _implementation(eqn))
-
     def _keep(self, variable: Any, expression: str) -> None:
         short = self.uses[variable] == 1 and len(expression) < EXPORT.width and expression not in self.named
         self.bind([variable], [expression if short else self.name(expression)])
-
-    def _inline(self, eqn: Any, traced: Any) -> None:
-        for outer, inner in zip(eqn.invars, traced.jaxpr.invars, strict=True):
-            self.take(inner, outer, self)
-        self.run(traced)
-        for outer, inner in zip(eqn.outvars, traced.jaxpr.outvars, strict=True):
-            self.take(outer, inner, self)
 
     def call(self, name: str, traced: Any, given: Sequence[Any], inputs: Sequence[str]) -> str:
         """A call of a traced function, written as a function inside this one; `given` are operands known here."""
@@ -129,13 +70,6 @@ class _Scope:
         inner.bind(traced.jaxpr.invars[len(given) :], arguments)
         self.lines += _function(name, arguments, traced, inner)
         return f"{name}({', '.join(inputs)})"
-
-    def take(self, variable: Any, outer: Any, scope: "_Scope") -> None:
-        """Let a variable stand for an operand of this scope or of the one around it."""
-        if (value := scope.value(outer)) is not None:
-            self.values[variable] = value
-        else:
-            self.bind([variable], [scope.name(scope.text(outer))])
 
     def results(self, eqn: Any) -> list[str]:
         """Names for the results of an operation."""
@@ -158,35 +92,6 @@ def _bare(expression: str) -> str:
     depths = list(accumulate({"(": 1, ")": -1}.get(sign, 0) for sign in expression))
     around = expression.startswith("(") and 0 not in depths[:-1]
     return expression[1:-1] if around else expression
-
-
-def _needed(jaxpr: Any) -> list[Any]:
-    """The operations that a result depends on, in order."""
-    wanted, kept = {atom for atom in jaxpr.outvars if not isinstance(atom, core.Literal)}, []
-    for eqn in reversed(jaxpr.eqns):
-        if wanted & set(eqn.outvars):
-            kept.append(eqn)
-            wanted |= {atom for atom in eqn.invars if not isinstance(atom, core.Literal)}
-    return kept[::-1]
-
-
-def _implementation(eqn: Any) -> Any:
-    """What an operation that is not known does, where it is made of others."""
-    shapes = [jax.ShapeDtypeStruct(atom.aval.shape, atom.aval.dtype) for atom in eqn.invars]
-    try:
-        traced = jax.make_jaxpr(lambda *inputs: eqn.primitive.impl(*inputs, **eqn.params))(*shapes)
-    except Exception:
-        raise UnknownOperation(eqn.primitive.name) from None
-    if eqn.primitive.name in _operations(traced.jaxpr):
-        raise UnknownOperation(eqn.primitive.name)
-    return traced
-
-
-def _operations(jaxpr: Any) -> set[str]:
-    """The names of the operations of a traced function, to any depth."""
-    names = {eqn.primitive.name for eqn in jaxpr.eqns}
-    inside = (eqn.params[key] for eqn in jaxpr.eqns for key in INSIDE if key in eqn.params)
-    return names.union(*(_operations(getattr(each, "jaxpr", each)) for each in inside))
 
 
 # Loops and branches --------------------------------------------------------------------------------------------------
@@ -240,4 +145,4 @@ def _many(names: Iterable[str]) -> str:
     return ", ".join(names) + ("," if len(names) == 1 else "") or "()"
 
 
-_LOOPS: dict[str, Callable[[_Scope, Any], None]] = {"while": _while, "scan": _scan, "cond": _cond, "split": _pieces}
+_Scope.loops = {"while": _while, "scan": _scan, "cond": _cond, "split": _pieces}

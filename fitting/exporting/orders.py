@@ -6,13 +6,14 @@ from typing import Any
 from fitting import units
 from fitting.errors import InputError
 from fitting.exporting.export import check_place, export
-from fitting.exporting.files import BRANCHES, free_contraction, without
+from fitting.exporting.laws import without
 from fitting.exporting.settings import EXPORT
+from fitting.exporting.table import BRANCHES, free_contraction
 from fitting.recordings.settings import TABLES
 from fitting.study.stored_model import stored_model
 from mckibben_jax.model import Model
 
-DEFAULT = {"python": "muscle.py", "table": "muscle.csv"}
+DEFAULT = {"python": "muscle.py", "table": "muscle.csv", "c": "muscle.h"}
 
 
 def export_of(given: dict[str, Any]) -> tuple[Path, dict[str, Any], str]:
@@ -26,6 +27,11 @@ def export_of(given: dict[str, Any]) -> tuple[Path, dict[str, Any], str]:
         export(whole, file, source=str(source))
         use = f"from {file.stem} import step; state, force = step(None, 3e5, 0.0, 1e-3)"
         return file, result | {"use": use}, f"{' + '.join(whole.names)} in plain numpy"
+    if form == "c":
+        export(whole, file, source=str(source))
+        name = file.stem
+        use = f'#include "{file.name}"; {name}_state s = {name}_start(3e5, 0); force = {name}_step(&s, 3e5, 0, 1e-3);'
+        return file, result | {"use": use}, f"{' + '.join(whole.names)} in C99, float with -D{name.upper()}_FLOAT"
     ends = _ends_of_table(whole, given)
     points = _counts(given["points"])
     export(whole, file, **ends, points=points, source=str(source))

@@ -39,13 +39,37 @@ def step(
 
     The rates are those of the step. The force, N, is what the instrument shows.
     """
+    after, memories = _advanced(model, carried, pressure, displacement, dt)
+    direction = _direction(model, carried, after, memories)
+    return Carried(after, direction, memories), _force(model, after, memories, direction)
+
+
+def step_parts(
+    model: Model, carried: Carried, pressure: jax.Array, displacement: jax.Array, dt: jax.Array
+) -> tuple[Carried, jax.Array, jax.Array]:
+    """As `step`, with the force in two: the pull without dry friction, and how much dry friction can resist, both N.
+
+    A simulator that knows sticking takes the second as a budget. The force is pull - direction * friction. Friction
+    whose direction is remembered (presliding) is a force of its own and stays in the pull.
+    """
+    after, memories = _advanced(model, carried, pressure, displacement, dt)
+    shortening, lengthening = (_force(model, after, memories, jnp.asarray(way)) for way in (1.0, -1.0))
+    carried = Carried(after, _direction(model, carried, after, memories), memories)
+    return carried, (shortening + lengthening) / 2, (lengthening - shortening) / 2
+
+
+def _advanced(
+    model: Model, carried: Carried, pressure: jax.Array, displacement: jax.Array, dt: jax.Array
+) -> tuple[State, Memories]:
     before, contraction = carried.rig, displacement / model.muscle.length
     rates = (contraction - before.contraction) / dt, (pressure - before.pressure) / dt
     after = State(contraction, pressure, *rates, time=before.time + dt)
-    memories = model.advance_memories(carried.memories, before, after)
+    return after, model.advance_memories(carried.memories, before, after)
+
+
+def _direction(model: Model, carried: Carried, after: State, memories: Memories) -> jax.Array:
     moves = path_rate(model.muscle, model.felt_now(after, memories))
-    direction = jnp.where(moves == 0, carried.direction, jnp.sign(moves))
-    return Carried(after, direction, memories), _force(model, after, memories, direction)
+    return jnp.where(moves == 0, carried.direction, jnp.sign(moves))
 
 
 def slow_force(
