@@ -9,12 +9,13 @@ import numpy as np
 
 from fitting.errors import InputError
 from fitting.exporting.c_header import c_header
+from fitting.exporting.mujoco_folder import mujoco_files, write_folder
 from fitting.exporting.python_module import python_module
 from fitting.exporting.table import Grid, free_contraction, table, write_table
-from fitting.writing import write_text
+from fitting.writing import write_text, write_whole
 from mckibben_jax.model import Model
 
-ENDINGS = {"python": (".py",), "table": (".csv", ".parquet"), "c": (".h",)}
+ENDINGS = {"python": (".py",), "table": (".csv", ".parquet"), "c": (".h",), "mujoco": ("",)}
 
 KEYWORDS_OF_C = frozenset({  # C99, 6.4.1, and those of C++
     "auto", "break", "case", "char", "const", "continue", "default", "do", "double", "else", "enum", "extern", "float",
@@ -36,6 +37,8 @@ def export(
 ) -> Path:
     """Write a model to a new file: `.py` plain numpy, `.h` a header of C99, `.csv` and `.parquet` a table of its force.
 
+    A name without an ending is a new folder for MuJoCo: muscle.py, the callbacks, and two scenes.
+
     A table goes from the first to the last of `contractions` (from 0 to where the force vanishes, unless given) and of
     `pressures` (Pa), in so many `points` of each. `source` is said in the file. InputError where the file is there.
     """
@@ -46,6 +49,8 @@ def export(
         write_text(str(file), python_module(model, source))
     elif form == "c":
         write_text(str(file), c_header(model, source, file.stem))
+    elif form == "mujoco":
+        write_whole(file, lambda new: write_folder(new, mujoco_files(model, source)))
     else:
         write_table(file, table(model, grid(model, contractions, pressures, points)), source)
     return file
@@ -62,7 +67,7 @@ def grid(
 def check_place(file: Path, form: str) -> None:
     """Refuse a file that is there, that has the wrong ending, or that Python could not import."""
     if file.suffix not in ENDINGS[form]:
-        cure = f"name a file that ends in {' or '.join(ENDINGS[form])}"
+        cure = f"name a file that ends in {' or '.join(ENDINGS[form])}" if any(ENDINGS[form]) else "name a new folder"
         raise InputError(f"--to {form} writes no '{file.suffix}' file", file, cure=cure)
     name = file.stem
     if form == "python" and (not name.isidentifier() or keyword.iskeyword(name) or name in sys.stdlib_module_names):

@@ -9,6 +9,11 @@ class ExportSettings:
 
     width: int = 100  # characters: an expression longer than this is given a name; chosen
     window: int = 8  # samples of a signal that show whether an instrument looks back; chosen
+    pulley: float = 0.1  # of the muscle's length, radius in the scene of a joint: 1 rad is a contraction of 0.1; chosen
+    middle: float = 0.12  # contraction of both muscles of a joint where it stands at 0, half of what they have; chosen
+    scene_pressure: float = 3e5  # Pa, for which the loads of the scenes are made; chosen
+    scene_load: float = 0.3  # of the force at rest length at that pressure: the load that is lifted; chosen
+    joint_load: float = 0.25  # of one muscle's torque at that pressure: the weight on the arm; chosen
     rows: int = 1_000_000  # of a table at most; chosen
 
 
