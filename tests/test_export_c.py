@@ -156,6 +156,15 @@ def test_the_command_writes_a_header_that_compiles_under_its_own_name(tmp_path):
     assert library.pull() == pytest.approx(muscle.step(muscle.start(3e5, 0.0), 3e5, 0.01, 1e-3)[1], rel=1e-12)
 
 
+@pytest.mark.skipif(shutil.which("g++") is None, reason="this machine has no C++ compiler (g++)")
+def test_a_compiler_of_cpp_takes_the_header_too(written, tmp_path):
+    source = tmp_path / "all.cpp"
+    source.write_text("".join(text for _, text in written.values()))
+    command = ["g++", "-Wall", "-Wextra", "-Werror", WARNINGS[-1], "-fsyntax-only", source]
+    done = subprocess.run(command, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr[:2000]
+
+
 @pytest.mark.parametrize(
     ("name", "words"), [("my-arm.h", "C cannot use"), ("float.h", "C cannot use"), ("m.c", "'.c'")]
 )

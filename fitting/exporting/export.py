@@ -9,13 +9,14 @@ import numpy as np
 
 from fitting.errors import InputError
 from fitting.exporting.c_header import c_header
+from fitting.exporting.fmu import write_fmu
 from fitting.exporting.mujoco_folder import mujoco_files, write_folder
 from fitting.exporting.python_module import python_module
 from fitting.exporting.table import Grid, free_contraction, table, write_table
 from fitting.writing import write_text, write_whole
 from mckibben_jax.model import Model
 
-ENDINGS = {"python": (".py",), "table": (".csv", ".parquet"), "c": (".h",), "mujoco": ("",)}
+ENDINGS = {"python": (".py",), "table": (".csv", ".parquet"), "c": (".h",), "mujoco": ("",), "fmu": (".fmu",)}
 
 KEYWORDS_OF_C = frozenset({  # C99, 6.4.1, and those of C++
     "auto", "break", "case", "char", "const", "continue", "default", "do", "double", "else", "enum", "extern", "float",
@@ -35,12 +36,13 @@ def export(
     points: tuple[int, int] = (51, 11),
     source: str = "a model in Python",
 ) -> Path:
-    """Write a model to a new file: `.py` plain numpy, `.h` a header of C99, `.csv` and `.parquet` a table of its force.
+    """Write a model to a new file; its ending says the form, and `source` is said in it.
 
-    A name without an ending is a new folder for MuJoCo: muscle.py, the callbacks, and two scenes.
+    `.py` is a module of plain numpy, `.h` a header of C99, `.csv` and `.parquet` a table of its force, `.fmu` an FMU
+    (FMI 2.0) compiled for this machine; a name without an ending is a new folder for MuJoCo.
 
     A table goes from the first to the last of `contractions` (from 0 to where the force vanishes, unless given) and of
-    `pressures` (Pa), in so many `points` of each. `source` is said in the file. InputError where the file is there.
+    `pressures` (Pa), in so many `points` of each. InputError where the file is there.
     """
     file = Path(file)
     form = next((form for form, endings in ENDINGS.items() if file.suffix in endings), "table")
@@ -49,6 +51,8 @@ def export(
         write_text(str(file), python_module(model, source))
     elif form == "c":
         write_text(str(file), c_header(model, source, file.stem))
+    elif form == "fmu":
+        write_whole(file, lambda new: write_fmu(model, source, new, file.stem))
     elif form == "mujoco":
         write_whole(file, lambda new: write_folder(new, mujoco_files(model, source)))
     else:
@@ -75,7 +79,7 @@ def check_place(file: Path, form: str) -> None:
         raise InputError("Python cannot import a file of this name", file, cure=cure)
     if form == "python" and name == "numpy":
         raise InputError("a file of this name hides numpy, which it needs", file, cure="name another with --out")
-    if form == "c" and not (name.isascii() and name.isidentifier() and name not in KEYWORDS_OF_C):
+    if form in ("c", "fmu") and not (name.isascii() and name.isidentifier() and name not in KEYWORDS_OF_C):
         cure = "use letters, digits and underscores, and no word of C's own: its functions begin with this name"
         raise InputError("C cannot use the name of this file", file, cure=cure)
     if file.exists():

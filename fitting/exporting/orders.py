@@ -13,7 +13,13 @@ from fitting.recordings.settings import TABLES
 from fitting.study.stored_model import stored_model
 from mckibben_jax.model import Model
 
-DEFAULT = {"python": "muscle.py", "table": "muscle.csv", "c": "muscle.h", "mujoco": "muscle_mujoco"}
+DEFAULT = {
+    "python": "muscle.py",
+    "table": "muscle.csv",
+    "c": "muscle.h",
+    "mujoco": "muscle_mujoco",
+    "fmu": "muscle.fmu",
+}
 
 
 def export_of(given: dict[str, Any]) -> tuple[Path, dict[str, Any], str]:
@@ -32,6 +38,10 @@ def export_of(given: dict[str, Any]) -> tuple[Path, dict[str, Any], str]:
         name = file.stem
         use = f'#include "{file.name}"; {name}_state s = {name}_start(3e5, 0); force = {name}_step(&s, 3e5, 0, 1e-3);'
         return file, result | {"use": use}, f"{' + '.join(whole.names)} in C99, float with -D{name.upper()}_FLOAT"
+    if form == "fmu":
+        export(whole, file, source=str(source))
+        use = "import it into OpenModelica, Simulink or another tool as FMI 2.0 for co-simulation; in Python: fmpy"
+        return file, result | {"use": use}, f"{' + '.join(whole.names)} as an FMU, compiled for this machine"
     if form == "mujoco":
         export(whole, file, source=str(source))
         use = f"pip install mujoco, then in {file}: python muscle_mujoco.py lift.xml, or joint.xml"

@@ -14,14 +14,14 @@ from fitting.cli.run import errors_for_machines
     "--to",
     "form",
     required=True,
-    type=click.Choice(["python", "c", "mujoco", "table"]),
+    type=click.Choice(["python", "c", "mujoco", "fmu", "table"]),
     help="python: a module of plain numpy. c: a header of C99. mujoco: a folder with callbacks and scenes. "
-    "table: force over contraction and pressure, on both branches.",
+    "fmu: FMI 2.0, co-simulation. table: force over contraction and pressure, on both branches.",
 )
 @click.option(
     "--out",
     metavar="FILE",
-    help="Where it goes; default muscle.py, .h, .csv or muscle_mujoco/. A table may be .parquet.",
+    help="Where it goes; default muscle.py, .h, .fmu, .csv or muscle_mujoco/. A table may be .parquet.",
 )
 @click.option("--contraction", metavar="LIST", help="Table: from, to; default 0 to where the force vanishes.")
 @click.option("--pressure", default="0 bar,5 bar", show_default=True, metavar="LIST", help="Table: from, to.")
@@ -31,7 +31,7 @@ from fitting.cli.run import errors_for_machines
 @effect_file_option
 @output_options
 def command(**options: Any) -> None:
-    """Write MODEL (a model.toml) for a program that does not know this one: numpy, C, MuJoCo, or a table.
+    """Write MODEL (a model.toml) for a program that does not know this one: numpy, C, MuJoCo, an FMU, or a table.
 
     The module and the header have step(state, pressure, displacement, dt), force, stiffness, linearise, pressure_for
     and pressure_for_step, which takes hysteresis into account.
