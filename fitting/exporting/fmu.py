@@ -1,6 +1,7 @@
 """A fitted muscle as a functional mock-up unit: FMI 2.0, co-simulation, made of the header of C99."""
 
 import hashlib
+import importlib.util
 import os
 import platform
 import shutil
@@ -80,11 +81,10 @@ def system() -> tuple[str, str]:
 
 def _fmi_headers() -> dict[str, str]:
     """The headers of the FMI standard (2-clause BSD), which fmpy carries."""
-    try:
-        import fmpy
-    except ImportError:
-        raise InputError("an FMU needs fmpy", cure="pip install 'mckibben-jax[fmu]'") from None
-    folder = Path(fmpy.__file__).parent / "c-code"
+    found = importlib.util.find_spec("fmpy")
+    if found is None or found.origin is None:
+        raise InputError("an FMU needs fmpy", cure="pip install 'mckibben-jax[fmu]'")
+    folder = Path(found.origin).parent / "c-code"
     return {name: (folder / name).read_text(encoding="utf-8") for name in HEADERS}
 
 
