@@ -15,7 +15,7 @@ from studied import spring_missing
 
 from fitting.cli.main import main
 from fitting.diagnosis import step_rules
-from fitting.diagnosis.discover import discover, proposals, worth_judging
+from fitting.diagnosis.discover import Judged, discover, in_order, proposals, worth_judging
 from fitting.diagnosis.record import Explanation, Leading
 from fitting.diagnosis.step_rules import RULES, Fitted, Objection, Reason, denied_sizes, objections
 from fitting.diagnosis.universe import universe
@@ -70,15 +70,15 @@ def test_no_step_raises_an_error_and_each_pays(measured):
 
 
 def test_what_is_kept_is_the_muscle_that_was_measured(measured):
-    """The ideal cylinder alone wants twice the stated radius. No step leaves any stated size by three errors."""
+    """The ideal cylinder alone wants twice the stated radius. No step leaves a stated size by over two errors."""
     steps, _ = measured
     priors = read_experiment(DATA / "martens2017_dmsp20").priors
     away = [abs(steps[0].diagnosis.baseline.values[name] - mean) / sd for name, (mean, sd) in priors.items()]
     assert max(away) > 10
     for step in steps[1:]:
         values = step.diagnosis.baseline.values
-        assert all(abs(values[name] - mean) <= 3 * sd for name, (mean, sd) in priors.items())
-        assert step.diagnosis.baseline.at_bound == ()
+        assert all(abs(values[name] - mean) <= 2.001 * sd for name, (mean, sd) in priors.items())
+        assert set(step.diagnosis.baseline.at_bound) <= set(priors)  # a confined size may stand at its end
     assert "muscle.radius" in steps[1].held
     modulus = next(value for name, value in steps[1].diagnosis.baseline.values.items() if name.startswith("bladder"))
     assert 0.3e6 < modulus < 3e6  # Pa: rubbers of hoses
@@ -157,17 +157,17 @@ def test_among_all_candidates_too(small):
 # -------------------------------------------------------------------------------------------------- when a step is kept
 
 
-def model(rmse=10.0, left_out=10.0, bound=(), denied=0.0, values=None, cost=None, readings=100, free=("a.K", "b.L")):
+def model(rmse=10.0, left_out=10.0, bound=(), denied=0.0, values=None, cost=None, readings=100, free=("a.K", "b.L"),
+          confined=False):  # fmt: skip
     """A fitted model as the rules see it: errors in N, left-out rows of that size with some scatter."""
     rows = left_out * np.tile([0.9, 1.1], readings // 2)
-    entries = [SimpleNamespace(name="muscle.radius", prior=(1.0, 0.1)), SimpleNamespace(name="a.K", prior=None)]
     world = SimpleNamespace(
         rmse=lambda rows: float(np.sqrt(np.mean(np.square(rows)))),
-        layout=SimpleNamespace(entries=entries), samples=range(readings), values=values or {"K": (5.0, 1.0)},
+        from_stated=lambda fit: {"muscle.radius": denied}, samples=range(readings), values=values or {"K": (5.0, 1.0)},
     )  # fmt: skip
     fit = SimpleNamespace(
         rows=np.full(readings, rmse), cost=rmse**2 if cost is None else cost, free=free, at_bound=tuple(bound),
-        prior_rows=np.array([denied]), effects=frozenset(["a"]),
+        effects=frozenset(["a"]), confined=confined,
     )  # fmt: skip
     return Fitted(world, fit, rows, np.repeat(np.arange(10), readings // 10))
 
@@ -186,10 +186,24 @@ def stated_estimates(request, monkeypatch):
 GOOD = {"rmse": 5.0, "left_out": 5.0}
 
 
-def test_the_rule_on_sizes_holds_them_only_if_nothing_else_is_wrong():
+def test_the_rule_on_sizes_asks_for_them_whatever_else_is_wrong():
+    """In a muscle of twice the radius nothing else that a fit says counts."""
     size, value = Objection(Reason.DENIES, "muscle.radius", 4.0), Objection(Reason.UNKNOWN, "tip.k", 0.5)
-    assert denied_sizes([size, Objection(Reason.BOUND, "muscle.radius")]) == ("muscle.radius",)
-    assert denied_sizes([size, value]) == denied_sizes([Objection(Reason.RISES)]) == denied_sizes([]) == ()
+    assert denied_sizes([size, value, Objection(Reason.BOUND, "muscle.radius")]) == ("muscle.radius",)
+    assert denied_sizes([value]) == denied_sizes([Objection(Reason.RISES)]) == denied_sizes([]) == ()
+
+
+def test_the_rule_on_bounds_lets_a_confined_size_stand_at_its_end():
+    loose, tight = (model(**GOOD, bound=["muscle.radius"], confined=confined) for confined in (False, True))
+    assert [why.reason for why in objections(model(), loose)] == [Reason.BOUND]
+    assert objections(model(), tight) == ()
+
+
+def test_the_rule_on_costs_compares_sizes_confined_alike():
+    """Where only the smaller model could leave the stated sizes, its cost says nothing."""
+    before, after = model(cost=10.0), model(**GOOD)
+    assert [why.reason for why in objections(before, after)] == [Reason.RISES]
+    assert objections(before, after, alike=model(rmse=20.0)) == ()
 
 
 @pytest.mark.parametrize(
@@ -234,6 +248,21 @@ def test_the_rule_on_values_asks_one_parameter_of_an_effect_that_is_identified()
     assert objections(model(free=()), model(**GOOD, values=half, free=()), RULES, adequate=True) == ()
     vague = objections(model(free=()), model(**GOOD, values=none, free=()), RULES, adequate=True)
     assert [why.about for why in vague] == ["a.K", "a.c"]
+
+
+@pytest.mark.parametrize(
+    ("other", "first"),
+    [
+        ({"rmse": 4.0, "left_out": 5.0}, "other"),  # held-out runs do not decide: the smaller error in sample
+        ({"rmse": 6.0, "left_out": 5.0}, "one"),
+        ({"rmse": 4.0, "left_out": 5.0, "confined": True}, "one"),  # it had to be forced into the stated sizes
+        ({"rmse": 4.0, "left_out": 5.0, "free": ("a.K", "b.L", "b.M")}, "one"),  # it has a number more
+        ({"rmse": 4.0, "left_out": 6.0}, "one"),  # held-out runs decide
+    ],
+)
+def test_the_rule_on_sound_rivals(other, first):
+    judged = [Judged((name,), model(**how), model(), (), ()) for name, how in (("one", GOOD), ("other", other))]
+    assert in_order(judged, RULES)[0].names == (first,)
 
 
 # -------------------------------------------------------------------------------------------------------- what is tried

@@ -5,8 +5,9 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from fitting.diagnosis.equivalent import best_predicting, leading_of, plausible, simplest, unrivalled
+from fitting.diagnosis.equivalent import _clearly_by_group, best_predicting, leading_of, plausible, simplest, unrivalled
 from fitting.diagnosis.examine import AdequacyTest
+from fitting.least_squares import held_out
 
 GROUPS = np.repeat(np.arange(10), 30)
 RANDOM = np.random.default_rng(4)
@@ -40,6 +41,14 @@ class World:
 
     def rmse(self, rows):
         return float(np.sqrt(np.mean(rows**2)))
+
+
+@pytest.fixture(autouse=True)
+def confined(monkeypatch):
+    """What is fitted in place of a trial that denies a stated size, by its key; unless said, the trial itself."""
+    instead = {}
+    monkeypatch.setattr("fitting.diagnosis.equivalent.believable", lambda _, fit: instead.get(fit.key, fit))
+    return instead
 
 
 class Examiner:
@@ -107,6 +116,25 @@ def test_what_is_at_its_bound_or_denied_leads_only_where_all_is():
     assert plausible(world, frozenset("a"), fit("a", ends="b"))  # what was there before may stand at its end
     assert not plausible(world, frozenset("a"), fit("a", ends="a"))
     assert not plausible(world, frozenset("c"), fit("c"))
+
+
+def test_what_denies_a_size_leads_if_it_does_so_in_a_believable_muscle_too(confined):
+    """b stands for a with the sizes confined: it denies nothing, and leaves the least all the same."""
+    confined["a"] = fit("b")
+    assert led("acd", denies=("a",)).effects == ("a",)
+    confined["a"] = fit("d")
+    assert led("acd", denies=("a",)).effects == ("c",)
+
+
+def test_a_lead_is_clear_where_it_is_so_in_every_group():
+    """One group that errs a hundred times more than the others hides a difference of sums, not one of logarithms."""
+    better, group = np.ones(100), np.repeat(np.arange(5), 20)
+    worse = 3 * better * np.where(group == 0, 100.0, 1.0)
+    better = better * np.where(group == 0, 100.0, 1.0)
+    fall, error = held_out.difference(worse, better, group)
+    assert not fall > 2 * error
+    assert _clearly_by_group(worse, better, group, 2.0)
+    assert not _clearly_by_group(better, worse, group, 2.0)
 
 
 def test_explanations_that_contain_a_simpler_one_are_dropped_and_exact_likes_are_a_class():

@@ -15,13 +15,15 @@ from fitting.diagnosis.examine import Examiner
 from fitting.diagnosis.record import Diagnosis
 from fitting.diagnosis.search import Progress, Search, SearchResult
 from fitting.diagnosis.settings import DIAGNOSIS, DiagnosisSettings
-from fitting.diagnosis.universe import CandidateFit, Universe, universe
+from fitting.diagnosis.universe import CandidateFit, Universe, confined, universe
 from fitting.diagnosis.verdict import diagnosis_of
 from fitting.errors import InputError
-from fitting.least_squares.fit import fit as fit_model
+from fitting.least_squares.fit import fit_problem
 from fitting.least_squares.record import Fit
 from fitting.precision import require_x64
-from fitting.problem.residuals import thinned
+from fitting.problem.no_number import refuse_no_number
+from fitting.problem.residuals import problem, thinned
+from fitting.problem.unknowns import unknowns
 from fitting.problem.varying import AS_DECLARED, Varying
 from fitting.recordings.envelopes import without_envelopes
 from fitting.recordings.inverse_dynamics import as_force
@@ -85,8 +87,12 @@ def prepared(
     progress: Progress | None = None,
     start: Mapping[str, float] | None = None,
     settings: DiagnosisSettings = DIAGNOSIS,
+    confine: bool = False,
 ) -> Search:
-    """The model itself fitted, and all laid out for the search of what is missing from it; arguments as there."""
+    """The model itself fitted, and all laid out for the search of what is missing from it; arguments as there.
+
+    `confine`: no stated size leaves what was stated by more than a few of its standard errors (`stated_sizes`).
+    """
     require_x64()
     progress = progress or (lambda *_: None)
     tested, set_aside = of_force(experiments)
@@ -95,12 +101,28 @@ def prepared(
     known = library_candidates() if candidates is None else list(candidates)
     progress("baseline", 0.0)
     world = universe(light, effects, known, varying, settings=settings.fits)
-    refit = partial(fit_model, light, effects, **varying.keywords, starts=6, seed=seed)
+    world = world.confined() if confine else world
+    refit = partial(_refit, light, effects, varying, seed=seed, errors=settings.fits.believed if confine else None)
     baseline, base = _fitted_twice(world, refit, dict(start or {}))
     with one_thread():
         examiner = Examiner(world, base, seed, settings)
     notes = (*set_aside, *(note for e in light for r in e.recordings for note in r.notes))
     return Search(world, base, examiner, baseline, progress, notes, not force_was_measured(experiments))
+
+
+def _refit(
+    light: Sequence[Experiment], effects: Sequence[Effect], varying: Varying, start: dict[str, float], seed: int,
+    errors: float | None,
+) -> Fit:  # fmt: skip
+    """The model alone fitted from several starts, with stated sizes confined to so many standard errors, if to any."""
+    layout = unknowns(light, effects, varying.own)
+    layout = layout if errors is None else confined(layout, errors)
+    begin = np.array([start.get(name, value) for name, value in zip(layout.names, layout.start, strict=True)])
+    given, samples = problem(light, layout)
+    names = varying.names(layout)
+    found = fit_problem(layout, given, samples, begin, names, tuple(start), starts=6, seed=seed)
+    refuse_no_number(found.residual, samples, light)
+    return found
 
 
 def _fitted_twice(world: Universe, refit: Callable[..., Fit], known: dict[str, float]) -> tuple[Fit, CandidateFit]:

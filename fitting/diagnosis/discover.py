@@ -3,12 +3,15 @@
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from fitting.diagnosis.diagnose import Progress, concluded, library_candidates, one_thread, prepared
-from fitting.diagnosis.outcomes import NOTHING_MISSING
+from fitting.diagnosis.outcomes import NOTHING_MISSING, Verdict
 from fitting.diagnosis.record import Diagnosis
 from fitting.diagnosis.search import Search, SearchResult
 from fitting.diagnosis.step_rules import RULES, Fitted, Objection, StepRules, denied_sizes, objections
 from fitting.diagnosis.universe import CandidateFit, Universe
+from fitting.least_squares import held_out
 from fitting.problem.varying import Varying
 from fitting.recordings.records import Experiment
 from mckibben_jax.effect import Effect, name_of
@@ -40,7 +43,7 @@ class Step:
     verdict: str
     diagnosis: Diagnosis
     attempts: tuple[Attempt, ...] = ()
-    held: tuple[str, ...] = ()  # stated sizes of the muscle that are held since this step, for a free fit denies them
+    held: tuple[str, ...] = ()  # stated sizes of the muscle that are confined since this step
 
     @property
     def effect(self) -> str:
@@ -68,34 +71,36 @@ def discover(
     """Diagnose, add one effect, and diagnose again, until no step is left that obeys the rules.
 
     Whatever the verdict, an effect that leads is added; two at once only where neither is kept alone. Every fit begins
-    at the optimum of the model before, so that no step raises the error. Stated sizes that a step denies are held at
-    what was stated, from that step on. `candidates` as in `diagnose`; `start` gives values (SI, by full name) that were
-    fitted before; `on_step` is called with every step as soon as it is made, with all that was tried after it.
+    at the optimum of the model before, so that no step raises the error. Where a step denies a stated size, all stated
+    sizes are confined to what was stated (`stated_sizes`) from that step on.
+    `candidates` as in `diagnose`; `start` gives values (SI, by full name) that were fitted before; `on_step` is called
+    with every step as soon as it is made, with all that was tried after it.
     """
     candidates = library_candidates() if candidates is None else candidates
     known = {name_of(effect): effect for effect in (*effects, *candidates)}
 
-    def begin(present: Sequence[Effect], fix: Sequence[str], start: Mapping[str, float] | None) -> Search:
+    def begin(present: Sequence[Effect], start: Mapping[str, float] | None, confine: bool = False) -> Search:
         varying = Varying(tuple(fix), tuple(free), tuple(own))
         return prepared(
             experiments, present, candidates=list(known.values()), varying=varying, seed=seed, progress=progress,
-            start=start,
+            start=start, confine=confine,
         )  # fmt: skip
 
     steps: list[Step] = []
-    here = Larger(("baseline",), list(effects), begin(effects, fix, start))
+    here = Larger(("baseline",), list(effects), begin(effects, start))
     while True:
-        with one_thread():
-            result = here.search.run()
-        found = concluded(result)
-        step = Step(here.added, found.rmse, found.held_out_rmse, found.verdict, found, held=here.held)
-        larger: Larger | None = None
-        attempts: tuple[Attempt, ...] = ()
-        if len(steps) < rules.steps:
-            larger, attempts = _next(result, here.present, found, known, begin, rules)
-        steps.append(replace(step, attempts=attempts))
+        more = len(steps) < rules.steps
+        found, larger, attempts = _plainly(here, known, begin, rules) if more else (None, None, ())
+        if found is None or larger is None:
+            with one_thread():
+                result = here.search.run()
+            found = concluded(result)
+            if more:
+                larger, attempts = _next(result, here.present, worth_judging(found, rules), found, known, begin, rules)
+        step = Step(here.added, found.rmse, found.held_out_rmse, found.verdict, found, attempts, here.held)
+        steps.append(step)
         if on_step is not None:
-            on_step(steps[-1])
+            on_step(step)
         if larger is None:
             return tuple(steps)
         here = larger
@@ -111,9 +116,31 @@ class Larger:
     held: tuple[str, ...] = ()
 
 
+def _plainly(
+    here: Larger, known: Mapping[str, Effect], begin: Callable[..., Search], rules: StepRules
+) -> tuple[Diagnosis | None, Larger | None, tuple[Attempt, ...]]:
+    """A step by an effect that is plainly there: it leads, and leaves less than it removes.
+
+    It is added before two at once are looked at: beside it they mean something else than without it. What the verdict
+    then names is what was added.
+    """
+    with one_thread():
+        result = here.search.glance()
+    if result.base_is_adequate:
+        return None, None, ()
+    found = concluded(result)
+    if found.leading is None or found.leading.share < rules.plain:
+        return None, None, ()
+    leading = [names for names in (e.effects for e in found.tried) if set(names) <= set(found.leading.effects)]
+    larger, attempts = _next(result, here.present, [leading], found, known, begin, rules)
+    verdict = Verdict.MISSING if len(leading) == 1 else Verdict.ONE_OF
+    return replace(found, verdict=verdict, explanations=tuple(leading), nearest=()), larger, attempts
+
+
 def _next(
     here: SearchResult,
     present: Sequence[Effect],
+    tiers: Sequence["Tier"],
     found: Diagnosis,
     known: Mapping[str, Effect],
     begin: Callable[..., Search],
@@ -122,42 +149,73 @@ def _next(
     """The best proposal of the first tier that has one which obeys the rules, and what was tried and does not."""
     before, attempts = _fitted(here.world, here.base, here), list[Attempt]()
     adequate = {e.effects for e in found.tried if e.adequate}
-    for tier in worth_judging(found, rules):
+    for tier in tiers:
         fits = [_judged(here, before, names, rules, names in adequate) for names in tier]
         attempts += [fit.attempt for fit in fits if fit.why]
-        for fit in sorted((t for t in fits if not t.why), key=lambda t: t.after.held_out_rmse):
+        for fit in in_order([t for t in fits if not t.why], rules):
             effects = with_added(present, [known[name] for name in fit.names])
-            larger = begin(effects, fit.after.world.fixed, _values(fit.after))
+            larger = begin(effects, _values(fit.after), fit.after.fit.confined)
             after = _fitted(larger.world, larger.base, larger)  # its own search may have ended in a lower valley
-            why = objections(before, after, rules, fit.names in adequate)
+            why = objections(before, after, rules, fit.names in adequate, fit.alike)
             if not why:
-                return Larger(fit.names, effects, larger, fit.held), tuple(attempts)
+                return Larger(fit.names, effects, larger, fit.confined), tuple(attempts)
             attempts.append(Attempt(fit.names, after.rmse, after.held_out_rmse, why))
     return None, tuple(attempts)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Judged:
-    """A larger model among the candidates: as it is, or with stated sizes held where a free fit would deny them."""
+    """A larger model among the candidates, beside the smaller one with stated sizes confined alike.
+
+    `confined` are the stated sizes if they had to be, for a free fit would deny some.
+    """
 
     names: tuple[str, ...]
     after: Fitted
-    held: tuple[str, ...]
+    alike: Fitted
+    confined: tuple[str, ...]
     why: tuple[Objection, ...]
-    attempt: Attempt
+
+    @property
+    def attempt(self) -> Attempt:
+        """As what was tried and not kept."""
+        return Attempt(self.names, self.after.rmse, self.after.held_out_rmse, self.why)
+
+
+def in_order(sound: Sequence[Judged], rules: StepRules) -> list[Judged]:
+    """Sound models in the order in which they are kept: by the error on held-out runs, as far as that tells.
+
+    Where the best is not better than another by its standard error, held-out runs do not decide between them. Then one
+    that stays by itself within the stated sizes comes first, then fewer numbers, then the smaller error in sample.
+    """
+    order = sorted(sound, key=lambda t: t.after.held_out_rmse)
+    if not order:
+        return []
+
+    def rivals_the_best(t: Judged) -> bool:
+        best = order[0].after
+        fall, error = held_out.difference(t.after.left_out, best.left_out, best.groups)
+        return fall <= rules.errors * error
+
+    first = [t for t in order if rivals_the_best(t)]
+    first.sort(key=lambda t: (t.after.fit.confined, len(t.after.fit.free), t.after.rmse))
+    return [*first, *(t for t in order if t not in first)]
 
 
 def _judged(search: SearchResult, before: Fitted, names: tuple[str, ...], rules: StepRules, adequate: bool) -> Judged:
-    """Fit a larger model, and see what speaks against it."""
-    free = _lowest(search.world, search, search.fits[frozenset(names)])
-    after, held = free, tuple[str, ...]()
-    first = why = objections(before, free, rules, adequate)
-    while more := denied_sizes(why):  # what does the effect do in a muscle of the sizes that were stated?
-        held = (*held, *more)
-        after = _lowest(search.world.holding(held), search, after.fit)
-        why = objections(before, after, rules, adequate)
-    reasons = tuple(dict.fromkeys((*first, *why)))
-    return Judged(names, after, held, why, Attempt(names, free.rmse, free.held_out_rmse, reasons))
+    """Fit a larger model, and see what speaks against it.
+
+    Where it denies a stated size, nothing else that it says counts: both models are fitted again with sizes confined.
+    """
+    after = _lowest(search.world, search, search.fits[frozenset(names)].vector, before, names)
+    why = objections(before, after, rules, adequate)
+    if not denied_sizes(why):
+        return Judged(names, after, before, (), why)
+    world = search.world.confined()
+    smaller = _fitted(world, world.fit(search.base.effects, search.base.vector), search)
+    again = _lowest(world, search, after.fit.vector, smaller, names)
+    why = objections(before, again, rules, adequate, smaller)
+    return Judged(names, again, smaller, tuple(world.from_stated(again.fit)), why)
 
 
 Tier = list[tuple[str, ...]]
@@ -209,13 +267,11 @@ def worth_judging(found: Diagnosis, rules: StepRules = RULES) -> list[Tier]:
     return _without_repeats([[names for names in tier if pays(names)] for tier in proposals(found, rules)])
 
 
-def _lowest(world: Universe, search: SearchResult, fit: CandidateFit) -> Fitted:
+def _lowest(world: Universe, search: SearchResult, begin: np.ndarray, smaller: Fitted, names: Sequence[str]) -> Fitted:
     """A larger model fitted from where it ended before and from the smaller one's optimum, whichever ends lower."""
-    held = world.layout.at(set(world.fixed) - set(search.world.fixed))
-    begin, smaller = fit.vector.copy(), search.base.vector.copy()
-    begin[held] = smaller[held] = world.start[held]
-    from_smaller = world.fit_from_smaller(fit.effects, replace(search.base, vector=smaller))
-    return _fitted(world, min(world.fit(fit.effects, begin), from_smaller, key=lambda end: end.cost), search)
+    effects = world.with_added(names)
+    ends = world.fit(effects, begin), world.fit_from_smaller(effects, smaller.fit)
+    return _fitted(world, min(ends, key=lambda end: end.cost), search)
 
 
 def _fitted(world: Universe, fit: CandidateFit, search: Search | SearchResult) -> Fitted:

@@ -1,12 +1,13 @@
 """Explanations that these data cannot tell apart, special cases of each other, and the one that leads."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
 from fitting.diagnosis.examine import Examiner
 from fitting.diagnosis.record import Leading
 from fitting.diagnosis.settings import VERDICT, VerdictSettings
+from fitting.diagnosis.stated_sizes import believable
 from fitting.diagnosis.universe import CandidateFit, Universe
 from fitting.full_names import owner_of
 from fitting.least_squares import held_out
@@ -92,17 +93,23 @@ def leading_of(
     examiner: Examiner,
     settings: VerdictSettings = VERDICT,
 ) -> Leading | None:
-    """The single effect, or rivals of one family, that lowers the left-out error by clearly more than any other."""
-    all_singles = [added for added in fits if len(added) == 1]
-    singles = [added for added in all_singles if plausible(world, added, fits[added])] or all_singles
-    rows = {added: examiner.beyond_instruments(fits[added]) for added in singles}
-    order = sorted(singles, key=lambda added: held_out.rms(rows[added]))
+    """The single effect, or rivals of one family, that lowers the left-out error by clearly more than any other.
+
+    What denies a stated size is judged by what it does in a muscle of believable sizes.
+    """
     clearly = lambda worse, better: _clearly(worse, better, examiner.groups, settings.clearly)  # noqa: E731
     before = examiner.beyond_instruments(base)
+    helps = lambda fit: clearly(before, examiner.beyond_instruments(fit))  # noqa: E731
+    fits = _in_a_believable_muscle(world, fits, helps)
+    singles = [added for added in fits if plausible(world, added, fits[added])] or list(fits)
+    rows = {added: examiner.beyond_instruments(fits[added]) for added in singles}
+    order = sorted(singles, key=lambda added: held_out.rms(rows[added]))
     helping = [added for added in order if clearly(before, rows[added])]
     if not helping or helping[0] != order[0]:
         return None
-    equals = [added for added in helping if not clearly(rows[added], rows[order[0]])]
+    best = rows[order[0]]
+    behind = lambda left: clearly(left, best) or _clearly_by_group(left, best, examiner.groups, settings.clearly)  # noqa: E731
+    equals = [added for added in helping if not behind(rows[added])]
     fewest = min(len(fits[added].free) for added in equals)
     named = [added for added in equals if len(fits[added].free) == fewest]
     if not _of_one_kind(world, equals, named[0], fits, settings):
@@ -116,6 +123,14 @@ def leading_of(
         left,
         shown(fits[others[0]]) if others else whole,
     )
+
+
+def _in_a_believable_muscle(
+    world: Universe, fits: Mapping[frozenset[str], CandidateFit], helps: Callable[[CandidateFit], bool]
+) -> dict[frozenset[str], CandidateFit]:
+    """Every single effect; those that help are fitted with the stated sizes confined, if they deny any."""
+    singles = {added: fit for added, fit in fits.items() if len(added) == 1}
+    return {added: believable(world, fit) if helps(fit) else fit for added, fit in singles.items()}
 
 
 def _of_one_kind(
@@ -133,6 +148,12 @@ def _of_one_kind(
         or contains(world, fits[other], fits[first], held_out.rms(fits[first].rows), settings)
         for other in others
     )
+
+
+def _clearly_by_group(worse: np.ndarray, better: np.ndarray, groups: np.ndarray, errors: float) -> bool:
+    """The same in the logarithm, where a group that errs most does not outweigh all others; only if the sum agrees."""
+    fall, error = held_out.log_difference(worse, better, groups)
+    return fall > errors * error and held_out.rms(worse) > held_out.rms(better)
 
 
 def _clearly(worse: np.ndarray, better: np.ndarray, groups: np.ndarray, errors: float) -> bool:

@@ -79,14 +79,30 @@ class Search:
         search.fits.update(result.fits)
         return search
 
+    def glance(self) -> SearchResult:
+        """What single effects do, and whether anything is missing: without limits, and nothing else is tested."""
+        self.progress("one effect at a time", 0.1)
+        self.fit_singles()
+        test = self.examiner.adequacy(frozenset(), self.base, self.fits)
+        return self.result(test, not test.rejected and not self.bettered(frozenset()))
+
     def run(self) -> SearchResult:
         """Stop at the first level with an adequate member, having looked one level further."""
         self.progress("one effect at a time", 0.1)
-        self.fit_level([frozenset([name]) for name in self.world.candidates])
+        self.fit_singles()
         test = self.examiner.adequacy(frozenset(), self.base, self.fits, limits=True)
         base_is_adequate = not test.rejected and not self.bettered(frozenset())
         if not base_is_adequate:
             self.levels()
+        return self.result(test, base_is_adequate)
+
+    def fit_singles(self) -> None:
+        """Every effect by itself, as far as it was not fitted yet."""
+        singles = [frozenset([name]) for name in self.world.candidates]
+        self.fit_level([added for added in singles if added not in self.fits and added not in self.numberless])
+
+    def result(self, test: AdequacyTest, base_is_adequate: bool) -> SearchResult:
+        """All that was fitted and tested, with the test of the base."""
         return SearchResult(
             self.world, self.base, self.baseline, self.examiner, test, base_is_adequate, dict(self.fits),
             dict(self.adequacy_tests), tuple(self.adequate), frozenset(self.numberless), self.notes, self.moving_only,

@@ -19,6 +19,7 @@ class StepRules:
     errors: float = 1.0  # standard errors by which the held-out mean square must fall: the one-standard-error rule
     # (Hastie, Tibshirani & Friedman, The Elements of Statistical Learning, 7.10)
     share: float = 0.1  # of the held-out error that a step must remove: less is not worth a parameter to a mechanician
+    plain: float = 0.5  # of the squared held-out error that a leading effect removes: it leaves less than it removes
     denied: float = 3.0  # standard errors from a stated size: one honest measurement in 370 lies farther away
     known: float = 1.0  # standard errors that a value must reach: a smaller one may as well be zero
     spare: int = 5  # readings more than fitted numbers; as for any verdict
@@ -72,16 +73,18 @@ class Fitted:
 
 
 def objections(
-    before: Fitted, after: Fitted, rules: StepRules = RULES, adequate: bool = False
+    before: Fitted, after: Fitted, rules: StepRules = RULES, adequate: bool = False, alike: Fitted | None = None
 ) -> tuple[Objection, ...]:
     """Every reason against a step from one model to a larger one; none: the step is kept.
 
+    `alike` is the smaller model fitted with the stated sizes confined as in the larger one, if they are not in
+    `before`: only then are costs comparable.
     `adequate`: the larger model passes the test that anything is missing, and the smaller does not. Then the effect is
     identified however little it removes: the tenth is not asked for, and one known parameter of an effect is enough.
     """
     poor = no_gain(before, after, rules, adequate)
     unsound = (
-        *_rising(before, after, rules),
+        *_rising(before, after, rules, before if alike is None else alike),
         *_few(after, rules),
         *_bounds(before, after),
         *_denials(after, rules),
@@ -101,19 +104,24 @@ def no_gain(before: Fitted, after: Fitted, rules: StepRules, adequate: bool) -> 
 
 
 def _bounds(before: Fitted, after: Fitted) -> tuple[Objection, ...]:
-    """Parameters at the end of their range that were not there in the smaller model."""
-    return tuple(Objection(Reason.BOUND, n) for n in after.fit.at_bound if n not in before.fit.at_bound)
+    """Parameters at the end of their range that were not there in the smaller model; not sizes that are confined."""
+    sizes = after.world.from_stated(after.fit) if after.fit.confined else ()
+    ends = (name for name in after.fit.at_bound if name not in before.fit.at_bound and name not in sizes)
+    return tuple(Objection(Reason.BOUND, name) for name in ends)
 
 
 def _denials(after: Fitted, rules: StepRules) -> tuple[Objection, ...]:
     """Stated sizes from which the larger model is too far, however far the smaller one was from them."""
-    return tuple(Objection(Reason.DENIES, name, z) for name, z in stated(after).items() if abs(z) > rules.denied)
+    return tuple(
+        Objection(Reason.DENIES, name, z)
+        for name, z in after.world.from_stated(after.fit).items()
+        if abs(z) > rules.denied
+    )
 
 
 def denied_sizes(why: Sequence[Objection]) -> tuple[str, ...]:
-    """The stated sizes that the objections are about, if they are about nothing else."""
-    sizes = tuple(dict.fromkeys(w.about for w in why if owner_of(w.about) == "muscle"))
-    return sizes if all(w.about in sizes for w in why) else ()
+    """The stated sizes that objections are about."""
+    return tuple(dict.fromkeys(w.about for w in why if owner_of(w.about) == "muscle"))
 
 
 def _unknown(before: Fitted, after: Fitted, rules: StepRules, adequate: bool) -> tuple[Objection, ...]:
@@ -123,12 +131,6 @@ def _unknown(before: Fitted, after: Fitted, rules: StepRules, adequate: bool) ->
     certain = {owner_of(name) for name, z in sizes.items() if z >= rules.known} if adequate else set()
     vague = {n: z for n, z in sizes.items() if z < rules.known and n not in vague_before}
     return tuple(Objection(Reason.UNKNOWN, n, z) for n, z in vague.items() if owner_of(n) not in certain)
-
-
-def stated(model: Fitted) -> dict[str, float]:
-    """How far each size of the muscle is from its stated value, in standard errors of the statement."""
-    names = [entry.name for entry in model.world.layout.entries if entry.prior is not None]
-    return dict(zip(names, map(float, model.fit.prior_rows), strict=True))
 
 
 def in_errors(model: Fitted) -> dict[str, float]:
@@ -141,9 +143,9 @@ def in_errors(model: Fitted) -> dict[str, float]:
     return found
 
 
-def _rising(before: Fitted, after: Fitted, rules: StepRules) -> tuple[Objection, ...]:
+def _rising(before: Fitted, after: Fitted, rules: StepRules, alike: Fitted) -> tuple[Objection, ...]:
     limit = 1 + rules.rounding
-    rises = after.rmse > limit * before.rmse or after.fit.cost > limit * before.fit.cost
+    rises = after.rmse > limit * before.rmse or after.fit.cost > limit * alike.fit.cost
     return (Objection(Reason.RISES, size=after.rmse / before.rmse - 1),) if rises else ()
 
 

@@ -13,13 +13,14 @@ import numpy as np
 from fitting.diagnosis.outcomes import Reason, Why
 from fitting.diagnosis.settings import FITS, FitSettings
 from fitting.least_squares.absent import as_good_as_absent
+from fitting.least_squares.decomposed import lstsq
 from fitting.least_squares.held_out import HELD_OUT, left_out_rows
 from fitting.least_squares.search import MultistartResult, solve
 from fitting.least_squares.subset import Subset
 from fitting.least_squares.uncertainty import at_bound
 from fitting.problem.residuals import LIGHT, Problem, Samples, problem
 from fitting.problem.sizes import joined, of_standard_size, widened
-from fitting.problem.unknowns import Unknowns, unknowns
+from fitting.problem.unknowns import Unknown, Unknowns, unknowns
 from fitting.problem.varying import AS_DECLARED, Varying
 from fitting.recordings.accuracy import Accuracy
 from fitting.recordings.presumed import allowed
@@ -43,6 +44,7 @@ class CandidateFit:
     prior_rows: np.ndarray
     prior_slopes: np.ndarray
     at_bound: tuple[str, ...]
+    confined: bool = False  # to stated sizes, as in the universe where it was fitted
 
     @property
     def cost(self) -> float:
@@ -67,6 +69,7 @@ class Universe:
     lengths: np.ndarray  # m, at rest, of each data set's muscle
     accuracies: tuple[Accuracy, ...]  # of the instruments of each recording
     settings: FitSettings = FITS
+    is_confined: bool = False  # to within a few standard errors of the stated sizes
 
     @property
     def template(self) -> Model:
@@ -146,18 +149,27 @@ class Universe:
         ends = tuple(n for n in at_bound(names, np.asarray(best.place)[:k]) if self._held(subset, names.index(n), best))
         all_slopes = all_slopes * [name not in ends for name in names]  # what stands at its bound cannot give way
         rows, slopes = all_rows[self.real], all_slopes[self.real]
-        return CandidateFit(effects, vector, names, rows, slopes, all_rows[count:], all_slopes[count:], ends)
+        priors = all_rows[count:], all_slopes[count:]
+        return CandidateFit(effects, vector, names, rows, slopes, *priors, ends, self.is_confined)
 
     def _held(self, subset: Subset, at: int, found: MultistartResult) -> bool:
         """Whether the data hold one free parameter at the end of its range, or would as soon have it inside."""
         place = np.asarray(found.place).copy()
-        place[at] = np.clip(place[at], self.settings.inside, 1 - self.settings.inside)
+        shift = np.clip(place[at], self.settings.inside, 1 - self.settings.inside) - place[at]
+        scatter = float(np.mean(np.asarray(found.rows)[: self._count][self.real] ** 2))
+        may_rise = self.settings.undecided * scatter
+        if self._is_stated(int(subset.free[at])) or _rise(found, at, shift) > self.settings.surely * may_rise:
+            return True  # a stated size that is denied; or what no refit could make up for
+        place[at] += shift
         slot = len(self.layout.names)  # nothing reads it
         free = jnp.where(jnp.arange(len(place)) == at, slot, subset.free)
         rest = replace(subset, full=subset.vector(jnp.asarray(place)), free=free)
         again = solve(self.problem, rest, rest.place(rest.full)[None], self.settings.steps, NO_LOOK)
-        scatter = np.mean(np.asarray(found.rows)[: self._count][self.real] ** 2)
-        return float(again.cost) > float(found.cost) + self.settings.undecided * float(scatter)
+        return float(again.cost) > float(found.cost) + may_rise
+
+    def _is_stated(self, position: int) -> bool:
+        """Whether an unknown is a stated size of a muscle."""
+        return self.layout.entries[position].prior is not None
 
     def fit_from_smaller(self, effects: frozenset[str], smaller: CandidateFit) -> CandidateFit:
         """Fit a set of effects from the optimum of a smaller one, with what is new as good as absent there."""
@@ -175,14 +187,9 @@ class Universe:
         place = as_good_as_absent(search, subset, entries, new, 1)
         return self.fit(effects, np.asarray(subset.vector(jnp.asarray(place)))[: len(smaller.vector)])
 
-    def holding(self, sizes: Sequence[str]) -> "Universe":
-        """The same with these stated sizes of the muscle held at what was stated."""
-        start = self.start.copy()
-        for i, entry in enumerate(self.layout.entries):
-            if entry.name in sizes and entry.prior is not None:
-                start[i] = entry.prior[0]
-        free = tuple(name for name in self.always_free if name not in sizes)
-        return replace(self, always_free=free, fixed=(*self.fixed, *sizes), start=start)
+    def confined(self) -> "Universe":
+        """The same where no stated size can leave what was stated by more than a few of its standard errors."""
+        return replace(self, layout=confined(self.layout, self.settings.believed), is_confined=True)
 
     def fit_all(self, sets: Sequence[tuple[frozenset[str], np.ndarray, Sequence[str]]]) -> list[CandidateFit]:
         """Fit many sets, two at a time."""
@@ -199,8 +206,12 @@ class Universe:
 
     def contradicted(self, fit: CandidateFit) -> tuple[str, ...]:
         """Stated measurements of the muscle that a fit denies: more than four standard errors away."""
+        return tuple(name for name, z in self.from_stated(fit).items() if abs(z) > self.settings.denied)
+
+    def from_stated(self, fit: CandidateFit) -> dict[str, float]:
+        """How far each stated size of the muscle is from what was stated, in standard errors of the statement."""
         stated = [entry.name for entry in self.layout.entries if entry.prior is not None]
-        return tuple(name for name, row in zip(stated, fit.prior_rows, strict=True) if abs(row) > self.settings.denied)
+        return dict(zip(stated, map(float, fit.prior_rows), strict=True))
 
     def left_out(self, fit: CandidateFit, group: np.ndarray, glance: bool = False) -> np.ndarray:
         """The rows of a fit on groups of rows left out: refitted where there are few, else in one step from the fit."""
@@ -208,7 +219,8 @@ class Universe:
             return left_out_rows(fit.rows, fit.slopes, fit.prior_rows, fit.prior_slopes, group)
         rows = fit.rows.copy()
         for g in np.unique(group):
-            rest = replace(self, problem=self.problem.without(widened(group == g, self.real, self._count)))
+            rest = self.confined() if fit.confined else self
+            rest = replace(rest, problem=rest.problem.without(widened(group == g, self.real, self._count)))
             rows[group == g] = rest.fit(fit.effects, fit.vector).rows[group == g] * LIGHT
         return rows
 
@@ -304,6 +316,31 @@ class Universe:
         rest = np.asarray(subset.full)[len(start) :]
         whole = [jnp.asarray(np.append(vector, rest)) for vector in vectors or [start]]
         return np.array([np.asarray(subset.place(vector)) for vector in whole])
+
+
+def confined(layout: Unknowns, errors: float) -> Unknowns:
+    """The same unknowns with the range of each stated size cut to so many standard errors of the statement."""
+
+    def cut(entry: Unknown) -> Unknown:
+        if entry.prior is None:
+            return entry
+        mean, sd = entry.prior
+        lower, upper = max(entry.lower, mean - errors * sd), min(entry.upper, mean + errors * sd)
+        return replace(entry, lower=lower, upper=upper)
+
+    return replace(layout, entries=tuple(map(cut, layout.entries)))
+
+
+def _rise(found: MultistartResult, at: int, shift: float) -> float:
+    """By how much the cost grows if one free parameter's place is shifted and those inside their ranges give way.
+
+    To first order, with what is at the end of its range held there.
+    """
+    rows, slopes, place = np.asarray(found.rows), np.asarray(found.slopes), np.asarray(found.place)
+    inside = (place > 0.0) & (place < 1.0) & (np.arange(len(place)) != at)
+    others, moved = slopes[:, inside], rows + shift * slopes[:, at]
+    left = moved - others @ lstsq(others.T @ others, others.T @ moved, 1e-12)
+    return 0.5 * float(left @ left - rows @ rows)
 
 
 def universe(

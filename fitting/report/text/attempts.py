@@ -17,11 +17,14 @@ def attempts_text(attempts: Sequence[Attempt], unit: str) -> list[str]:
 
 
 def held_text(names: Sequence[str]) -> list[str]:
-    """Which stated sizes a step holds, and how a later command does so too."""
+    """Which stated sizes are confined since a step, and how a later command keeps them."""
     if not names:
         return []
     named = " ".join(names)
-    return [f"A free fit would deny the stated {', '.join(names)}: held as stated from here on (--fix {named})."]
+    return [
+        f"A free fit would deny what was measured. From here on {', '.join(names)} stay within two standard errors "
+        f"of what was stated, and the model that is saved holds them (--fix {named})."
+    ]
 
 
 def attempt_text(attempt: Attempt, unit: str) -> str:
