@@ -41,6 +41,7 @@ def command(**options: Any) -> None:
     from fitting.report.text.diagnosis import diagnosis_report
     from fitting.report.text.fit import fit_report
     from fitting.report.text.layout import line
+    from fitting.report.text.practice import practice_text
     from fitting.report.text.study import step_report, steps_report
     from fitting.study.diagnosing import all_candidates, candidates_of, in_newtons
     from fitting.study.discovering import discover_task, on_motions
@@ -58,7 +59,8 @@ def command(**options: Any) -> None:
     compared, stages = found.comparison, found.stages
     unit = compared.unit
     words = f"Error {amount(stages[0].rmse, unit)} -> {amount(compared.rmse, unit)}. {judgement(compared)}"
-    run.print([line("RESULT", words, "bold"), line("MODEL NOW", " + ".join(found.task.names))])
+    run.print([line("RESULT", practice_text(stages, compared.rmse, compared.full_scale), "bold"), line("ERROR", words)])
+    run.print([line("MODEL NOW", " + ".join(found.task.names))])
     run.print([*steps_report(stages, unit), line("", "")])
     run.print([*diagnosis_report(found.diagnosis, unit), *fit_report(compared.fit)])
     final = compared.fit if motions is None else motions.after
