@@ -248,10 +248,10 @@ def _columns(
         return [signal.slope * signal.reading]
     if kind is ErrorKind.HYSTERESIS:
         return [signal.slope * signal.full_scale * lag for lag in signal.lags(run, settings.hysteresis_widths).T]
-    if kind is ErrorKind.DRIFT:  # a steady one, and one that dies away as what warms up does
-        span = max(float(np.ptp(clock)), 1e-300)
-        dying = span * np.exp(-(clock - clock.min()) / (settings.warming_share * span))
-        return [signal.slope * (clock - clock.mean()), signal.slope * dying]
+    if kind is ErrorKind.DRIFT:  # from the first reading on: a steady one, and one that dies away as what warms up does
+        since, span = clock - clock.min(), max(float(np.ptp(clock)), 1e-300)
+        dying = -span * np.expm1(-since / (settings.warming_share * span))
+        return [signal.slope * since, signal.slope * dying]
     return [signal.slope]
 
 

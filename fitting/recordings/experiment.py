@@ -21,6 +21,7 @@ from fitting.recordings.plausible import check_plausible, without_copies
 from fitting.recordings.readings import FEWEST_SAMPLES, POSITIONS, read_runs
 from fitting.recordings.records import FORCE_TESTS, TESTS, Experiment, Recording, Run
 from fitting.recordings.runs import run_of
+from fitting.recordings.spikes import without_spikes
 from fitting.recordings.tables import COLUMNS, Table, read_table
 from fitting.recordings.toml_rows import row_in_recording
 from mckibben_jax.muscle import Muscle
@@ -153,6 +154,7 @@ def _checked_runs(
     counts: Counter[str] = Counter()
     parts = read_runs(table, test, muscle, options, counts)
     odd = check_plausible(parts, table, test, muscle, options.get("valid"))
+    parts, alone = without_spikes(parts, test)
     runs = tuple(run_of(part, test, input_errors(part, test, muscle, stated)) for part in parts)
     for run in runs:
         counts.update(run.without_weight)
@@ -161,7 +163,7 @@ def _checked_runs(
         raise InputError(
             f"no sample is left that carries weight: {why}", table.file, cure="widen `valid`, or record more"
         )
-    notes = (*_notes(counts, table, test, runs), *_smoothed(parts, runs, test), *odd, *_limits_of(runs, test))
+    notes = (*_notes(counts, table, test, runs), *_smoothed(parts, runs, test), *odd, *alone, *_limits_of(runs, test))
     return runs, notes, found_errors(parts, test, float(muscle.length))
 
 

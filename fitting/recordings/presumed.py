@@ -15,6 +15,7 @@ class PresumedSettings:
 
     force_gain_per_run: float = 1e-3  # a load cell of class 0.1
     force_hysteresis: float = 5e-4  # of full scale; a load cell of class 0.05
+    force_drift: float = 5e-3 / 3600  # of full scale in a second: an amplifier that warms up, 0.5 % in an hour
     force_zero_noises: float = 1.0  # readings' noises by which the zero differs between runs: it is set by one reading
     pressure_gain: float = 2.5e-3  # a gauge of class 0.25
     pressure_zero: float = 1e-3  # of full scale; the same
@@ -33,6 +34,7 @@ def presumed(recording: Recording, settings: PresumedSettings = PRESUMED) -> Acc
     of_force = recording.test in FORCE_TESTS and recording.noise_source is not NoiseSource.MOTION
     pressures = [float(np.max(np.abs(run.pressure))) for run in recording.runs]
     scale, noise = max(pressures), noise_of(recording)
+    reach = max(float(np.max(np.abs(run.measured))) for run in recording.runs) if of_force else 0.0
     held = settings.held_length if recording.test == "isometric" else 0.0
     return Accuracy(
         pressure=ChannelAccuracy(
@@ -46,7 +48,7 @@ def presumed(recording: Recording, settings: PresumedSettings = PRESUMED) -> Acc
             noise=noise if of_force else None, zero=0.0, gain=0.0,
             zero_per_run=settings.force_zero_noises * noise if of_force else 0.0,
             gain_per_run=settings.force_gain_per_run * of_force,
-            hysteresis=settings.force_hysteresis * of_force, drift=0.0,
+            hysteresis=settings.force_hysteresis * of_force, drift=settings.force_drift * reach * of_force,
         ),
         skew=settings.skew_steps * _sampling_step(recording) * (recording.noise_source is not NoiseSource.MOTION),
     )  # fmt: skip

@@ -51,6 +51,18 @@ class JumpSettings:
 
 
 @dataclass(frozen=True)
+class SpikeSettings:
+    """Readings that stand alone among their neighbours."""
+
+    beyond_noise: float = 8.0  # times the noise of one reading; Gaussian noise reaches it once in 10^15; chosen
+    least_share: float = 2.5e-4  # of the largest reading: one step of a 12 bit converter; chosen
+    beyond_steps: float = 6.0  # times the usual step between neighbours: five lie between the medians of both sides
+    near: int = 25  # samples of which the usual step is the median; chosen
+    most: float = 0.01  # of a run's readings: more are no disturbances but the instrument's noise; chosen
+    fewest: int = 20  # samples of a run in which spikes are looked for; chosen
+
+
+@dataclass(frozen=True)
 class PlausibleSettings:
     """Readings that no muscle gives."""
 
@@ -95,4 +107,4 @@ class CycleSettings:
 
 TABLES, SIGNALS, JUMPS = TableSettings(), MotionSignalSettings(), JumpSettings()
 PLAUSIBLE, DYNAMICS, CYCLES = PlausibleSettings(), InverseDynamicsSettings(), CycleSettings()
-ACCURACY = AccuracySettings()
+ACCURACY, SPIKES = AccuracySettings(), SpikeSettings()
