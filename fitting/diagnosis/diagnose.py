@@ -107,7 +107,8 @@ def prepared(
     with one_thread():
         examiner = Examiner(world, base, seed, settings)
     notes = (*set_aside, *(note for e in light for r in e.recordings for note in r.notes))
-    return Search(world, base, examiner, baseline, progress, notes, not force_was_measured(experiments))
+    names = tuple((r.file, run.name) for e in light for r in e.recordings for run in r.runs)
+    return Search(world, base, examiner, baseline, progress, notes, not force_was_measured(experiments), names)
 
 
 def _refit(

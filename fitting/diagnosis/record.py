@@ -6,6 +6,7 @@ import numpy as np
 
 from fitting.diagnosis.flip_groups import RestsOn
 from fitting.diagnosis.instrument_answers import InstrumentAnswer
+from fitting.diagnosis.odd_runs import OddRun
 from fitting.diagnosis.outcomes import Screened, Verdict, Why
 from fitting.least_squares.record import Fit
 from fitting.problem.estimate import Estimate
@@ -78,4 +79,5 @@ class Diagnosis:
     why: Why | None = None  # nothing is decided
     screened: tuple[Screened, ...] = ()
     notes: tuple[str, ...] = ()  # on the recordings
+    odd_runs: tuple[OddRun, ...] = ()  # differ from the others by more than their instruments allow
     substitutes: tuple[tuple[str, str], ...] = ()  # effect of the model, and one that would do the same in its place

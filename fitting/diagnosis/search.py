@@ -36,6 +36,7 @@ class SearchResult:
     numberless: frozenset[frozenset[str]]  # sets that give no number, from any starting value
     notes: tuple[str, ...] = ()  # on the recordings
     moving_only: bool = False  # all that is tested are motions read as force
+    run_names: tuple[tuple[str, str], ...] = ()  # file and name of each run, as samples number them
 
     @property
     def noise(self) -> float:
@@ -62,9 +63,10 @@ class Search:
         progress: Progress,
         notes: tuple[str, ...] = (),
         moving_only: bool = False,
+        run_names: tuple[tuple[str, str], ...] = (),
     ):
         self.world, self.base, self.examiner, self.baseline, self.progress = world, base, examiner, baseline, progress
-        self.notes, self.moving_only = notes, moving_only
+        self.notes, self.moving_only, self.run_names = notes, moving_only, run_names
         self.settings = examiner.settings.search
         self.fits: dict[frozenset[str], CandidateFit] = {}  # by what was added
         self.adequacy_tests: dict[frozenset[str], AdequacyTest] = {}
@@ -106,6 +108,7 @@ class Search:
         return SearchResult(
             self.world, self.base, self.baseline, self.examiner, test, base_is_adequate, dict(self.fits),
             dict(self.adequacy_tests), tuple(self.adequate), frozenset(self.numberless), self.notes, self.moving_only,
+            self.run_names,
         )  # fmt: skip
 
     def levels(self) -> None:

@@ -60,6 +60,15 @@ class FlipTestSettings:
 
 
 @dataclass(frozen=True)
+class OddRunSettings:
+    """Runs that differ from the others by more than their instruments may err by."""
+
+    p_value: float = 1e-3  # of all runs together, that their errors are as allowed; chosen
+    widths: float = 3.0  # accuracies, by which the largest error of an odd run must be off; chosen
+    most: float = 0.25  # of all runs: where more are odd, the accuracies are wrong; chosen
+
+
+@dataclass(frozen=True)
 class LimitSettings:
     """Detection limits: amounts of an effect that are added to noise drawn anew."""
 
@@ -138,5 +147,5 @@ class DiagnosisSettings:
 
 
 NOISE, INSTRUMENTS, FLIP_TEST, LIMITS = NoiseSettings(), InstrumentSettings(), FlipTestSettings(), LimitSettings()
-FITS, SEARCH, VERDICT = FitSettings(), SearchSettings(), VerdictSettings()
+FITS, SEARCH, VERDICT, ODD_RUNS = FitSettings(), SearchSettings(), VerdictSettings(), OddRunSettings()
 DIAGNOSIS = DiagnosisSettings()

@@ -10,6 +10,7 @@ from fitting.diagnosis.equivalent import best_predicting, leading_of, plausible,
 from fitting.diagnosis.estimates import estimate, estimates
 from fitting.diagnosis.instrument_answers import instrument_answers
 from fitting.diagnosis.instrument_errors import InstrumentErrors
+from fitting.diagnosis.odd_runs import odd_runs
 from fitting.diagnosis.outcomes import NOTHING_MISSING, Reason, Verdict, Why
 from fitting.diagnosis.record import Diagnosis, Evidence, Explanation
 from fitting.diagnosis.search import SearchResult
@@ -55,6 +56,7 @@ def diagnosis_of(search: SearchResult) -> Diagnosis:
         why=why,
         screened=search.screened,
         notes=search.notes,
+        odd_runs=odd_runs(search, kept),
         substitutes=_substitutes(search),
     )
 

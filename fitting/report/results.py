@@ -14,7 +14,7 @@ from fitting.diagnosis.record import Diagnosis, Evidence, Explanation
 from fitting.least_squares.record import Fit
 from fitting.report.text.attempts import attempts_result
 from fitting.report.text.comparison import place_text
-from fitting.report.text.instrument_answers import instruments_result
+from fitting.report.text.instrument_answers import instruments_result, odd_runs_result
 from fitting.report.text.instruments import channels_result
 from fitting.report.text.measurement import needs_text, purpose_text, what_text
 from fitting.report.text.noise import NOISE_TEXT
@@ -133,6 +133,7 @@ def diagnosis_result(d: Diagnosis, c: Comparison, planned: "NextMeasurement | No
         "instruments": instruments_result(d.instruments),
         "p_value": d.p_value,
         "level": d.level,
+        "odd_runs": odd_runs_result(d),
         "rests_on": rests_on_in_words(d.rests_on),
         "by_recording": recordings_result(c),
         "channels": channels_result(c.channels),

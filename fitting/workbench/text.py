@@ -14,7 +14,7 @@ from fitting.report.text.amounts import amount
 from fitting.report.text.diagnosis import leading_text, most_similar, p_value_text, remark, substitutes_text
 from fitting.report.text.evidence import sort_evidence
 from fitting.report.text.fit import fit_warnings
-from fitting.report.text.instrument_answers import explaining_text, rival_texts
+from fitting.report.text.instrument_answers import explaining_text, odd_run_texts, rival_texts
 from fitting.report.text.limits import open_text
 from fitting.report.text.study import data_text
 from fitting.workbench.session import Session, Step, in_own_units, where_we_are
@@ -82,7 +82,7 @@ def headline(session: Session) -> str:
     if step.diagnosis is not None and step.comparison is not None:
         found = step.diagnosis
         still = open_text(found, UNIT)
-        causes = (leading_text(found), explaining_text(found), *rival_texts(found))
+        causes = (leading_text(found), *odd_run_texts(found), explaining_text(found), *rival_texts(found))
         said = (*causes, p_value_text(found), *substitutes_text(found))
         said += (f"Still open: {still}",) if still else ()
         lines += [f"<p>{html.escape(text)}</p>" for text in said if text]

@@ -24,7 +24,7 @@ from fitting.report.text.attempts import held_text, why_not_kept
 from fitting.report.text.comparison import error_cells, error_text, judgement, kind_text, worst_text
 from fitting.report.text.diagnosis import effect_set, leading_text, measurement_text, verdict_text
 from fitting.report.text.fit import fit_warnings, range_cells, value_cells
-from fitting.report.text.instrument_answers import explaining_text, rival_texts
+from fitting.report.text.instrument_answers import explaining_text, odd_run_texts, rival_texts
 from fitting.report.text.instruments import HEADS, channel_cells, channel_lines
 from fitting.report.text.next_step import after_comparison, after_diagnosis
 from fitting.report.text.search import search_text
@@ -123,7 +123,11 @@ def _lead(c: Comparison, d: Diagnosis | None, stages: Sequence[Stage]) -> list[s
     lead = (
         []
         if d is None
-        else [text for text in (leading_text(d), explaining_text(d), *rival_texts(d), judgement(c)) if text]
+        else [
+            text
+            for text in (leading_text(d), *odd_run_texts(d), explaining_text(d), *rival_texts(d), judgement(c))
+            if text
+        ]
     )
     if len(stages) > 1:
         first, last = stages[0].rmse, stages[-1].rmse

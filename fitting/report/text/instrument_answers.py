@@ -66,6 +66,20 @@ def explaining_text(d: Diagnosis) -> str:
     return f"Most likely, {'; '.join(phrases)}." if phrases else ""
 
 
+def odd_run_texts(d: Diagnosis) -> list[str]:
+    """Runs that differ from the others by more than their instruments allow, and what the test says without each."""
+    return [
+        f"Run {each.run} of {each.file} differs from the others: {_in_one_run(each.source, each.size)} "
+        f"({_allowed(each.source)}). Without it, p = {each.p_value:.2g} in the test that nothing is missing. Look at "
+        "this run, and record it again."
+        for each in d.odd_runs
+    ]
+
+
+def _in_one_run(source: Source, size: float) -> str:
+    return _phrase(source, abs(size)).replace(" from run to run", "")
+
+
 def _phrase(source: Source, size: float) -> str:
     if source.kind is ErrorKind.SKEW:
         return f"force and the other channels are read {size_text(source, size)} apart"
@@ -114,3 +128,14 @@ def _unit(source: Source) -> str:
     if source.channel is None or source.kind in RELATIVE:
         return "1"
     return UNITS[source.channel] + "/s" * (source.kind is ErrorKind.DRIFT)
+
+
+def odd_runs_result(d: Diagnosis) -> list[dict[str, Any]]:
+    """Odd runs for machines, in SI."""
+    return [
+        {"file": each.file, "run": each.run,
+         "channel": "muscle" if each.source.channel is None else each.source.channel.value,
+         "kind": each.source.kind.value, "size": each.size, "allowed": each.source.allowed, "unit": _unit(each.source),
+         "p_value_without": each.p_value}
+        for each in d.odd_runs
+    ]  # fmt: skip
