@@ -39,7 +39,7 @@ def _read(test: str) -> tuple[str, ...]:
 def spikes(signal: np.ndarray, settings: SpikeSettings = SPIKES) -> np.ndarray:
     """Samples of a signal that stand alone, a mask (samples,): one or two in a row, far from both sides.
 
-    Far is beyond the noise and beyond what a turning point of the signal makes: that lies two steps from the median of three.
+    Far is beyond the noise and beyond what a turning point of the signal makes, two steps from the median of three.
     Where the signal does not come back to where it was, it is a step that overshoots.
     """
     none = np.zeros(len(signal), dtype=bool)
