@@ -38,8 +38,10 @@ def test_the_checklist_begins_with_what_would_explain_it_and_leaves_out_what_is_
 def test_what_instruments_explain_names_the_errors_at_work(diagnosis):
     within = nothing_missing(diagnosis, Verdict.WITHIN_INSTRUMENTS)
     said = explaining_text(within)
-    assert (
-        "Most likely, the gain of the load cell differs by 1.5 % from run to run (0.1 % allowed); the zero of" in said
+    assert said.startswith("Most likely, the zero of the pressure gauge is off by 0.45 kPa (0.5 kPa allowed).")
+    assert said.endswith(
+        "The readings ask for more than is allowed: the gain of the load cell differs by 1.5 % from run to run "
+        "(0.1 % allowed). Check this first."
     )
     assert "position" not in said  # it has no accuracy to be within
     assert f"LIKELY {said}" in " ".join(as_text(diagnosis_report(within)).split())

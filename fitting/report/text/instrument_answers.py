@@ -39,6 +39,7 @@ ERRORS = {
 HEADS = ("instrument", "error", "most likely size", "allowed", "would explain the misfit")
 EXACT, NEVER = "taken as exact", "no"
 MOST_NAMED = 3
+BEYOND = 3.0  # accuracies: an instrument as its data sheet says errs by more once in 400
 
 
 def rival_texts(d: Diagnosis) -> list[str]:
@@ -57,13 +58,23 @@ def _excess(each: InstrumentAnswer) -> float:
 
 
 def explaining_text(d: Diagnosis) -> str:
-    """Which errors within their accuracy are at work, where instruments explain the misfit; else empty."""
+    """Which errors within their accuracy are at work, where instruments explain the misfit; else empty.
+
+    Where the most likely size of an error is far beyond its accuracy, it is said: the test does not see that.
+    """
     if d.verdict != Verdict.WITHIN_INSTRUMENTS:
         return ""
     at_work = [each for each in d.instruments if 0 < each.source.allowed <= 2 * each.found]
     at_work.sort(key=lambda each: -each.found / each.source.allowed)
-    phrases = [f"{_phrase(each.source, each.found)} ({_allowed(each.source)})" for each in at_work[:MOST_NAMED]]
-    return f"Most likely, {'; '.join(phrases)}." if phrases else ""
+    beyond = [each for each in at_work if each.found > BEYOND * each.source.allowed]
+    within = [each for each in at_work if each not in beyond]
+    texts = [f"Most likely, {_phrases(within)}."] if within else []
+    texts += [f"The readings ask for more than is allowed: {_phrases(beyond)}. Check this first."] if beyond else []
+    return " ".join(texts)
+
+
+def _phrases(errors: Sequence[InstrumentAnswer]) -> str:
+    return "; ".join(f"{_phrase(each.source, each.found)} ({_allowed(each.source)})" for each in errors[:MOST_NAMED])
 
 
 def odd_run_texts(d: Diagnosis) -> list[str]:
