@@ -2,6 +2,8 @@
 
 from typing import TYPE_CHECKING, Any
 
+from mckibben_jax.motion.stepping import slow_force as slow_force
+
 if TYPE_CHECKING:
     from mckibben_jax.motion.motion import release as release
     from mckibben_jax.motion.motion import step_response as step_response
