@@ -26,4 +26,8 @@ def _rest(verdict: str) -> str:
         return "What remains follows no effect of the library."
     if verdict == Verdict.WITHIN_INSTRUMENTS:
         return "What remains is within what the instruments may err by."
-    return "In what remains these data show nothing more." if verdict in NOTHING_MISSING else "What remains is not decided by these data."
+    return (
+        "In what remains these data show nothing more."
+        if verdict in NOTHING_MISSING
+        else "What remains is not decided by these data."
+    )
