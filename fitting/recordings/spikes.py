@@ -25,14 +25,14 @@ def without_spikes(runs: Sequence[Run], test: str) -> tuple[list[Run], list[str]
     """
     if test not in SLOW:
         return list(runs), []
-    found = {name: [_spikes(run, name) for run in runs] for name in _read(test)}
+    found = {name: [spikes(getattr(run, name)) for run in runs] for name in _read(test)}
     cleaned = [_cleaned(run, {name: of[i] for name, of in found.items()}) for i, run in enumerate(runs)]
     notes = [_note(name, runs, of, test) for name, of in found.items() if any(at.any() for at in of)]
     return cleaned, notes
 
 
 def _read(test: str) -> tuple[str, ...]:
-    """What an instrument reads in this test: where a length is measured, it is the measured channel itself."""
+    """The channels that are looked through: a held length is one number, a sweep under a load measures the length."""
     return ("measured", "pressure", "contraction") if test == "loop" else ("measured", "pressure")
 
 
@@ -54,10 +54,6 @@ def spikes(signal: np.ndarray, settings: SpikeSettings = SPIKES) -> np.ndarray:
     far = (off > bound) & (np.abs(before - after) <= bound)
     far[:3] = far[-3:] = False  # they have neighbours on one side only
     return far if np.count_nonzero(far) <= max(1.0, settings.most * len(signal)) else none
-
-
-def _spikes(run: Run, name: str) -> np.ndarray:
-    return spikes(getattr(run, name))
 
 
 def _cleaned(run: Run, found: dict[str, np.ndarray]) -> Run:
