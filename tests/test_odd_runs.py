@@ -9,22 +9,29 @@ from hidden.simulator import EVERY_NOISE, Truth, dataset, loops, with_baseline, 
 from hidden.study.protocols import WHOLE
 
 from fitting import diagnose, read_experiment
+from fitting.diagnosis.diagnose import prepared
+from fitting.diagnosis.odd_runs import without_run
 from fitting.report.results import odd_runs_result
 from fitting.report.text.instrument_answers import odd_run_texts
 from mckibben_jax import CoulombFriction, IdealCylinder, Tip
 
 TRUTH = Truth(WHOLE, with_baseline())
+BASE = [IdealCylinder(), CoulombFriction()]
 
 
-def diagnosed(folder, run=None, zero=0.0, gain=0.0):
-    """The verdict on a clean muscle under all instrument errors, one run of which errs by more, of two candidates."""
+def recorded(folder, run=None, zero=0.0, gain=0.0):
+    """A clean muscle under all instrument errors, one run of which errs by more."""
     made = loops(TRUTH, noise=EVERY_NOISE["ar"], seed=5, samples=200, instruments=LABORATORY)
     if run is not None:
         force, mine = made.columns["force"].copy(), made.columns["run"] == run
         force[mine] = force[mine] * (1 + gain) + zero
         made = replace(made, columns={**made.columns, "force": force})
-    experiment = read_experiment(write(dataset(TRUTH, [made]), folder, say_accuracy=True))
-    return diagnose([experiment], [IdealCylinder(), CoulombFriction()], candidates=[Tip()])
+    return read_experiment(write(dataset(TRUTH, [made]), folder, say_accuracy=True))
+
+
+def diagnosed(folder, **wrong):
+    """The verdict on it, of one candidate."""
+    return diagnose([recorded(folder, **wrong)], BASE, candidates=[Tip()])
 
 
 @pytest.mark.parametrize(
@@ -45,3 +52,14 @@ def test_runs_within_their_accuracy_are_not(tmp_path):
     found = diagnosed(tmp_path / "data")
     assert found.odd_runs == ()
     assert np.isfinite(found.p_value)
+
+
+def test_a_run_that_is_left_out_says_nothing(tmp_path):
+    search = prepared([recorded(tmp_path / "data")], BASE, [Tip()])
+    examiner, base = search.examiner, search.base
+    _, columns = examiner.columns(base, {}, glance=True)
+    mine = search.world.samples.run == 3
+    torn = replace(base, rows=np.where(mine, 50 * np.sin(np.arange(len(mine))), base.rows))
+    for run, same in ((3, True), (4, False)):
+        p_values = [without_run(examiner, fit, columns, run) for fit in (base, torn)]
+        assert (p_values[0] == pytest.approx(p_values[1])) is same
