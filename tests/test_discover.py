@@ -16,11 +16,14 @@ from studied import spring_missing
 from fitting.cli.main import main
 from fitting.diagnosis import step_rules
 from fitting.diagnosis.discover import Judged, discover, in_order, proposals, worth_judging
+from fitting.diagnosis.instrument_answers import InstrumentAnswer
+from fitting.diagnosis.instrument_errors import ErrorKind, Source
 from fitting.diagnosis.record import Explanation, Leading
 from fitting.diagnosis.step_rules import RULES, Fitted, Objection, Reason, denied_sizes, objections
 from fitting.diagnosis.universe import universe
 from fitting.least_squares.fit import fit
 from fitting.problem.estimate import Estimate
+from fitting.recordings.accuracy import Channel
 from fitting.recordings.experiment import read_experiment
 from mckibben_jax.effect import Pulling
 from mckibben_jax.effects import (
@@ -286,6 +289,21 @@ def test_what_leads_is_tried_whatever_the_verdict(found):
     assert proposals(replace(found, verdict="not in the library"))[0] == [("a",)]
     assert proposals(replace(found, verdict="inconclusive", leading=None)) == []
     assert proposals(replace(found, verdict="nothing detectable")) == []
+
+
+def test_effects_are_tried_where_instruments_had_to_err_by_far_more_than_allowed(found):
+    """The test is nearly blind to what is the same in all repeats of a few held lengths."""
+    within = replace(found, verdict="within the instruments", leading=None, instruments=(_gain(found=0.14),))
+    assert proposals(within) == [[("b",), ("a",), ("c",), ("d",)]]
+    assert worth_judging(within) == [[("b",), ("a",)]]
+    assert proposals(replace(within, instruments=(_gain(found=0.002),))) == []
+    assert proposals(replace(within, instruments=(_gain(found=0.14, allowed=0.0),))) == []  # taken as exact
+    assert proposals(replace(within, verdict="nothing detectable")) == []
+
+
+def _gain(found, allowed=0.001):
+    source = Source(Channel.FORCE, ErrorKind.GAIN_PER_RUN, allowed=allowed, width=0.001)
+    return InstrumentAnswer(source, found, None)
 
 
 def test_what_the_verdict_names_comes_first_and_its_members_before_it(found):

@@ -226,9 +226,10 @@ def proposals(found: Diagnosis, rules: StepRules = RULES) -> list[Tier]:
 
     First what the verdict names, then what leads; then, where something is missing for certain, every other effect.
     Two at once come after all that stand alone. Each tier is in the order of its held-out errors.
+    Where instruments had to err by far more than their accuracy, every effect alone is asked.
     """
     if found.verdict in NOTHING_MISSING:
-        return []
+        return [[e.effects for e in found.tried if len(e.effects) == 1]] if found.is_strained else []
     named = set(found.explanations)
     order = [e.effects for e in found.tried]  # by held-out error
     singles = [names for names in order if len(names) == 1]

@@ -117,6 +117,8 @@ def leading_of(
     others = [added for added in order if added not in equals]
     shown = lambda fit: world.rmse(examiner.left_out(fit))  # noqa: E731
     whole, left = shown(base), shown(fits[named[0]])
+    if not left < whole:  # better only beyond what instruments explain
+        return None
     return Leading(
         tuple(min(added) for added in named),
         float(1 - (left / whole) ** 2),

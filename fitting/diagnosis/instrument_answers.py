@@ -27,6 +27,11 @@ class InstrumentAnswer:
     found: float
     needed: float | None
 
+    @property
+    def is_beyond(self) -> bool:
+        """Whether the readings ask for far more than is allowed; not of what is taken as exact."""
+        return 0 < INSTRUMENTS.beyond * self.source.allowed < self.found
+
 
 def instrument_answers(
     examiner: Examiner, fit: CandidateFit, rejected: bool, settings: InstrumentSettings = INSTRUMENTS

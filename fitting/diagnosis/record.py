@@ -81,3 +81,11 @@ class Diagnosis:
     notes: tuple[str, ...] = ()  # on the recordings
     odd_runs: tuple[OddRun, ...] = ()  # differ from the others by more than their instruments allow
     substitutes: tuple[tuple[str, str], ...] = ()  # effect of the model, and one that would do the same in its place
+
+    @property
+    def is_strained(self) -> bool:
+        """Whether instruments explain the misfit only if one of them errs by far more than its accuracy.
+
+        The test hardly sees what is the same in all repeats of a few held lengths; the sizes of the errors do.
+        """
+        return self.verdict == Verdict.WITHIN_INSTRUMENTS and any(each.is_beyond for each in self.instruments)

@@ -43,7 +43,10 @@ def discover_task(
         label, added = ("", step.added) if stages else (step.effect, ())
         residual = _residual(tasks[-1], step)
         errors = step.rmse, step.held_out_rmse
-        stages.append(Stage(label, *errors, step.verdict, residual, step.attempts, step.held, added))
+        stages.append(
+            Stage(label, *errors, step.verdict, residual, step.attempts, step.held, added,
+                  strained=step.diagnosis.is_strained)
+        )  # fmt: skip
         shown(stages[-1])
 
     last = discover(

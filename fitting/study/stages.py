@@ -14,7 +14,7 @@ class Stage:
     `label` names a model that was not made of the one before it; else `added` and `dropped` are names of effects.
     `residual` is model minus measurement of every sample that carries weight, where it is known; `attempts` are the
     larger models that a discovery tried after this one and did not keep; `held` are stated sizes of the muscle that it
-    holds since this step.
+    holds since this step. `strained`: instruments explain its misfit only by errors far beyond their accuracy.
     """
 
     label: str
@@ -26,3 +26,4 @@ class Stage:
     held: tuple[str, ...] = ()
     added: tuple[str, ...] = ()
     dropped: tuple[str, ...] = ()
+    strained: bool = False

@@ -27,6 +27,16 @@ def held_text(names: Sequence[str]) -> list[str]:
     ]
 
 
+def strained_text(strained: bool) -> list[str]:
+    """Why effects are still tried where instruments explain the misfit."""
+    if not strained:
+        return []
+    return [
+        "For this an instrument would have to err by more than three times its accuracy: therefore effects are still "
+        "tried."
+    ]
+
+
 def attempt_text(attempt: Attempt, unit: str) -> str:
     """What was tried, how far it would have brought the error, and why it was not kept."""
     errors = f"{amount(attempt.rmse, unit)}, on held-out runs {amount(attempt.held_out_rmse, unit)}"

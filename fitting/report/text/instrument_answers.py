@@ -39,7 +39,6 @@ ERRORS = {
 HEADS = ("instrument", "error", "most likely size", "allowed", "would explain the misfit")
 EXACT, NEVER = "taken as exact", "no"
 MOST_NAMED = 3
-BEYOND = 3.0  # accuracies: an instrument as its data sheet says errs by more once in 400
 
 
 def rival_texts(d: Diagnosis) -> list[str]:
@@ -66,8 +65,8 @@ def explaining_text(d: Diagnosis) -> str:
         return ""
     at_work = [each for each in d.instruments if 0 < each.source.allowed <= 2 * each.found]
     at_work.sort(key=lambda each: -each.found / each.source.allowed)
-    beyond = [each for each in at_work if each.found > BEYOND * each.source.allowed]
-    within = [each for each in at_work if each not in beyond]
+    beyond = [each for each in at_work if each.is_beyond]
+    within = [each for each in at_work if not each.is_beyond]
     texts = [f"Most likely, {_phrases(within)}."] if within else []
     texts += [f"The readings ask for more than is allowed: {_phrases(beyond)}. Check this first."] if beyond else []
     return " ".join(texts)

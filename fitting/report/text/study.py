@@ -8,7 +8,7 @@ from rich.text import Text
 from fitting.recordings.records import Experiment, NoiseSource
 from fitting.report.settings import LAYOUT
 from fitting.report.text.amounts import amount
-from fitting.report.text.attempts import attempts_text, held_text
+from fitting.report.text.attempts import attempts_text, held_text, strained_text
 from fitting.report.text.layout import columns, line, lines, spaced
 from fitting.report.text.stages import stage_text
 from fitting.study.stages import Stage
@@ -52,4 +52,5 @@ def step_report(stage: Stage, unit: str = "N") -> list[RenderableType]:
     """One step of a discovery, told as soon as it is made."""
     held_out = f"on held-out runs {amount(stage.held_out_rmse, unit)}"
     words = f"{stage_text(stage)}: {amount(stage.rmse, unit)}, {held_out}; {stage.verdict}"
-    return [line("STEP", words, "bold"), *lines("", [*held_text(stage.held), *attempts_text(stage.attempts, unit)])]
+    told = [*held_text(stage.held), *strained_text(stage.strained), *attempts_text(stage.attempts, unit)]
+    return [line("STEP", words, "bold"), *lines("", told)]
