@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from browser import Watched, browser, violations
 from click.testing import CliRunner
+from playwright.sync_api import expect
 from small_muscle import loops, write
 from studied import EVIL, nothing_missing, proposed, seen_through
 
@@ -87,7 +88,7 @@ def test_each_step_has_its_bar_and_its_model_and_shows_without_a_script(study, d
     assert text.count('type="radio" name="step"') == 2
     assert "main:has(#step0:checked) .model:not(.m0) { display: none; }" in text
     lines = re.findall(r'<g class="model m([01])">(.*?)</g>', text)
-    assert [number for number, _ in lines] == ["0", "1"] * 3
+    assert [number for number, _ in lines] == ["0", "1"] * 4  # of all runs at once, and of three runs
     assert all(first != last for (_, first), (_, last) in zip(lines[::2], lines[1::2], strict=True))
 
 
@@ -110,6 +111,8 @@ def test_the_page_can_be_read_by_everybody_and_follows_a_click(study, diagnosis,
         shown.get_by_text("baseline").first.click()
         visible = [shown.locator(f".loops g.m{k}").first.is_visible() for k in (0, 1)]
         assert visible == [True, False]
+        expect(shown.locator(".overview g.m1")).to_have_css("opacity", "0.3")  # pale, once it has faded
+        expect(shown.locator(".overview g.m0")).to_have_css("opacity", "1")
         shown.set_viewport_size({"width": 390, "height": 844})
         assert shown.evaluate("document.documentElement.scrollWidth") <= 390
         small = shown.evaluate(SMALL_LABELS)

@@ -84,6 +84,7 @@ class FigureSettings:
     margin: float = 0.04  # of the span, around the readings; chosen
     sigmas: float = 2.0  # of the band in the strip that is noise; the custom of two
     room: float = 1.15  # of the strip, over the largest misfit; chosen
+    parts: int = 40  # of the stroke, over which the misfit of a branch is averaged for the overview; chosen
 
 
 @dataclass(frozen=True)

@@ -15,6 +15,7 @@ from fitting.report.page.parts import Grid, Line, Section, pictures_style, rende
 from fitting.report.pictures import figures, maps
 from fitting.report.pictures.fall import fall_html
 from fitting.report.pictures.loops import frame, key, loops_html, thinning_text
+from fitting.report.pictures.overview import overview_html
 from fitting.report.pictures.panels import panels
 from fitting.report.pictures.readings import estimated_channels, readings_picture
 from fitting.report.results import provenance, shown_names
@@ -67,6 +68,7 @@ def page(
     steps = steps_with_models(c, stages)
     sections = [
         _fall(c, d, stages, chosen=len(steps) > 1),
+        _overview(c, task, steps),
         _loops(c, task, steps),
         _where(c),
         *([] if d is None else [limits(d), effects(d, c), alike(d)]),
@@ -179,6 +181,18 @@ def steps_with_models(c: Comparison, stages: Sequence[Stage]) -> list[np.ndarray
     if stages and len(known) == len(stages) and all(len(r) == len(c.fit.residual) for r in known):
         return known
     return [c.fit.residual]
+
+
+def _overview(c: Comparison, task: Task, steps: Sequence[np.ndarray]) -> Section | None:
+    """The misfit of the runs on one pair of axes; None where they have no axis in common."""
+    picture = overview_html(panels(task.experiments, c.fit.samples, steps[0]), steps)
+    if not picture:
+        return None
+    pale = (
+        " The lines of the model that is chosen above are strong, those of the others pale." if len(steps) > 1 else ""
+    )
+    words = f"Model minus measured, run by run, each line averaged over short parts of the axis.{pale}"
+    return Section("The misfit of all runs at once", sentences=(words,), picture=picture)
 
 
 def _loops(c: Comparison, task: Task, steps: Sequence[np.ndarray]) -> Section:

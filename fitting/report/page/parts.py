@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from importlib import resources
 from typing import Any
 
+from fitting.report.pictures.overview import overview_style
 from fitting.writing import write_text
 
 # what the template may be without
@@ -55,7 +56,8 @@ def write_text_page(path: str, title: str, shown: Iterable[Any], pictures: Seque
 
 def pictures_style() -> str:
     """Style of the pictures that are HTML."""
-    return resources.files("fitting.report.page").joinpath("pictures.css").read_text(encoding="utf-8")
+    written = resources.files("fitting.report.page").joinpath("pictures.css").read_text(encoding="utf-8")
+    return written + overview_style()
 
 
 def render_page(**content: Any) -> str:

@@ -48,6 +48,13 @@ class Panel:
         return f"{self.file}{', ' * bool(self.file)}run {self.name}, {self.held}"
 
     @property
+    def level(self) -> float:
+        """How much the run holds of what it holds: contraction, load (N) or pressure (Pa)."""
+        if _is_led_by_pressure(self.run, self.test):
+            return float(np.median(self.run.contraction))
+        return float(np.median(self.run.pressure if self.run.load is None else self.run.load))
+
+    @property
     def is_few(self) -> bool:
         """Single points rather than a curve."""
         return self.test == "static" or len(self.run) < 30
@@ -143,10 +150,15 @@ def _panel(
 
 
 def _along(run: Run, test: str) -> tuple[np.ndarray, str]:
-    if test in ("isometric", "isotonic") or (test == "static" and _by_pressure(run)):
+    if test == "isotonic" or _is_led_by_pressure(run, test):
         name, size = units.shown_in("Pa")
         return run.pressure / size, f"pressure [{name}]"
     return (run.contraction, "contraction") if test in FORCE_TESTS else (run.time, "time [s]")
+
+
+def _is_led_by_pressure(run: Run, test: str) -> bool:
+    """Whether a run holds its length while the pressure moves."""
+    return test == "isometric" or (test == "static" and _by_pressure(run))
 
 
 def _by_pressure(run: Run) -> bool:
@@ -155,7 +167,7 @@ def _by_pressure(run: Run) -> bool:
 
 
 def _held(run: Run, test: str) -> str:
-    if test == "isometric" or (test == "static" and _by_pressure(run)):
+    if _is_led_by_pressure(run, test):
         return f"ε = {np.median(run.contraction):.3g}"
     if run.load is not None:
         return amount(float(np.median(run.load)), "N")
