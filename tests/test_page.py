@@ -11,7 +11,6 @@ import numpy as np
 import pytest
 from browser import Watched, browser, violations
 from click.testing import CliRunner
-from playwright.sync_api import expect
 from small_muscle import loops, write
 from studied import EVIL, nothing_missing, proposed, seen_through
 
@@ -101,6 +100,8 @@ def test_the_page_can_be_read_by_everybody_and_follows_a_click(study, diagnosis,
     place = tmp_path / "page.html"
     place.write_text(page(task, c, diagnosis, stages), encoding="utf-8")
     with browser() as chromium:
+        from playwright.sync_api import expect  # not everybody has a browser
+
         watched = Watched(chromium.new_page(viewport={"width": 1280, "height": 900}, color_scheme=scheme))
         shown = watched.page
         shown.goto(place.as_uri())
