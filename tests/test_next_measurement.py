@@ -21,6 +21,7 @@ from fitting.diagnosis.instrument_errors import ErrorKind, InstrumentErrors, Sou
 from fitting.diagnosis.omnibus import Basis
 from fitting.diagnosis.record import Evidence
 from fitting.diagnosis.working_noise import Noise as Memory
+from fitting.least_squares import held_out
 from fitting.least_squares.fit import fit
 from fitting.planning import next_measurement as nm
 from fitting.planning.candidates import grid, on_specimen, shown
@@ -143,6 +144,25 @@ def test_discrepancy_is_that_of_box_and_hill(monkeypatch):
     density = multivariate_normal(np.zeros(len(again)), spread)
     expected = 2 * (density.logpdf(np.zeros(len(again))) - density.logpdf(apart))
     assert outlook.discrepancy(0, 1, 0, repeats) == pytest.approx(expected, rel=1e-9)
+
+
+def test_points_of_a_map_have_no_time_and_err_one_by_one():
+    """A map of one length: its nodes are all at the same time, and no memory joins them."""
+
+    class Points(SimpleNamespace):
+        def __len__(self):
+            return 5
+
+    points = Points(loop=np.zeros(5, int), time=np.zeros(5))
+    noise = SimpleNamespace(white=1.0, shares=np.array([0.5]), memories=np.array([0.9]))
+    covariance, per_node = Readings(1.0, 1.0, 100.0).covariance(noise, points)
+    assert per_node == 1.0
+    assert covariance == pytest.approx(1.5 * np.eye(5))
+
+
+def test_the_error_of_one_group_alone_is_without_a_bound():
+    fall, error = held_out.difference(np.full(4, 2.0), np.ones(4), np.zeros(4, int))
+    assert (fall, error) == (3.0, np.inf)
 
 
 def drawn(shift, draws=300, units=16, per=10):

@@ -49,10 +49,15 @@ def left_out_rows(
 
 
 def difference(worse: np.ndarray, better: np.ndarray, group: np.ndarray) -> tuple[float, float]:
-    """How far the mean square falls from one set of left-out rows to another, and its error over groups."""
+    """How far the mean square falls from one set of left-out rows to another, and its error over groups.
+
+    Of one group alone the error is not known, and without a bound.
+    """
     fall = worse**2 - better**2
     totals = np.array([fall[group == g].sum() for g in np.unique(group)])
     count = len(totals)
+    if count < 2:
+        return float(totals.sum() / len(fall)), float("inf")
     return float(totals.sum() / len(fall)), float(np.std(totals, ddof=1) * np.sqrt(count) / len(fall))
 
 

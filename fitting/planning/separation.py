@@ -34,9 +34,9 @@ class Readings:
     def covariance(self, noise: Noise, samples: Samples) -> tuple[np.ndarray, float]:
         """Covariance of one cycle's nodes, each the mean of the readings around it, and how many these are."""
         count = len(samples)
-        if len(np.unique(samples.loop)) > 1:  # points without history err one by one
+        step = float(np.median(np.diff(samples.time)))  # s from node to node; a map has no times
+        if step == 0 or len(np.unique(samples.loop)) > 1:  # points without history err one by one
             return (noise.white + noise.shares.sum()) * np.eye(count), 1.0
-        step = float(np.median(np.diff(samples.time)))  # s from node to node
         kept = min(step / self.interval, self.most / count)  # readings per node
         memory = noise.memories ** (step / self.interval / kept / self.stride)
         apart = np.abs(samples.time[:, None] - samples.time[None, :]) / step * kept
