@@ -21,6 +21,7 @@ from fitting.diagnosis.record import Evidence
 from fitting.report.page.page import page
 from fitting.report.page.parts import Section
 from fitting.report.page.similar_groups import groups
+from fitting.report.results import shown_names
 from fitting.report.text.stages import stage_text
 from fitting.study.discovering import discover_task
 from fitting.study.stages import Stage
@@ -55,6 +56,22 @@ def test_the_page_begins_with_the_verdict_and_holds_every_part(study, diagnosis)
         assert title in text
     assert study[0].experiments[0].sha256 in text
     assert "K = 1.600 +/- 0.020 N/mm" in text
+
+
+def test_a_size_that_the_caliper_denies_is_warned_of_and_stands_beside_the_measured_one(study, diagnosis):
+    task, c = study
+    name = next(n for n in c.fit.free if n in shown_names(c.fit))
+    value = c.fit.values[name]
+
+    def stated(errors: float) -> str:
+        prior = (value * 0.9, abs(value) * 0.1 / errors)
+        entries = tuple(dataclasses.replace(e, prior=prior if e.name == name else None) for e in c.fit.layout.entries)
+        layout = dataclasses.replace(c.fit.layout, entries=entries)
+        return page(task, dataclasses.replace(c, fit=dataclasses.replace(c.fit, layout=layout)), diagnosis)
+
+    assert "20 errors apart. A model that needs such a size is wrong somewhere." in stated(20.0)
+    assert "errors apart" not in stated(2.9)
+    assert "2.9 errors</td>" in stated(2.9)
 
 
 def test_the_command_on_the_page_can_be_pasted(study, diagnosis):

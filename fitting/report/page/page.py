@@ -30,6 +30,7 @@ from fitting.report.text.instruments import HEADS, channel_cells, channel_lines
 from fitting.report.text.next_step import after_comparison, after_diagnosis
 from fitting.report.text.search import search_text
 from fitting.report.text.stages import added_text, stage_text
+from fitting.report.text.stated_sizes import denied_texts, measured_cells
 from fitting.report.text.study import data_text
 from fitting.report.text.warnings import comparison_warnings
 from fitting.study.stages import Stage
@@ -87,7 +88,7 @@ def page(
         lead=_lead(c, d, stages),
         typed=_typed(c, d, task),
         cards=_cards(c, d),
-        warnings=[*comparison_warnings(c), *fit_warnings(c.fit)],
+        warnings=[*denied_texts(c.fit), *comparison_warnings(c), *fit_warnings(c.fit)],
         sections=[section for section in sections if section is not None],
         style=pictures_style(),
         steps=len(steps),
@@ -255,13 +256,13 @@ def _planned(planned: "NextMeasurement") -> Section:
 
 
 def _parameters(fit: Fit) -> Section:
-    heads = ("parameter", "value", "± robust", "± if independent", "range", "state", "tied with")
+    heads = ("parameter", "value", "± robust", "± if independent", "measured", "how far", "range", "state", "tied with")
     rows = tuple(Line(_parameter(fit, name)) for name in shown_names(fit))
     words = (
         "Believe the robust error: it lets neighbouring samples err together. The one beside it takes every sample for "
         "independent of the others, and is too small.",
     )
-    return Section("Parameters", sentences=words, tables=(Grid(heads, rows, words=(5, 6)),))
+    return Section("Parameters", sentences=words, tables=(Grid(heads, rows, words=(7, 8)),))
 
 
 def _instruments(c: Comparison, d: Diagnosis | None) -> Section:
@@ -290,7 +291,8 @@ def _estimates(task: Task) -> Section | None:
 
 def _parameter(fit: Fit, name: str) -> tuple[str, ...]:
     state = "at its bound" if name in fit.at_bound else fit.state(name)
-    return name, *value_cells(fit, name), " to ".join(range_cells(fit, name)), state, ", ".join(fit.tied.get(name, ()))
+    known = *value_cells(fit, name), *measured_cells(fit, name), " to ".join(range_cells(fit, name))
+    return name, *known, state, ", ".join(fit.tied.get(name, ()))
 
 
 def _provenance(task: Task, c: Comparison, d: Diagnosis | None) -> Section:
