@@ -8,6 +8,7 @@ from typing import Any
 
 import click
 
+from fitting.cli.interrupts import interruptible
 from fitting.errors import InputError
 from fitting.writing import FULL
 
@@ -51,7 +52,8 @@ class Program(click.Group):
     def invoke(self, ctx: click.Context) -> Any:
         """Run a command; what the user can cure becomes one message."""
         try:
-            return super().invoke(ctx)
+            with interruptible():
+                return super().invoke(ctx)
         except InputError as error:
             raise Stop(str(error)) from None
         except RecursionError:

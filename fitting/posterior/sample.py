@@ -197,6 +197,8 @@ def _sampler(
 ) -> emcee.EnsembleSampler:
     log_prob = log_probs(setup.target, -(-plan.walkers // 2))
     sampler = emcee.EnsembleSampler(plan.walkers, len(setup.names), log_prob, moves=MOVES(), vectorize=True)
+    # emcee's own wrapper prints every walker and a traceback when somebody types Ctrl-C
+    sampler.log_prob_fn = log_prob  # pyright: ignore[reportAttributeAccessIssue]
     number = which[0]
     if block is None:
         seed = np.random.SeedSequence((plan.seed, *which))

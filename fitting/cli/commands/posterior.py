@@ -1,6 +1,8 @@
 """`mckibben posterior`: what the data leave open."""
 
 import os
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -42,7 +44,9 @@ def command(**options: Any) -> None:
 
     with run.progress("fitting") as progress:
         fit = fit_task(run.task)
-        found = _sampled(run, fit, options, progress)
+        place = _place_of_chains(run, options)
+        with _what_is_kept(place):
+            found = _sampled(run, fit, options, progress, place)
     run.print([describe(found)])
     run.write(to_json(found))
     if run.request.html:
@@ -54,7 +58,24 @@ def command(**options: Any) -> None:
     run.end(fit.converged and found.settled)
 
 
-def _sampled(run: CommandRun, fit: "Fit", options: dict[str, Any], progress: "Progress") -> "Posterior":
+@contextmanager
+def _what_is_kept(chains: str | None) -> Iterator[None]:
+    """Whoever stops the sampling learns what is kept of it."""
+    try:
+        yield
+    except KeyboardInterrupt:
+        if chains and os.path.exists(chains):
+            click.echo(
+                f"\nStopped. The chains so far are kept in {chains}: the same command goes on from there.", err=True
+            )
+        else:
+            click.echo("\nStopped. No chains are kept.", err=True)
+        raise
+
+
+def _sampled(
+    run: CommandRun, fit: "Fit", options: dict[str, Any], progress: "Progress", chains: str | None
+) -> "Posterior":
     """The posterior by the sampler that was asked for."""
     from fitting.units import to_si
 
@@ -77,15 +98,15 @@ def _sampled(run: CommandRun, fit: "Fit", options: dict[str, Any], progress: "Pr
         **common,
         max_steps=options["steps"],
         limit_s=seconds,
-        chains=_place_of_chains(run, options),
+        chains=chains,
         again=options["again"],
         progress=lambda done, worth: progress(f"{done} steps, {worth:.0f} effective samples", done / options["steps"]),
     )
 
 
 def _place_of_chains(run: CommandRun, options: dict[str, Any]) -> str | None:
-    """The file of chains; none beside data that may not be written to, which is said."""
-    if options["no_chains"]:
+    """The file of chains of emcee; none beside data that may not be written to, which is said."""
+    if options["no_chains"] or options["quick"] or options["sampler"] != "emcee":
         return None
     if options["chains"]:
         check_place(options["chains"])

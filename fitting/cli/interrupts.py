@@ -1,0 +1,34 @@
+"""Ctrl-C stops a command wherever it falls."""
+
+import atexit
+import os
+import signal
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from threading import Timer
+
+AGAIN = 0.05  # s, after which a lost Ctrl-C is sent again: the callback that lost it has returned; chosen
+
+
+@contextmanager
+def interruptible() -> Iterator[None]:
+    """A command that Ctrl-C stops, though it fall into a callback of compiled code.
+
+    Python reports what is raised in such a callback and goes on: the command would run to its end. When all is written,
+    Ctrl-C comes too late to stop anything, and the end of the program is not interrupted.
+    """
+    before = sys.unraisablehook
+
+    def raised(found: "sys.UnraisableHookArgs") -> None:
+        if issubclass(found.exc_type, KeyboardInterrupt):
+            Timer(AGAIN, os.kill, (os.getpid(), signal.SIGINT)).start()
+        else:
+            before(found)
+
+    sys.unraisablehook = raised
+    try:
+        yield
+    finally:
+        sys.unraisablehook = before
+    atexit.register(signal.signal, signal.SIGINT, signal.SIG_IGN)  # the last to be registered is called first

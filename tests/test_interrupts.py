@@ -1,0 +1,60 @@
+"""Ctrl-C: it stops a command wherever it falls, and the command says what is kept."""
+
+import ctypes
+import sys
+import time
+
+import pytest
+from click.testing import CliRunner
+
+from fitting.cli.interrupts import interruptible
+from fitting.cli.main import main
+from fitting.posterior import sample as sampling
+from fitting.shipped import example_data
+
+CALLBACK = ctypes.CFUNCTYPE(None)
+
+
+def test_ctrl_c_in_a_callback_of_compiled_code_is_not_lost():
+    """Python alone reports it and goes on."""
+
+    @CALLBACK
+    def interrupted():
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt), interruptible():  # noqa: PT012  it is raised a few steps after the call
+        interrupted()
+        time.sleep(5.0)
+        pytest.fail("the interrupt was lost")
+
+
+def test_other_errors_in_callbacks_are_reported_as_before(monkeypatch):
+    seen = []
+    monkeypatch.setattr(sys, "unraisablehook", seen.append)
+
+    @CALLBACK
+    def wrong():
+        raise ValueError("of its own")
+
+    with interruptible():
+        wrong()
+    assert [found.exc_type for found in seen] == [ValueError]
+    assert sys.unraisablehook == seen.append
+
+
+@pytest.mark.parametrize("kept", [True, False])
+def test_a_stopped_posterior_says_what_is_kept(tmp_path, monkeypatch, kept):
+    """It says nothing else: emcee would print every walker and a traceback."""
+    chains = tmp_path / "kept.chains"
+    where = ["--chains", str(chains)] if kept else ["--no-chains"]
+    monkeypatch.setattr(sampling, "log_probs", lambda *_: _stopped)
+    result = CliRunner().invoke(main, ["posterior", str(example_data("muscle_a")), "--baseline", "--quiet", *where])
+    assert result.exit_code == 1
+    assert "Stopped." in result.stderr
+    assert (f"kept in {chains}" if kept else "No chains are kept") in result.stderr
+    assert "Traceback" not in result.output
+    assert "params:" not in result.output
+
+
+def _stopped(_points):
+    raise KeyboardInterrupt
