@@ -312,3 +312,8 @@ def write(value: float, si: str) -> str:
     """A value for a file, in the usual unit, exact to ten figures: reading it back changes nothing that matters."""
     with spoken({}):
         return show(float(value), si, digits=10)
+
+
+def counted(count: int, what: str) -> str:
+    """A number of things: "1 run", "2 runs", "3,500 samples"."""
+    return f"{count:,} {what}{'' if count == 1 else 's'}"

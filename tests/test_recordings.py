@@ -141,7 +141,7 @@ def test_one_file_without_a_folder(tmp_path):
     assert (name, source) == ("Braid", {})
     assert set(priors) == {"muscle.radius", "muscle.braid_angle"}
     assert "force outside 100 N .. 5 kN" in " ".join(data.notes)
-    assert "4 branches in 1 runs, told by the turning points of the length" in data.notes
+    assert "4 branches in 1 run, told by the turning points of the length" in data.notes
     whole = read_single(tmp_path / "data.csv", tmp_path / "muscle.toml", "loop")
     assert whole.priors == priors
     assert whole.sha256 == hashlib.sha256(MUSCLE.encode() + loop_csv().encode()).hexdigest()

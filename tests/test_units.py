@@ -138,3 +138,8 @@ def test_values_are_shown_in_own_units_and_written_in_the_usual_ones():
         assert units.write(3e5, "Pa") == "300 kPa"
     assert shown == ["3 bar", "3 GPa", "0.4496 lbf", "359.7 lbf/m", "0.1"]
     assert units.show(3e5, "Pa") == "300 kPa"
+
+
+@pytest.mark.parametrize(("count", "said"), [(0, "0 runs"), (1, "1 run"), (2, "2 runs"), (8710, "8,710 runs")])
+def test_one_thing_is_said_in_the_singular(count, said):
+    assert units.counted(count, "run") == said

@@ -252,7 +252,7 @@ def _notes(counts: Counter[str], table: Table, test: str, runs: tuple[Run, ...])
     if test in TURNED_BY:
         branches = sum(int(run.half[-1]) + 1 for run in runs)
         how = "the branch column" if "branch" in table else f"the turning points of the {TURNED_BY[test]}"
-        notes.append(f"{branches} branches in {len(runs)} runs, told by {how}")
+        notes.append(f"{branches} branches in {units.counted(len(runs), 'run')}, told by {how}")
     if test in ("loop", "isotonic"):
         notes.append("speed derived from the position by local parabolas that stop at turning points")
     return tuple(notes)

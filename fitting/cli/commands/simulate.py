@@ -40,6 +40,7 @@ def command(**options: Any) -> None:
     from fitting.compiled.prepare import prepare
     from fitting.report.text.layout import line, lines
     from fitting.report.text.next_step import shell_words
+    from fitting.units import counted
 
     prepare()
     check_places(options["json"], options["html"])
@@ -48,7 +49,7 @@ def command(**options: Any) -> None:
 
         told = simulate_request(Path(options["out"]), options)
     shown = [
-        line("WRITTEN", f"{told.file} and muscle.toml beside it: {told.samples:,} samples"),
+        line("WRITTEN", f"{told.file} and muscle.toml beside it: {counted(told.samples, 'sample')}"),
         *lines("WARNING", told.warnings),
         line("NEXT", f"mckibben compare {shell_words([options['out']])} --model {shell_words([options['model']])}"),
     ]

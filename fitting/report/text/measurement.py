@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING
 from fitting import units
 from fitting.planning.protocols import Demand, Need, Protocol, Specimen
 from fitting.planning.settings import GRID
+from fitting.units import counted
 
 if TYPE_CHECKING:
     from fitting.planning.candidates import Shown
@@ -21,16 +22,17 @@ def what_text(m: "NextMeasurement") -> str:
     """The recording as one would ask a colleague for it."""
     p = m.protocol
     low, high = (units.show(value, "Pa", digits=3) for value in p.pressures)
-    span = f"contraction {p.contractions[0]:.2g} to {p.contractions[1]:.2g}"
+    first, last = (f"{value:.2g}" for value in p.contractions)
+    span = f"contraction {first}" if first == last else f"contraction {first} to {last}"
     on = f", on {SPECIMENS[p.specimen]}" if p.specimen else ""
     if p.test == "isometric":
         ramp = units.show(p.branch_time, "s", digits=2)
-        many = _many(m.repeats, "isometric cycle")
-        return f"{many} from {low} to {high} and back, each way in {ramp}, held at {span.split(' to ')[0]}{on}"
+        many = counted(m.repeats, "isometric cycle")
+        return f"{many} from {low} to {high} and back, each way in {ramp}, held at contraction {first}{on}"
     if p.test == "static":
-        return f"{_many(m.repeats, 'static curve')} at {low}, {span}, {GRID.nodes} points each{on}"
+        return f"{counted(m.repeats, 'static curve')} at {low}, {span}, {GRID.nodes} points each{on}"
     hold = f", {p.hold:g} s of rest at each end" if p.hold else ""
-    return f"{_many(m.repeats, 'loop')} at {low}, {span}, {_two(m.speed, 'm/s')}{hold}{on}"
+    return f"{counted(m.repeats, 'loop')} at {low}, {span}, {_two(m.speed, 'm/s')}{hold}{on}"
 
 
 def purpose_text(m: "NextMeasurement") -> str:
@@ -62,10 +64,6 @@ def _demand_text(demand: Demand) -> str:
     if need is Need.SPEED:
         return f"a drive {asked / seen:.2g} times as fast as in these data ({_two(seen, 'm/s')})"
     return f"a pressure that changes {asked / seen:.2g} times as fast as in these data ({_two(seen, 'Pa')}/s)"
-
-
-def _many(count: int, what: str) -> str:
-    return f"{count} {what}{'s' if count > 1 else ''}"
 
 
 def _two(value: float, unit: str) -> str:

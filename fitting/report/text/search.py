@@ -3,6 +3,7 @@
 from fitting.least_squares.record import Fit
 from fitting.least_squares.summary import FailedStart, Failure
 from fitting.problem.no_number import state_at
+from fitting.units import counted
 
 
 def search_text(fit: Fit) -> str:
@@ -19,7 +20,7 @@ def search_text(fit: Fit) -> str:
         )
     if not s.reached:
         return f"{begun}none of {s.starts} starts gave finite numbers"
-    return f"{begun}{s.starts} starts: {s.reached} reached the same best point"
+    return f"{begun}{counted(s.starts, 'start')}: {s.reached} reached the same best point"
 
 
 def failure_texts(fit: Fit) -> list[str]:

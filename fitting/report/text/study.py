@@ -13,6 +13,7 @@ from fitting.report.text.layout import columns, line, lines, spaced
 from fitting.report.text.stages import stage_text
 from fitting.study.stages import Stage
 from fitting.study.task import Task
+from fitting.units import counted
 
 
 def data_text(experiments: Sequence[Experiment]) -> str:
@@ -25,7 +26,7 @@ def data_text(experiments: Sequence[Experiment]) -> str:
         for recording in e.recordings
     )
     names = " and ".join(e.name for e in experiments)
-    return f"{names}: {', '.join(tests)}; {len(runs)} runs, {weighted:,} samples used"
+    return f"{names}: {', '.join(tests)}; {counted(len(runs), 'run')}, {counted(weighted, 'sample')} used"
 
 
 def opening(task: Task) -> list[RenderableType]:
