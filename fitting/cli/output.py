@@ -34,11 +34,13 @@ def print_report(options: Options, shown: "Shown") -> None:
 def write_files(options: Options, title: str, shown: "Shown", result: Any, pictures: "Sequence[Section]" = ()) -> None:
     """Write the result for machines, and the page under its pictures, where they were asked for."""
     from fitting.cli.run import check_places
-    from fitting.report.page.parts import write_text_page
-    from fitting.report.results import write_json
 
     check_places(options["json"], options["html"])
-    if options["json"]:
+    if options["json"]:  # each brings libraries that a text on the terminal does without
+        from fitting.report.results import write_json
+
         write_json(options["json"], result)
     if options["html"]:
+        from fitting.report.page.parts import write_text_page
+
         write_text_page(options["html"], title, shown, pictures)
