@@ -5,9 +5,7 @@ from dataclasses import replace
 from small_muscle import loops, write
 
 from fitting.comparison.compare import compare
-from fitting.diagnosis.flip_groups import GroupKind, RestsOn
-from fitting.diagnosis.instrument_answers import InstrumentAnswer
-from fitting.diagnosis.instrument_errors import ErrorKind, Source
+from fitting.diagnosis.findings import ErrorKind, GroupKind, InstrumentAnswer, RestsOn, Source
 from fitting.diagnosis.outcomes import NOTHING_MISSING, Reason, Verdict, Why
 from fitting.diagnosis.record import Diagnosis, Evidence, Explanation, Leading
 from fitting.planning.next_measurement import NextMeasurement

@@ -10,7 +10,7 @@ from small_muscle import loops, write
 
 from fitting.cli.commands.compare import command
 from fitting.cli.main import COMMANDS, main
-from fitting.diagnosis.flip_groups import GroupKind, RestsOn
+from fitting.diagnosis.findings import GroupKind, RestsOn
 from fitting.diagnosis.outcomes import Verdict
 from fitting.diagnosis.record import Diagnosis, Evidence, Explanation
 from fitting.problem.estimate import Estimate

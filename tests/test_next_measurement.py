@@ -16,8 +16,9 @@ from threadpoolctl import threadpool_limits
 from fitting import units
 from fitting.cli.main import main
 from fitting.diagnosis.diagnose import diagnose
+from fitting.diagnosis.findings import ErrorKind, Source
 from fitting.diagnosis.flip_groups import FlipGroups
-from fitting.diagnosis.instrument_errors import ErrorKind, InstrumentErrors, Source
+from fitting.diagnosis.instrument_errors import InstrumentErrors
 from fitting.diagnosis.omnibus import Basis
 from fitting.diagnosis.record import Evidence
 from fitting.diagnosis.working_noise import Noise as Memory

@@ -15,7 +15,7 @@ from test_inverse_dynamics import released
 
 from fitting import units
 from fitting.cli.main import main
-from fitting.diagnosis.flip_groups import GroupKind, RestsOn
+from fitting.diagnosis.findings import GroupKind, RestsOn
 from fitting.diagnosis.outcomes import Verdict
 from fitting.diagnosis.proposal_terms import line_of, terms
 from fitting.diagnosis.record import Diagnosis, Evidence

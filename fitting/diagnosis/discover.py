@@ -6,10 +6,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fitting.diagnosis.diagnose import Progress, concluded, library_candidates, one_thread, prepared
+from fitting.diagnosis.findings import Attempt, Objection
 from fitting.diagnosis.outcomes import NOTHING_MISSING, Verdict
 from fitting.diagnosis.record import Diagnosis
 from fitting.diagnosis.search import Search, SearchResult
-from fitting.diagnosis.step_rules import RULES, Fitted, Objection, StepRules, denied_sizes, objections
+from fitting.diagnosis.step_rules import RULES, Fitted, StepRules, denied_sizes, objections
 from fitting.diagnosis.universe import CandidateFit, Universe
 from fitting.least_squares import held_out
 from fitting.problem.varying import Varying
@@ -18,16 +19,6 @@ from mckibben_jax.effect import Effect, name_of
 from mckibben_jax.model import with_effects
 
 WORTH_IT = 0.99  # of an error: what changes it by less changes it by a rounding error
-
-
-@dataclass(frozen=True)
-class Attempt:
-    """A larger model that was fitted and not kept, its errors (N), and why."""
-
-    effects: tuple[str, ...]
-    rmse: float
-    held_out_rmse: float
-    why: tuple[Objection, ...]
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,8 @@ import numpy as np
 from fitting.diagnosis import omnibus
 from fitting.diagnosis.adequacy import AdequacyTest
 from fitting.diagnosis.channel_signals import errors_felt
-from fitting.diagnosis.flip_groups import RestsOn, flip_groups
+from fitting.diagnosis.findings import RestsOn
+from fitting.diagnosis.flip_groups import flip_groups
 from fitting.diagnosis.instrument_errors import InstrumentErrors, InstrumentWhitener
 from fitting.diagnosis.missing_effect import Ground, MissingEffectTest, missing_effect_test
 from fitting.diagnosis.nuisance import Nuisance

@@ -1,31 +1,13 @@
 """What the sign-flip test flips as a whole: loops, half loops where loops are few, blocks of samples where both are."""
 
 from dataclasses import dataclass
-from enum import StrEnum
 
 import numpy as np
 
 from fitting.diagnosis import omnibus
+from fitting.diagnosis.findings import GroupKind, RestsOn
 from fitting.diagnosis.settings import FLIP_TEST, FlipTestSettings
 from fitting.problem.residuals import Samples
-
-
-class GroupKind(StrEnum):
-    """What one group of samples is."""
-
-    LOOP = "loops"
-    HALF_LOOP = "half loops"
-    POINT = "single points"
-    BLOCK = "blocks"
-
-
-@dataclass(frozen=True)
-class RestsOn:
-    """What a test rests on: how many groups of samples were flipped, and of which kinds."""
-
-    groups: int
-    kinds: tuple[GroupKind, ...]
-    block_samples: int = 0  # of each block, where blocks are flipped: then the test rests on the noise model
 
 
 @dataclass(frozen=True)

@@ -1,36 +1,17 @@
 """Instruments as answers: how large each error seems, may be, and had to be to explain a misfit."""
 
-from dataclasses import dataclass
-
 import numpy as np
 from scipy.optimize import minimize_scalar
 
 from fitting.diagnosis.examine import Examiner
-from fitting.diagnosis.instrument_errors import InstrumentErrors, Source
+from fitting.diagnosis.findings import InstrumentAnswer, Source
+from fitting.diagnosis.instrument_errors import InstrumentErrors
 from fitting.diagnosis.missing_effect import Ground
 from fitting.diagnosis.nuisance import Nuisance
 from fitting.diagnosis.settings import INSTRUMENTS, InstrumentSettings
 from fitting.diagnosis.universe import CandidateFit
 from fitting.diagnosis.working_noise import Whitener, orthonormal
 from fitting.least_squares.decomposed import svd
-
-
-@dataclass(frozen=True)
-class InstrumentAnswer:
-    """One kind of error of one channel (`source`), in the unit of its kind, as standard deviations.
-
-    `found` is its most likely size, all others being within their accuracy; `needed` the size with which nothing would
-    be missing, None where none is missing, or where no size of this error explains the misfit.
-    """
-
-    source: Source
-    found: float
-    needed: float | None
-
-    @property
-    def is_beyond(self) -> bool:
-        """Whether the readings ask for far more than is allowed; not of what is taken as exact."""
-        return 0 < INSTRUMENTS.beyond * self.source.allowed < self.found
 
 
 def instrument_answers(

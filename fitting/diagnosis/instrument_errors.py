@@ -9,41 +9,15 @@ for an effect in. What friction differs by from run to run (humidity, wear) is t
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from enum import StrEnum
 
 import numpy as np
 
 from fitting.diagnosis import omnibus
+from fitting.diagnosis.findings import RELATIVE, ErrorKind, Source
 from fitting.diagnosis.settings import INSTRUMENTS, InstrumentSettings
 from fitting.least_squares.decomposed import svd
 from fitting.problem.residuals import Samples
 from fitting.recordings.accuracy import Accuracy, Channel, ChannelAccuracy
-
-
-class ErrorKind(StrEnum):
-    """What stays the same in an error: the names of accuracies, and what differs in the muscle from run to run."""
-
-    ZERO = "zero"
-    GAIN = "gain"
-    ZERO_PER_RUN = "zero_per_run"
-    GAIN_PER_RUN = "gain_per_run"
-    HYSTERESIS = "hysteresis"
-    DRIFT = "drift"
-    SKEW = "skew"
-    FRICTION_PER_RUN = "friction_per_run"
-
-
-@dataclass(frozen=True)
-class Source:
-    """Where an error comes from (channel None: the muscle), its accuracy, and the size that a column stands for.
-
-    `allowed` and `width` in the unit of the kind: that of the channel, 1 for a share, unit/s for a drift, s for a skew.
-    """
-
-    channel: Channel | None
-    kind: ErrorKind
-    allowed: float
-    width: float
 
 
 @dataclass(frozen=True)
@@ -219,7 +193,6 @@ KINDS = (
     ErrorKind.DRIFT,
 )  # fmt: skip
 PER_RUN = (ErrorKind.ZERO_PER_RUN, ErrorKind.GAIN_PER_RUN, ErrorKind.SKEW, ErrorKind.FRICTION_PER_RUN)
-RELATIVE = (ErrorKind.GAIN, ErrorKind.GAIN_PER_RUN, ErrorKind.HYSTERESIS)
 
 
 def _source(

@@ -5,13 +5,13 @@ to have, and with what the test says without it: its rows, and all that could ex
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from scipy import stats
 
 from fitting.diagnosis.examine import Examiner
-from fitting.diagnosis.instrument_errors import Source
+from fitting.diagnosis.findings import OddRun, Source
 from fitting.diagnosis.missing_effect import Ground, missing_effect_test
 from fitting.diagnosis.nuisance import Nuisance
 from fitting.diagnosis.omnibus import Basis
@@ -23,17 +23,6 @@ from fitting.least_squares.decomposed import svd
 from fitting.recordings.accuracy import Channel
 
 INPUTS = (Channel.PRESSURE, Channel.POSITION)  # readings that the prediction is made from
-
-
-@dataclass(frozen=True)
-class OddRun:
-    """A run that errs by `size` (in the unit of the source) more than its instruments allow."""
-
-    file: str
-    run: str
-    source: Source
-    size: float
-    p_value: float  # of the test that nothing is missing from the model, without this run
 
 
 def odd_runs(search: SearchResult, named: Sequence[frozenset[str]]) -> tuple[OddRun, ...]:

@@ -4,9 +4,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from fitting.diagnosis.flip_groups import RestsOn
-from fitting.diagnosis.instrument_answers import InstrumentAnswer
-from fitting.diagnosis.odd_runs import OddRun
+from fitting.diagnosis.findings import InstrumentAnswer, OddRun, RestsOn
 from fitting.diagnosis.outcomes import Screened, Verdict, Why
 from fitting.least_squares.record import Fit
 from fitting.problem.estimate import Estimate

@@ -2,11 +2,11 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from enum import StrEnum
 
 import numpy as np
 
 from fitting.diagnosis.estimates import estimate
+from fitting.diagnosis.findings import Objection, Reason
 from fitting.diagnosis.universe import CandidateFit, Universe
 from fitting.full_names import owner_of
 from fitting.least_squares import held_out
@@ -29,27 +29,6 @@ class StepRules:
 
 
 RULES = StepRules()
-
-
-class Reason(StrEnum):
-    """Why a step is not kept."""
-
-    RISES = "raises the error in sample"
-    NO_GAIN = "does not lower the held-out error by more than its standard error"
-    SMALL_GAIN = "lowers the held-out error by less than a tenth"
-    BOUND = "ends at its bound"
-    DENIES = "denies what was measured"
-    UNKNOWN = "is smaller than its standard error"
-    FEW = "leaves too few readings for its numbers"
-
-
-@dataclass(frozen=True)
-class Objection:
-    """One reason against a step: which parameter it is about, if any, and by how much (standard errors, or a share)."""
-
-    reason: Reason
-    about: str = ""
-    size: float | None = None
 
 
 @dataclass(frozen=True)

@@ -4,7 +4,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from fitting.diagnosis.discover import Attempt
+from fitting.diagnosis.findings import Attempt
 
 
 @dataclass(frozen=True)

@@ -3,8 +3,7 @@
 from collections.abc import Sequence
 from typing import Any
 
-from fitting.diagnosis.discover import Attempt
-from fitting.diagnosis.step_rules import Objection, Reason
+from fitting.diagnosis.findings import Attempt, Objection, Reason
 from fitting.report.settings import SHOWN
 from fitting.report.text.amounts import amount
 

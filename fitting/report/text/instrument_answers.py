@@ -4,8 +4,7 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
-from fitting.diagnosis.instrument_answers import InstrumentAnswer
-from fitting.diagnosis.instrument_errors import RELATIVE, ErrorKind, Source
+from fitting.diagnosis.findings import RELATIVE, ErrorKind, InstrumentAnswer, Source
 from fitting.diagnosis.outcomes import Verdict
 from fitting.diagnosis.record import Diagnosis
 from fitting.recordings.accuracy import Channel
