@@ -10,6 +10,7 @@ from fitting.comparison.compare import Table as ErrorTable
 from fitting.diagnosis.outcomes import NOTHING_MISSING
 from fitting.diagnosis.record import Diagnosis
 from fitting.least_squares.record import Fit
+from fitting.report.page import top
 from fitting.report.page.diagnosis import alike, effects, errors_grid, limits, meanings, tried_table
 from fitting.report.page.parts import Grid, Line, Section, pictures_style, render_page
 from fitting.report.pictures import figures, maps
@@ -19,17 +20,14 @@ from fitting.report.pictures.overview import overview_html
 from fitting.report.pictures.panels import panels
 from fitting.report.pictures.readings import estimated_channels, readings_picture
 from fitting.report.results import provenance, shown_names
-from fitting.report.settings import ERROR_TEXT
-from fitting.report.text.amounts import amount, percent
+from fitting.report.text.amounts import amount
 from fitting.report.text.attempts import held_text, why_not_kept
-from fitting.report.text.comparison import error_cells, error_text, judgement, kind_text, worst_text
-from fitting.report.text.diagnosis import effect_set, leading_text, measurement_text, verdict_text
+from fitting.report.text.comparison import error_cells, error_text, kind_text, worst_text
+from fitting.report.text.diagnosis import effect_set, measurement_text
 from fitting.report.text.fit import fit_warnings, range_cells, value_cells
-from fitting.report.text.instrument_answers import explaining_text, odd_run_texts, rival_texts
 from fitting.report.text.instruments import HEADS, channel_cells, channel_lines
-from fitting.report.text.next_step import after_comparison, after_diagnosis
 from fitting.report.text.search import search_text
-from fitting.report.text.stages import added_text, stage_text
+from fitting.report.text.stages import stage_text
 from fitting.report.text.stated_sizes import denied_texts, measured_cells
 from fitting.report.text.study import data_text
 from fitting.report.text.warnings import comparison_warnings
@@ -65,7 +63,7 @@ def page(
     posterior: Sequence[Section] = (),
 ) -> str:
     """The page as text; `posterior` holds the sections that show one."""
-    verdict = judgement(c) if d is None else _verdict(d, task, stages)
+    headline = top.verdict(c, d, task, stages)
     steps = steps_with_models(c, stages)
     sections = [
         _fall(c, d, stages, chosen=len(steps) > 1),
@@ -81,72 +79,18 @@ def page(
         _provenance(task, c, d),
     ]
     return render_page(
-        title=f"{', '.join(e.name for e in task.experiments)}: {verdict}",
+        title=f"{', '.join(e.name for e in task.experiments)}: {headline}",
         about=f"{data_text(task.experiments)}. Model: {' + '.join(task.names)}.",
-        verdict=verdict,
+        verdict=headline,
         meanings=[] if d is None else meanings(d, task),
-        lead=_lead(c, d, stages),
-        typed=_typed(c, d, task),
-        cards=_cards(c, d),
+        lead=top.lead(c, d, stages),
+        typed=top.next_command(c, d, task),
+        cards=top.cards(c, d),
         warnings=[*denied_texts(c.fit), *comparison_warnings(c), *fit_warnings(c.fit)],
         sections=[section for section in sections if section is not None],
         style=pictures_style(),
         steps=len(steps),
     )
-
-
-def _verdict(d: Diagnosis, task: Task, stages: Sequence[Stage]) -> str:
-    """The verdict; what was missing may be in the model by now."""
-    if d.verdict == "missing" and _is_added(d, task):
-        names = d.explanations[0]
-        return f"{effect_set(names)} {'was' if len(names) == 1 else 'were'} missing, and is in the model now."
-    said = verdict_text(d)
-    added = " and ".join(added_text(stage) for stage in stages[1:] if stage.added)
-    if not added:
-        return said
-    before = "With" if stages[-1].verdict else "Before"  # a verdict on the last model, or on one before it
-    return f"{before} {added} added: {said[:1].lower()}{said[1:]}"
-
-
-def _is_added(d: Diagnosis, task: Task) -> bool:
-    return any({*names} <= {*task.names} for names in d.explanations)
-
-
-def _typed(c: Comparison, d: Diagnosis | None, task: Task) -> tuple[str, str] | None:
-    """What to do next, and the command for it."""
-    folders = [str(e.folder) for e in task.experiments]
-    if d is None:
-        command = after_comparison(c, task.experiments, folders)
-        return ("Which effect is missing?", command) if command else None
-    return None if _is_added(d, task) else after_diagnosis(d, folders)
-
-
-def _lead(c: Comparison, d: Diagnosis | None, stages: Sequence[Stage]) -> list[str]:
-    """The sentences below the verdict."""
-    lead = (
-        []
-        if d is None
-        else [
-            text
-            for text in (leading_text(d), *odd_run_texts(d), explaining_text(d), *rival_texts(d), judgement(c))
-            if text
-        ]
-    )
-    if len(stages) > 1:
-        first, last = stages[0].rmse, stages[-1].rmse
-        lead.append(f"The error fell from {amount(first, c.unit)} to {amount(last, c.unit)}.")
-    return lead
-
-
-def _cards(c: Comparison, d: Diagnosis | None) -> list[tuple[str, str]]:
-    cards = [
-        (amount(c.rmse, c.unit), "error, root mean square"),
-        (percent(c.share), f"of full scale, {amount(c.full_scale, c.unit)}"),
-        (amount(c.floor, c.unit), "noise, " + ("one reading" if c.noise_floor is None else "repeated loops")),
-    ]
-    if c.fingerprint.odd_share is not None and c.rmse > ERROR_TEXT.near_floor * c.floor:
-        cards.append((percent(c.fingerprint.odd_share), "of the misfit is odd: changes sign with the direction"))
-    return cards if d is None else [*cards, (f"{d.p_value:.2g}", "p in the test that nothing is missing")]
 
 
 def _fall(c: Comparison, d: Diagnosis | None, stages: Sequence[Stage], chosen: bool) -> Section:
