@@ -1,16 +1,19 @@
-"""The sentence for practice: how much of full scale is left, and what it is."""
+"""The verdict for practice: how much of full scale is left, whether that is enough, and what the rest is."""
 
+import json
+
+import pytest
+from click.testing import CliRunner
+
+from fitting.cli.main import main
 from fitting.diagnosis.outcomes import Verdict
-from fitting.report.text.practice import practice_text
-from fitting.study.stages import Stage
-
-
-def stages(verdict, *added):
-    return [Stage("baseline", 50.0, 60.0), *(Stage("", 5.0, 20.0, verdict, added=(name,)) for name in added)]
+from fitting.report.text.practice import practice_result, practice_text
+from fitting.shipped import example_data
+from fitting.study.practice import Practice
 
 
 def test_what_is_left_is_said_first_and_then_what_it_is():
-    text = practice_text(stages(Verdict.NOT_IN_LIBRARY, "rubber", "cones"), 5.0, 1000.0)
+    text = practice_text(Practice(("rubber", "cones"), 0.005, 0.02, 0.01, Verdict.NOT_IN_LIBRARY))
     assert text.startswith(
         "rubber + cones explain all but 0.5 % of full scale (2 % on held-out runs), which is below 1 %"
     )
@@ -18,6 +21,42 @@ def test_what_is_left_is_said_first_and_then_what_it_is():
 
 
 def test_a_large_rest_is_called_large_and_instruments_are_named():
-    text = practice_text(stages(Verdict.WITHIN_INSTRUMENTS, "rubber"), 20.0, 1000.0)
-    assert "rubber explains all but 2 % of full scale" in text
-    assert "which is above 1 %. What remains is within what the instruments may err by." in text
+    text = practice_text(Practice(("rubber",), 0.02, None, 0.01, Verdict.WITHIN_INSTRUMENTS))
+    assert "rubber explains all but 2 % of full scale, which is above 1 %." in text
+    assert text.endswith("What remains is within what the instruments may err by.")
+
+
+@pytest.mark.parametrize(("enough", "is_enough"), [(0.021, True), (0.019, False)])
+def test_who_uses_the_muscle_says_what_is_enough(enough, is_enough):
+    found = Practice(("rubber",), 0.02, None, enough, "")
+    assert practice_result(found)["practice"]["is_enough"] is is_enough
+    assert f"{'below' if is_enough else 'above'} {100 * enough:.1f} %." in practice_text(found)
+
+
+@pytest.mark.parametrize("text", ["0", "110 %", "much", "5 N"])
+def test_what_is_no_share_is_refused_before_anything_is_computed(text):
+    result = CliRunner().invoke(main, ["discover", str(example_data("muscle_a")), "--enough", text])
+    assert result.exit_code == 2
+    assert "--enough" in result.output
+
+
+def test_discover_says_it_on_the_terminal_on_the_page_and_in_json(tmp_path):
+    words = ["discover", str(example_data("muscle_a")), "--baseline", "--enough", "0.2 %"]
+    places = [
+        "--save",
+        str(tmp_path / "m.toml"),
+        "--json",
+        str(tmp_path / "r.json"),
+        "--html",
+        str(tmp_path / "r.html"),
+    ]
+    result = CliRunner().invoke(main, [*words, *places])
+    assert result.exit_code == 0, result.output
+    said = json.loads((tmp_path / "r.json").read_text())
+    share = said["rmse_N"] / said["full_scale_N"]
+    assert said["practice"] | {"held_out_left": None} == {
+        "left": pytest.approx(share, rel=1e-6), "held_out_left": None, "enough": 0.002, "is_enough": share < 0.002,
+    }  # fmt: skip
+    text = f"which is {'below' if share < 0.002 else 'above'} 0.2 %"
+    assert text in " ".join(result.output.split())
+    assert text in " ".join((tmp_path / "r.html").read_text().split())

@@ -22,6 +22,9 @@ from fitting.cli.run import start
 @candidate_options
 @fit_options
 @save_options
+@click.option(
+    "--enough", default="1 %", show_default=True, metavar="SHARE", help="Of full scale: what you can live with."
+)
 @output_options
 def command(**options: Any) -> None:
     """Diagnose, add one effect, and again, until nothing more can be said.
@@ -31,6 +34,7 @@ def command(**options: Any) -> None:
     smaller than its error. Where a step would deny a stated size, all of them stay within two standard errors of what
     was stated. What is not kept is said.
     """
+    enough = _share(options["enough"])
     run = start(options)
     from fitting.cli.saving import save
     from fitting.report.page.page import write_page
@@ -41,10 +45,11 @@ def command(**options: Any) -> None:
     from fitting.report.text.diagnosis import diagnosis_report
     from fitting.report.text.fit import fit_report
     from fitting.report.text.layout import line
-    from fitting.report.text.practice import practice_text
+    from fitting.report.text.practice import practice_result, practice_text
     from fitting.report.text.study import step_report, steps_report
     from fitting.study.diagnosing import all_candidates, candidates_of, in_newtons
     from fitting.study.discovering import discover_task, on_motions
+    from fitting.study.practice import practice
     from fitting.study.stages import Stage
 
     candidates = candidates_of(run.task, run.request.candidates, run.request.rivals) or all_candidates(run.task)
@@ -59,7 +64,8 @@ def command(**options: Any) -> None:
     compared, stages = found.comparison, found.stages
     unit = compared.unit
     words = f"Error {amount(stages[0].rmse, unit)} -> {amount(compared.rmse, unit)}. {judgement(compared)}"
-    run.print([line("RESULT", practice_text(stages, compared.rmse, compared.full_scale), "bold"), line("ERROR", words)])
+    use = practice(stages, compared, enough)
+    run.print([line("RESULT", practice_text(use), "bold"), line("ERROR", words)])
     run.print([line("MODEL NOW", " + ".join(found.task.names))])
     run.print([*steps_report(stages, unit), line("", "")])
     run.print([*diagnosis_report(found.diagnosis, unit), *fit_report(compared.fit)])
@@ -68,8 +74,24 @@ def command(**options: Any) -> None:
         run.print([line("MOTION", on_motions_text(motions), "bold"), *fit_report(final)])
     unsure = motions is not None and not motions.confirmed
     run.print([line("SAVED", "nothing: the motions do not confirm it")] if unsure else save(run, final))
-    result = {**diagnosis_result(found.diagnosis, compared), **fit_result(compared.fit), **steps_result(stages)}
+    result = {
+        **diagnosis_result(found.diagnosis, compared),
+        **fit_result(compared.fit),
+        **steps_result(stages),
+        **practice_result(use),
+    }
     run.write(result | on_motions_result(motions))
     if run.request.html:
-        write_page(run.request.html, found.task, compared, found.diagnosis, stages)
+        write_page(run.request.html, found.task, compared, found.diagnosis, stages, enough=enough)
     run.end(final.converged)
+
+
+def _share(text: str) -> float:
+    """A share of full scale; InputError where it is none."""
+    from fitting.errors import InputError
+    from fitting.units import to_si
+
+    share = to_si(text, "1", "--enough")
+    if not 0 < share < 1:
+        raise InputError("--enough is no share of full scale", value=text, cure="write for example '1 %' or 0.01")
+    return share

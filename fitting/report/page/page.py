@@ -31,6 +31,7 @@ from fitting.report.text.stages import stage_text
 from fitting.report.text.stated_sizes import denied_texts, measured_cells
 from fitting.report.text.study import data_text
 from fitting.report.text.warnings import comparison_warnings
+from fitting.study.practice import ENOUGH
 from fitting.study.stages import Stage
 from fitting.study.task import Task
 from fitting.writing import write_text
@@ -48,9 +49,10 @@ def write_page(
     *,
     planned: "NextMeasurement | None" = None,
     posterior: Sequence[Section] = (),
+    enough: float = ENOUGH,
 ) -> None:
     """Write the page of a comparison, with what else there is: diagnosis, steps, next measurement, posterior."""
-    write_text(path, page(task, c, d, stages, planned=planned, posterior=posterior))
+    write_text(path, page(task, c, d, stages, planned=planned, posterior=posterior, enough=enough))
 
 
 def page(
@@ -61,8 +63,9 @@ def page(
     *,
     planned: "NextMeasurement | None" = None,
     posterior: Sequence[Section] = (),
+    enough: float = ENOUGH,
 ) -> str:
-    """The page as text; `posterior` holds the sections that show one."""
+    """The page as text; `posterior` holds the sections that show one, `enough` is the share that may be left."""
     headline = top.verdict(c, d, task, stages)
     steps = steps_with_models(c, stages)
     sections = [
@@ -83,7 +86,7 @@ def page(
         about=f"{data_text(task.experiments)}. Model: {' + '.join(task.names)}.",
         verdict=headline,
         meanings=[] if d is None else meanings(d, task),
-        lead=top.lead(c, d, stages),
+        lead=top.lead(c, d, stages, enough),
         typed=top.next_command(c, d, task),
         cards=top.cards(c, d),
         warnings=[*denied_texts(c.fit), *comparison_warnings(c), *fit_warnings(c.fit)],

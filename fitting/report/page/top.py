@@ -10,7 +10,9 @@ from fitting.report.text.comparison import judgement
 from fitting.report.text.diagnosis import effect_set, leading_text, verdict_text
 from fitting.report.text.instrument_answers import explaining_text, odd_run_texts, rival_texts
 from fitting.report.text.next_step import after_comparison, after_diagnosis
+from fitting.report.text.practice import practice_text
 from fitting.report.text.stages import added_text
+from fitting.study.practice import practice
 from fitting.study.stages import Stage
 from fitting.study.task import Task
 
@@ -46,7 +48,7 @@ def next_command(c: Comparison, d: Diagnosis | None, task: Task) -> tuple[str, s
     return None if _is_added(d, task) else after_diagnosis(d, folders)
 
 
-def lead(c: Comparison, d: Diagnosis | None, stages: Sequence[Stage]) -> list[str]:
+def lead(c: Comparison, d: Diagnosis | None, stages: Sequence[Stage], enough: float) -> list[str]:
     """The sentences below the verdict."""
     said = (
         []
@@ -59,6 +61,7 @@ def lead(c: Comparison, d: Diagnosis | None, stages: Sequence[Stage]) -> list[st
     )
     if len(stages) > 1:
         first, last = stages[0].rmse, stages[-1].rmse
+        said.insert(0, practice_text(practice(stages, c, enough)))
         said.append(f"The error fell from {amount(first, c.unit)} to {amount(last, c.unit)}.")
     return said
 

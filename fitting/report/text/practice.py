@@ -1,24 +1,32 @@
-"""What a discovery comes to for somebody who uses the muscle: how much of full scale is left unexplained."""
+"""The verdict for practice, in a sentence and for machines."""
 
-from collections.abc import Sequence
+from typing import Any
 
 from fitting.diagnosis.outcomes import NOTHING_MISSING, Verdict
 from fitting.report.text.amounts import percent
-from fitting.study.stages import Stage
-
-ENOUGH = 0.01  # of full scale: what most users of a muscle need; chosen
+from fitting.study.practice import Practice
 
 
-def practice_text(stages: Sequence[Stage], rmse: float, full_scale: float) -> str:
+def practice_text(found: Practice) -> str:
     """What was added explains all but so much of full scale, whether that is little, and what the rest is."""
-    added = [name for stage in stages for name in stage.added]
-    who = " + ".join(added) if added else "The model"
-    verb = "explain" if len(added) > 1 else "explains"
-    share, held_out = rmse / full_scale, stages[-1].held_out_rmse
-    outside = "" if held_out is None else f" ({percent(held_out / full_scale)} on held-out runs)"
-    size = "below" if share < ENOUGH else "above"
-    rest = f" {_rest(stages[-1].verdict)}" if stages[-1].verdict else ""
-    return f"{who} {verb} all but {percent(share)} of full scale{outside}, which is {size} {percent(ENOUGH)}.{rest}"
+    who = " + ".join(found.added) if found.added else "The model"
+    verb = "explain" if len(found.added) > 1 else "explains"
+    outside = "" if found.held_out is None else f" ({percent(found.held_out)} on held-out runs)"
+    size = f"{'below' if found.is_enough else 'above'} {percent(found.enough)}"
+    rest = f" {_rest(found.verdict)}" if found.verdict else ""
+    return f"{who} {verb} all but {percent(found.left)} of full scale{outside}, which is {size}.{rest}"
+
+
+def practice_result(found: Practice) -> dict[str, Any]:
+    """The same for machines: shares of full scale."""
+    return {
+        "practice": {
+            "left": found.left,
+            "held_out_left": found.held_out,
+            "enough": found.enough,
+            "is_enough": found.is_enough,
+        }
+    }
 
 
 def _rest(verdict: str) -> str:
