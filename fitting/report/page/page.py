@@ -28,7 +28,7 @@ from fitting.report.text.fit import fit_warnings, range_cells, value_cells
 from fitting.report.text.instruments import HEADS, channel_cells, channel_lines
 from fitting.report.text.search import search_text
 from fitting.report.text.stages import stage_text
-from fitting.report.text.stated_sizes import denied_texts, measured_cells
+from fitting.report.text.stated_sizes import measured_cells
 from fitting.report.text.study import data_text
 from fitting.report.text.warnings import comparison_warnings
 from fitting.study.practice import ENOUGH
@@ -89,7 +89,7 @@ def page(
         lead=top.lead(c, d, stages, enough),
         typed=top.next_command(c, d, task),
         cards=top.cards(c, d),
-        warnings=[*denied_texts(c.fit), *comparison_warnings(c), *fit_warnings(c.fit)],
+        warnings=[*fit_warnings(c.fit), *comparison_warnings(c)],
         sections=[section for section in sections if section is not None],
         style=pictures_style(),
         steps=len(steps),

@@ -8,11 +8,13 @@ from fitting.report.results import shown_names
 from fitting.report.text.amounts import amount, with_error
 from fitting.report.text.layout import columns, line, lines, spaced
 from fitting.report.text.search import failure_texts, search_text
+from fitting.report.text.stated_sizes import denied_texts
 
 
 def fit_warnings(fit: Fit) -> list[str]:
     """What the user must know about a fit before trusting its numbers."""
     words = [] if fit.converged else ["The search did not converge: the values below are not to be trusted."]
+    words += denied_texts(fit)
     words += [f"{name} lies at {_bound(fit, name)}: its error means nothing." for name in fit.at_bound]
     words += [f"{' and '.join(g)} are strongly correlated, not separately identifiable." for g in tied_groups(fit)]
     if fit.held:

@@ -16,15 +16,15 @@ def measured_cells(fit: Fit, name: str) -> tuple[str, str]:
 
 
 def denied_texts(fit: Fit) -> list[str]:
-    """A sentence for each stated size that the fit denies, the farthest first."""
+    """A warning of all stated sizes that the fit denies, the farthest first."""
     stated = [name for name in fit.free if fit.layout.entry(name).prior is not None]
     far = sorted((name for name in stated if _apart(fit, name) > WARNING_TEXT.apart), key=lambda n: -_apart(fit, n))
-    return [
-        f"The fit asks for {name} = {amount(fit.values[name], fit.layout.entry(name).unit)}, where "
-        f"{measured_cells(fit, name)[0]} was measured: {_apart(fit, name):.2g} errors apart. A model that needs such a "
-        "size is wrong somewhere."
+    sizes = [
+        f"{name} = {amount(fit.values[name], fit.layout.entry(name).unit)} "
+        f"({measured_cells(fit, name)[0]} was measured, {_apart(fit, name):.2g} errors apart)"
         for name in far
     ]
+    return [f"The fit asks for {', '.join(sizes)}. A model that needs this is wrong somewhere."] if far else []
 
 
 def _apart(fit: Fit, name: str) -> float:
