@@ -1,15 +1,19 @@
 """The verdict for practice: how much of full scale is left, whether that is enough, and what the rest is."""
 
 import json
+from types import SimpleNamespace
+from typing import cast
 
 import pytest
 from click.testing import CliRunner
 
 from fitting.cli.main import main
+from fitting.comparison.compare import Comparison
 from fitting.diagnosis.outcomes import Verdict
 from fitting.report.text.practice import practice_result, practice_text
 from fitting.shipped import example_data
-from fitting.study.practice import Practice
+from fitting.study.practice import Practice, practice
+from fitting.study.stages import Stage
 
 
 def test_what_is_left_is_said_first_and_then_what_it_is():
@@ -31,6 +35,14 @@ def test_who_uses_the_muscle_says_what_is_enough(enough, is_enough):
     found = Practice(("rubber",), 0.02, None, enough, "")
     assert practice_result(found)["practice"]["is_enough"] is is_enough
     assert f"{'below' if is_enough else 'above'} {100 * enough:.1f} %." in practice_text(found)
+
+
+def test_an_effect_that_was_dropped_again_explains_nothing():
+    one = Stage("baseline", 50.0, 60.0)
+    steps = [one, Stage("", 5.0, 6.0, added=("rubber", "cones")), Stage("", 10.0, 12.0, dropped=("rubber",))]
+    found = practice(steps, cast(Comparison, SimpleNamespace(rmse=10.0, full_scale=1000.0)))
+    assert found.added == ("cones",)
+    assert (found.left, found.held_out) == (0.01, 0.012)
 
 
 @pytest.mark.parametrize("text", ["0", "110 %", "much", "5 N"])

@@ -29,5 +29,6 @@ def practice(stages: Sequence[Stage], c: Comparison, enough: float = ENOUGH) -> 
     """Of the last of these stages, which is the model of the comparison."""
     last = stages[-1]
     held_out = None if last.held_out_rmse is None else last.held_out_rmse / c.full_scale
-    added = tuple(name for stage in stages for name in stage.added)
+    dropped = {name for stage in stages for name in stage.dropped}
+    added = tuple(name for stage in stages for name in stage.added if name not in dropped)
     return Practice(added, c.rmse / c.full_scale, held_out, enough, last.verdict)
