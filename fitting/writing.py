@@ -5,6 +5,7 @@ import errno
 import os
 import secrets
 import shutil
+import stat
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -22,7 +23,7 @@ def write_replacing(path: Path | str, write: Callable[[Path], Any]) -> None:
     is followed; a pipe or a device (and /dev/stdout, whatever it is) is written to as it is.
     """
     place = Path(path)
-    if place.is_relative_to("/dev") or (place.exists() and not (place.is_file() or place.is_dir())):
+    if place.is_relative_to("/dev") or _is_special(place):
         write(place)
         return
     place = place.resolve()
@@ -35,6 +36,15 @@ def write_replacing(path: Path | str, write: Callable[[Path], Any]) -> None:
     except BaseException:  # Ctrl+C too
         _removed(new)
         raise
+
+
+def _is_special(place: Path) -> bool:
+    """Whether a pipe or a device is there. One look decides: between two, another program may move a folder away."""
+    try:
+        mode = place.stat().st_mode
+    except OSError:
+        return False
+    return not (stat.S_ISREG(mode) or stat.S_ISDIR(mode))
 
 
 def text_replaced(path: Path | str, text: str) -> None:

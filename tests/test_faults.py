@@ -122,6 +122,26 @@ def test_a_link_stays_a_link_and_a_file_keeps_its_rights(tmp_path):
     assert path.stat().st_mode & 0o777 == 0o640
 
 
+def test_a_folder_that_another_program_moves_away_is_no_device(tmp_path, monkeypatch):
+    """Two commands that replace one folder: whatever the first looks at, the other moves the folder away just then."""
+    place = tmp_path / "table"
+    place.mkdir()
+    looked = Path.stat
+
+    def looked_once(path, **options):
+        found = looked(path, **options)
+        if path == place:
+            place.rmdir()
+        return found
+
+    monkeypatch.setattr(Path, "stat", looked_once)
+    written = []
+    write_replacing(place, lambda new: (new.mkdir(), written.append(new)))
+    monkeypatch.undo()
+    assert place.is_dir()
+    assert written != [place]
+
+
 def test_a_device_is_written_to_and_not_replaced():
     write_text("/dev/null", "new\n")
     assert not Path("/dev/null").is_file()
