@@ -29,6 +29,7 @@ class Examiner:
         self.world, self.base, self.seed, self.settings = world, base, seed, settings
         self.basis = omnibus.basis(world.samples)
         self.kinds = Kinds.after_removal(np.hstack([self.basis.whole, base.slopes]), world.samples, settings.noise)
+        self._noise: dict[CandidateFit, Noise] = {}
         self._errors: dict[CandidateFit, tuple[InstrumentErrors, InstrumentErrors]] = {}
         self._left_out: dict[tuple[CandidateFit, bool], np.ndarray] = {}
         self._left: dict[CandidateFit, float] = {}
@@ -41,7 +42,9 @@ class Examiner:
 
     def noise(self, fit: CandidateFit) -> Noise:
         """The working noise model of a fit, from what neither parameters nor instruments nor the basis explain."""
-        return self.kinds.noise(fit.rows, np.hstack([fit.slopes, self.errors(fit).columns]))
+        if fit not in self._noise:  # a set is tested with many sizes of instruments' errors
+            self._noise[fit] = self.kinds.noise(fit.rows, np.hstack([fit.slopes, self.errors(fit).columns]))
+        return self._noise[fit]
 
     @property
     def rests_on(self) -> RestsOn:
@@ -64,9 +67,11 @@ class Examiner:
             self._errors[fit] = (felt, felt.allowed)
         return self._errors[fit][0 if every else 1]
 
-    def rejected(self, fit: CandidateFit, errors: InstrumentErrors) -> bool:
-        """Whether anything is missing from a fitted set, were these the errors of instruments."""
-        _, columns = self.columns(fit, {}, glance=True)
+    def rejected(self, fit: CandidateFit, errors: InstrumentErrors, columns: np.ndarray) -> bool:
+        """Whether anything is missing from a fitted set, were these the errors of instruments.
+
+        It is looked for along these columns (rows, q).
+        """
         return self._tested(fit, columns, errors=errors).rejected
 
     def left(self, fit: CandidateFit) -> float:

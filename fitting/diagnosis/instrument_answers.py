@@ -19,13 +19,14 @@ def instrument_answers(
 ) -> tuple[InstrumentAnswer, ...]:
     """Of every error that an instrument could make, in a fitted set; `rejected` is whether anything is missing."""
     every, ground = examiner.errors(fit, every=True), examiner.ground(fit)
+    _, columns = examiner.columns(fit, {}, glance=True) if rejected else ([], None)
     answers = []
     for source in every.sources:
         times = likeliest_size(ground, every, source, fit, settings)
         needed = None
-        if rejected and times * source.width > source.allowed:
+        if columns is not None and times * source.width > source.allowed:
             wide = every.chosen([s for s in every.sources if s.allowed > 0 or s == source]).widened(source, times)
-            needed = None if examiner.rejected(fit, wide) else times * source.width
+            needed = None if examiner.rejected(fit, wide, columns) else times * source.width
         answers.append(InstrumentAnswer(source, times * source.width, needed))
     return tuple(answers)
 
