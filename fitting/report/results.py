@@ -12,6 +12,7 @@ from fitting.comparison.fingerprint import Fingerprint
 from fitting.diagnosis.flip_groups import rests_on_in_words
 from fitting.diagnosis.record import Diagnosis, Evidence, Explanation
 from fitting.least_squares.record import Fit
+from fitting.least_squares.rests_on import rests_on
 from fitting.report.text.attempts import attempts_result
 from fitting.report.text.comparison import place_text
 from fitting.report.text.instrument_answers import instruments_result, odd_runs_result
@@ -76,9 +77,9 @@ def fingerprint_result(traces: Fingerprint) -> dict[str, Any]:
 
 def fit_result(fit: Fit) -> dict[str, Any]:
     """`fit`, and the fitted part of every other command."""
-    force = any(block.of_force for block in fit.problem.blocks)
+    force, on = any(block.of_force for block in fit.problem.blocks), rests_on(fit)
     return {
-        "parameters": {name: _parameter(fit, name) for name in shown_names(fit)},
+        "parameters": {name: _parameter(fit, name) | {"rests_on": on.get(name, {})} for name in shown_names(fit)},
         "rmse_N": fit.rmse if force else None,
         **({} if force else {"rmse_m": fit.rmse}),
         "converged": fit.converged,

@@ -115,7 +115,15 @@ class DesignPictureSettings:
     pressure: float = 3e5  # Pa, where a task names none; chosen
 
 
+@dataclass(frozen=True)
+class StatedTextSettings:
+    """When a parameter is said to rest on stated sizes."""
+
+    most: float = 0.5  # of its variance, that stated sizes make together; chosen
+    part: float = 0.1  # of its variance, from which a size is named; chosen
+
+
 LAYOUT, SHOWN, ERROR_TEXT, WARNING_TEXT = LayoutSettings(), AmountSettings(), ErrorTextSettings(), WarningTextSettings()
 ADVICE, FIGURE, PICTURE = AdviceTextSettings(), FigureSettings(), EffectPictureSettings()
 POSTERIOR_PICTURE, DESIGN_PICTURE = PosteriorPictureSettings(), DesignPictureSettings()
-READINGS = ReadingPictureSettings()
+READINGS, STATED = ReadingPictureSettings(), StatedTextSettings()

@@ -28,7 +28,7 @@ from fitting.report.text.fit import fit_warnings, range_cells, value_cells
 from fitting.report.text.instruments import HEADS, channel_cells, channel_lines
 from fitting.report.text.search import search_text
 from fitting.report.text.stages import stage_text
-from fitting.report.text.stated_sizes import measured_cells
+from fitting.report.text.stated_sizes import measured_cells, rests_on_texts
 from fitting.report.text.study import data_text
 from fitting.report.text.warnings import comparison_warnings
 from fitting.study.practice import ENOUGH
@@ -208,6 +208,7 @@ def _parameters(fit: Fit) -> Section:
     words = (
         "Believe the robust error: it lets neighbouring samples err together. The one beside it takes every sample for "
         "independent of the others, and is too small.",
+        *rests_on_texts(fit),
     )
     return Section("Parameters", sentences=words, tables=(Grid(heads, rows, words=(7, 8)),))
 

@@ -8,7 +8,7 @@ from fitting.report.results import shown_names
 from fitting.report.text.amounts import amount, with_error
 from fitting.report.text.layout import columns, line, lines, spaced
 from fitting.report.text.search import failure_texts, search_text
-from fitting.report.text.stated_sizes import denied_texts
+from fitting.report.text.stated_sizes import denied_texts, rests_on_texts
 
 
 def fit_warnings(fit: Fit) -> list[str]:
@@ -48,7 +48,8 @@ def fit_report(fit: Fit) -> list[RenderableType]:
     table = columns(*heads, words=(0, 5), spare=(4, 3))
     for name in shown_names(fit):
         table.add_row(name, *_parameter(fit, name))
-    return [spaced(table), Text(), *lines("WARNING", fit_warnings(fit), "yellow"), line("SEARCH", search_text(fit))]
+    warned, rests = lines("WARNING", fit_warnings(fit), "yellow"), lines("RESTS ON", rests_on_texts(fit))
+    return [spaced(table), Text(), *warned, *rests, line("SEARCH", search_text(fit))]
 
 
 def _parameter(fit: Fit, name: str) -> tuple[str, ...]:

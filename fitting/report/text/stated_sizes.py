@@ -2,8 +2,9 @@
 
 from fitting import units
 from fitting.least_squares.record import Fit
-from fitting.report.settings import WARNING_TEXT
-from fitting.report.text.amounts import amount
+from fitting.least_squares.rests_on import rests_on
+from fitting.report.settings import STATED, WARNING_TEXT
+from fitting.report.text.amounts import amount, percent
 
 
 def measured_cells(fit: Fit, name: str) -> tuple[str, str]:
@@ -25,6 +26,23 @@ def denied_texts(fit: Fit) -> list[str]:
         for name in far
     ]
     return [f"The fit asks for {', '.join(sizes)}. A model that needs this is wrong somewhere."] if far else []
+
+
+def rests_on_texts(fit: Fit) -> list[str]:
+    """A sentence for each parameter that is mostly as uncertain as stated sizes are, the most so first."""
+    shares = {name: {k: v for k, v in on.items() if v > STATED.part} for name, on in rests_on(fit).items()}
+    own = {entry.name for entry in fit.layout.entries if entry.prior is not None}
+    most = {name: on for name, on in shares.items() if name not in own and sum(on.values()) > STATED.most}
+    return [_rests_on_text(name, on) for name, on in sorted(most.items(), key=lambda each: -sum(each[1].values()))]
+
+
+def _rests_on_text(name: str, on: dict[str, float]) -> str:
+    sizes = [f"{size} ({percent(share)})" for size, share in sorted(on.items(), key=lambda each: -each[1])]
+    they = "that" if len(sizes) == 1 else "these"
+    return (
+        f"Most of the uncertainty of {name} comes from {' and '.join(sizes)}: measure {they} better; "
+        "more recordings hardly help."
+    )
 
 
 def _apart(fit: Fit, name: str) -> float:

@@ -1,0 +1,53 @@
+"""What a parameter rests on: a stated size that was off moves it as far as is said."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+from hidden.simulator import Muscle as TrueMuscle
+from hidden.simulator import Noise, Truth, dataset, loops, with_baseline, write
+
+from fitting.least_squares.fit import fit
+from fitting.least_squares.rests_on import rests_on
+from fitting.recordings.experiment import read_experiment
+from fitting.report.text.stated_sizes import rests_on_texts
+from mckibben_jax.effects import CoulombFriction, IdealCylinder, PressureGain
+
+
+@pytest.fixture(scope="module")
+def experiment(tmp_path_factory):
+    """Loops of an ideal muscle with Coulomb friction, its sizes stated with errors."""
+    truth = Truth(TrueMuscle(), with_baseline(f_s=0.012))
+    recording = loops(truth, pressures=(1e5, 3e5), speeds=(0.02,), samples=200, noise=Noise(sd=0.5), seed=5)
+    folder = tmp_path_factory.mktemp("stated")
+    write(dataset(truth, [recording], name="stated", seed=5), folder)
+    return read_experiment(folder)
+
+
+def stated(experiment, shift=0.0):
+    """The experiment with a radius that is stated, off by so many of its standard errors."""
+    radius = experiment.muscle.radius
+    return dataclasses.replace(experiment, priors={"muscle.radius": (radius * (1 + 0.02 * shift), 0.02 * radius)})
+
+
+def test_a_size_that_is_off_moves_a_parameter_as_far_as_is_said(experiment):
+    """Refitted with the radius stated one error off; a gain of the pressure can hardly be told from a radius."""
+    effects = [IdealCylinder(), CoulombFriction(), PressureGain()]
+    free = ["muscle.radius"]
+    here, there = (fit([stated(experiment, shift)], effects, free=free) for shift in (0.0, 0.1))
+    for name, on in rests_on(here).items():
+        moved = (there.values[name] - here.values[name]) / 0.1 / here.error(name)
+        assert np.sqrt(on["muscle.radius"]) == pytest.approx(min(abs(moved), 1.0), rel=0.05, abs=0.02)
+
+
+def test_what_rests_on_a_stated_size_is_said(experiment):
+    found = fit([stated(experiment)], [IdealCylinder(), CoulombFriction(), PressureGain()], free=["muscle.radius"])
+    said = rests_on_texts(found)
+    assert any("uncertainty of pressure_gain.g comes from muscle.radius" in text for text in said)
+    assert not any(text.startswith("Most of the uncertainty of muscle.radius") for text in said)
+
+
+def test_nothing_rests_on_sizes_that_are_held(experiment):
+    found = fit([stated(experiment)], [IdealCylinder(), CoulombFriction()], fix=["muscle.radius"])
+    assert rests_on(found) == {"coulomb_friction.f_s": {}}
+    assert rests_on_texts(found) == []
