@@ -22,18 +22,38 @@ class Memory:
 
 
 def remember(effect: Any, muscle: Muscle, states: State) -> Any:
-    """The memory of an effect at every sample of a run (leading axis: time)."""
+    """The memory of an effect at every sample (leading axis: time) of a run, or of runs one behind another.
+
+    A new run begins where the time goes back, and with it a new memory.
+    """
     first = jax.tree.map(lambda a: a[0], states)
     initial = effect.start(muscle, first)
 
     def step(carry: tuple[State, Any], after: State) -> tuple[tuple[State, Any], Any]:
         before, memory = carry
-        memory = effect.advance(muscle, memory, before, after)
+        is_new = after.time < before.time
+        before = _chosen(is_new, after, before)
+        memory = effect.advance(muscle, _chosen(is_new, effect.start(muscle, after), memory), before, after)
         return (after, memory), memory
 
     rest = jax.tree.map(lambda a: a[1:], states)
     _, later = jax.lax.scan(step, (first, initial), rest, unroll=4)
     return jax.tree.map(lambda a, b: jnp.concatenate([a[None], b]), initial, later)
+
+
+def _chosen(condition: jax.Array, yes: Any, no: Any) -> Any:
+    return jax.tree.map(lambda a, b: jnp.where(condition, a, b), yes, no)
+
+
+def delayed(signal: jax.Array, time: jax.Array, delay: jax.Array) -> jax.Array:
+    """A signal shown later by `delay` (s): straight between samples, before those of a run its first.
+
+    A new run begins where the time goes back.
+    """
+    back = jnp.minimum(jnp.diff(time, prepend=time[:1]), 0.0)
+    clock = time + jnp.cumsum((back < 0) - back)  # a second passes between two runs
+    begin = jax.lax.cummax(jnp.where(back < 0, clock, clock[0]))
+    return jnp.interp(jnp.maximum(clock - delay, begin), clock, signal)
 
 
 def follow(memory: jax.Array, before: jax.Array, after: jax.Array, steps: jax.Array) -> jax.Array:

@@ -13,7 +13,7 @@ from fitting.diagnosis.diagnose import diagnose, of_force
 from fitting.diagnosis.discover import proposals, with_added, worth_judging
 from fitting.diagnosis.estimates import estimate
 from fitting.diagnosis.flip_groups import rests_on_in_words
-from fitting.diagnosis.universe import universe
+from fitting.diagnosis.lay_out import universe
 from fitting.errors import InputError
 from fitting.recordings.experiment import read_experiment
 from fitting.report.text.reasons import why_text

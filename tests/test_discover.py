@@ -17,9 +17,9 @@ from fitting.cli.main import main
 from fitting.diagnosis import step_rules
 from fitting.diagnosis.discover import Judged, discover, in_order, proposals, worth_judging
 from fitting.diagnosis.findings import ErrorKind, InstrumentAnswer, Objection, Reason, Source
+from fitting.diagnosis.lay_out import universe
 from fitting.diagnosis.record import Explanation, Leading
 from fitting.diagnosis.step_rules import RULES, Fitted, denied_sizes, objections
-from fitting.diagnosis.universe import universe
 from fitting.least_squares.fit import fit
 from fitting.problem.estimate import Estimate
 from fitting.recordings.accuracy import Channel

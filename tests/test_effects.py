@@ -179,6 +179,19 @@ def test_compiled_and_batched_is_the_same_as_one_run_step_by_step(kind):
         np.testing.assert_allclose(it.model.force(beginning), whole[row, :3], rtol=1e-9, atol=1e-9)
 
 
+@every_effect
+def test_runs_one_behind_another_are_the_same_as_each_for_itself(kind):
+    """Where the time goes back a new run begins: a sample that stands between two is later than both."""
+    it, half = bench(kind), benches.SAMPLES // 2
+    whole, late = it.force(it.vector()), float(VISIBLE.time.max()) + 1.0
+    next_one = jax.tree.map(lambda a: jnp.roll(a, 1, axis=0), VISIBLE)
+    behind = jax.tree.map(lambda a, b: jnp.concatenate([a[:, :half], b[:, :half]], axis=1), VISIBLE, next_one)
+    behind = behind.replace(time=behind.time.at[:, half - 1].set(late))
+    shown = it.force(it.vector(), behind)
+    np.testing.assert_allclose(shown[:, : half - 1], whole[:, : half - 1], rtol=1e-12, atol=1e-9)
+    np.testing.assert_allclose(shown[:, half:], np.roll(whole, 1, axis=0)[:, :half], rtol=1e-12, atol=1e-9)
+
+
 # Units ---------------------------------------------------------------------------------------------------------------
 
 

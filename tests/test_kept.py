@@ -8,14 +8,15 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+import small_muscle
 
 from fitting.compiled import store
 from fitting.compiled import traced as keeping
 from fitting.compiled.traced import Kept, kept
-from fitting.diagnosis.universe import universe
+from fitting.diagnosis.lay_out import universe
 from fitting.problem.residuals import thinned
 from fitting.recordings.experiment import read_experiment
-from mckibben_jax.effects import CoulombFriction, IdealCylinder, Tip
+from mckibben_jax.effects import BladderNeoHookean, CoulombFriction, IdealCylinder, Tip
 
 
 class Line(eqx.Module):
@@ -176,3 +177,29 @@ def test_a_fit_by_a_kept_program_is_the_fit_without(folder, monkeypatch):
     np.testing.assert_array_equal(read.rows, written.rows)
     np.testing.assert_allclose(read.vector, plain.vector, rtol=1e-6)
     assert read.cost == pytest.approx(plain.cost, rel=1e-9)
+
+
+SHAPES = (  # pressures, repeats of a loop, points of a branch
+    (3, 3, 120), (5, 2, 90), (2, 4, 150), (8, 2, 60), (4, 3, 77), (6, 1, 200), (10, 2, 45), (3, 5, 101), (7, 2, 95),
+    (1, 3, 300),
+)  # fmt: skip
+
+
+def test_data_sets_of_any_shape_are_share_a_few_programs(folder, tmp_path):
+    """Ten recordings with other numbers and lengths of runs, half of them of a muscle whose wall nobody measured.
+
+    Programs differ by whether runs are long or short, and by the size of all together.
+    """
+    from fitting.least_squares import search
+
+    known, programs = set(search.solve.programs), []
+    for number, (pressures, repeats, points) in enumerate(SHAPES):
+        rows = small_muscle.loops(pressures=np.linspace(1e5, 5e5, pressures), repeats=repeats, points=points)
+        place = small_muscle.write(tmp_path / str(number), rows)
+        if number % 2:
+            text = (place / "muscle.toml").read_text().replace('wall_thickness = "0.6 mm"', "")
+            (place / "muscle.toml").write_text(text.replace(" +/- 0.3 deg", " deg"))
+        world = universe([read_experiment(place)], [IdealCylinder(), CoulombFriction()], [Tip(), BladderNeoHookean()])
+        world.fit(world.with_added(()), world.start)
+        programs.append(len(set(search.solve.programs) - known))
+    assert programs[2:] == [programs[2]] * 8

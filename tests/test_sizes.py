@@ -1,15 +1,20 @@
 """Layouts that are compiled once for many data sets compute what the plain layout computes."""
 
+from dataclasses import replace
+
+import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
 from hidden.simulator import Muscle, Noise, Truth, dataset, isometric, loops, static, with_baseline, write
 from hidden.study.changes import changed
 
+from fitting.problem import sizes
 from fitting.problem.residuals import problem, thinned
 from fitting.problem.sizes import joined, of_standard_size
 from fitting.problem.unknowns import unknowns
 from fitting.recordings.experiment import read_experiment
+from mckibben_jax.effect import Read
 from mckibben_jax.effects import CoulombFriction, Creep, IdealCylinder, Presliding
 
 TRUTH, NOISE, LOUDER = Truth(Muscle(), with_baseline()), Noise(sd=0.5), Noise(sd=2.0)
@@ -38,21 +43,65 @@ def rows_of(layout, given):
 
 def test_recordings_of_force_in_one_block_leave_the_same_rows(mixed):
     layout, given = mixed
-    one = joined(given)
+    one = replace(given, blocks=tuple(joined(given.blocks)))
     assert (len(one.blocks), len(given.blocks)) == (1, 3)
     np.testing.assert_allclose(rows_of(layout, one), rows_of(layout, given), rtol=1e-12, atol=1e-9)
 
 
 def test_padding_to_standard_sizes_leaves_the_same_rows(mixed):
     layout, given = mixed
-    padded, real = of_standard_size(joined(given))
+    padded, real = of_standard_size(given)
     np.testing.assert_allclose(rows_of(layout, padded)[real], rows_of(layout, given), rtol=1e-12, atol=1e-9)
+
+
+FEW_LONG = loops(TRUTH, (1e5, 2e5, 3e5), (0.01,), samples=600, noise=NOISE)
+MANY_SHORT = loops(TRUTH, (1e5, 2e5, 3e5, 4e5), (0.01, 0.02), samples=190, noise=NOISE)
+
+
+@pytest.mark.parametrize(
+    "recordings",
+    [(MANY_SHORT,), (FEW_LONG, HELD), (MANY_SHORT, POINTS), (HELD, FEW_LONG, MANY_SHORT)],
+    ids=["short runs", "long runs and isometric", "short runs and a map", "three files"],
+)
+def test_recordings_of_any_lengths_end_in_the_same_arrays(recordings, tmp_path):
+    """What was compiled for one of them serves all."""
+    one, other = (
+        of_standard_size(laid_out(tmp_path / name, *files)[1])[0]
+        for name, files in (("these", recordings), ("those", (FEW_LONG,)))
+    )
+    assert jax.tree.structure(one) == jax.tree.structure(other)
+    assert [leaf.shape for leaf in jax.tree.leaves(one)] == [leaf.shape for leaf in jax.tree.leaves(other)]
+
+
+def test_runs_that_no_lane_has_room_for_are_padded(mixed, monkeypatch):
+    layout, given = mixed
+    monkeypatch.setattr(sizes, "LANE_SHAPES", ((2, 40),))
+    padded, real = of_standard_size(given)
+    assert padded.blocks[0].test != sizes.FORCE
+    np.testing.assert_allclose(rows_of(layout, padded)[real], rows_of(layout, given), rtol=1e-12, atol=1e-9)
+
+
+class Smoothed(Read):
+    """A user's own effect that sees a whole run at once."""
+
+    def read(self, signal, time):
+        return jnp.cumsum(signal) / (1 + jnp.arange(len(signal)))
+
+
+def test_a_users_own_reading_of_a_run_is_given_runs_one_by_one(tmp_path):
+    write(dataset(TRUTH, [LOOPS, HELD], "Own", NOISE, 1), tmp_path)
+    experiment = read_experiment(tmp_path)
+    layout = unknowns([experiment], [IdealCylinder(), Smoothed()])
+    given = problem([experiment], layout)[0]
+    padded, real = of_standard_size(given)
+    rows = [np.asarray(each.data_rows(jnp.asarray(layout.start), jnp.ones(2))) for each in (padded, given)]
+    np.testing.assert_allclose(rows[0][real], rows[1], rtol=1e-12, atol=1e-9)
 
 
 def test_what_would_be_mostly_padding_stays_apart(tmp_path):
     """Two rows of a few points beside one long run."""
     _, given = laid_out(tmp_path, LOOPS, POINTS)
-    assert len(joined(given).blocks) == 2
+    assert len(joined(given.blocks)) == 2
 
 
 def test_what_is_sampled_ten_times_as_densely_is_thinned_to_the_same_places(tmp_path):

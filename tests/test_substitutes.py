@@ -6,8 +6,8 @@ import pytest
 from hidden.simulator import Muscle as TrueMuscle
 from hidden.simulator import Noise, Truth, dataset, loops, with_baseline, write
 
+from fitting.diagnosis.lay_out import universe
 from fitting.diagnosis.substitutes import substitutes
-from fitting.diagnosis.universe import universe
 from fitting.recordings.experiment import read_experiment
 from fitting.report.text.diagnosis import substitutes_text
 from mckibben_jax.effects import (

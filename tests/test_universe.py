@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from small_muscle import loops, write
 
-from fitting.diagnosis.universe import universe
+from fitting.diagnosis.lay_out import universe
 from fitting.least_squares.fit import fit
 from fitting.recordings.experiment import read_experiment
 from fitting.report.text.reasons import why_text

@@ -10,7 +10,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from fitting.diagnosis.outcomes import Reason, Why
+from fitting.diagnosis.outcomes import Why
 from fitting.diagnosis.settings import FITS, FitSettings
 from fitting.least_squares.absent import as_good_as_absent
 from fitting.least_squares.decomposed import lstsq
@@ -18,16 +18,12 @@ from fitting.least_squares.held_out import HELD_OUT, left_out_rows
 from fitting.least_squares.search import MultistartResult, solve
 from fitting.least_squares.subset import Subset
 from fitting.least_squares.uncertainty import at_bound
-from fitting.problem.residuals import LIGHT, Problem, Samples, problem
-from fitting.problem.sizes import joined, of_standard_size, widened
-from fitting.problem.unknowns import Unknown, Unknowns, unknowns
-from fitting.problem.varying import AS_DECLARED, Varying
+from fitting.problem.residuals import LIGHT, Problem, Samples
+from fitting.problem.sizes import widened
+from fitting.problem.unknowns import Unknown, Unknowns
 from fitting.recordings.accuracy import Accuracy
-from fitting.recordings.presumed import allowed
-from fitting.recordings.records import Experiment, force_was_measured
-from mckibben_jax.effect import Effect, name_of
+from mckibben_jax.effect import Effect
 from mckibben_jax.model import Model
-from mckibben_jax.muscle import quantities
 
 LOOK, NO_LOOK = np.array(True), np.array(False)  # arrays, so that they are not compiled in
 
@@ -66,6 +62,7 @@ class Universe:
     always_free: tuple[str, ...]  # of the muscle
     fixed: tuple[str, ...]
     start: np.ndarray
+    measured: frozenset[str]  # quantities that are known of every muscle
     lengths: np.ndarray  # m, at rest, of each data set's muscle
     accuracies: tuple[Accuracy, ...]  # of the instruments of each recording
     settings: FitSettings = FITS
@@ -85,6 +82,11 @@ class Universe:
     def _count(self) -> int:
         """Rows of the measurements, with and without weight; those of the priors stand behind them."""
         return sum(block.keep.size for block in self.problem.blocks)
+
+    @property
+    def _stated(self) -> tuple[str, ...]:
+        """The sizes of muscles that are stated with errors."""
+        return tuple(entry.name for entry in self.layout.entries if entry.prior is not None)
 
     @property
     def in_newtons(self) -> np.ndarray:
@@ -113,14 +115,8 @@ class Universe:
     def lacking(self, effects: Iterable[str]) -> tuple[str, ...]:
         """What the effects of a set need and neither muscle nor set has."""
         members = [self.effects[name] for name in effects]
-        given = {thing for effect in members for thing in effect.gives}
-        muscle = self.template.muscle
-        return tuple(
-            need
-            for effect in members
-            for need in effect.needs
-            if need not in given and getattr(muscle, need, None) is None
-        )
+        given = {thing for effect in members for thing in effect.gives} | self.measured
+        return tuple(need for effect in members for need in effect.needs if need not in given)
 
     def switches(self, effects: Iterable[str]) -> np.ndarray:
         """1 for the effects of a set, 0 for all others."""
@@ -149,7 +145,8 @@ class Universe:
         ends = tuple(n for n in at_bound(names, np.asarray(best.place)[:k]) if self._held(subset, names.index(n), best))
         all_slopes = all_slopes * [name not in ends for name in names]  # what stands at its bound cannot give way
         rows, slopes = all_rows[self.real], all_slopes[self.real]
-        priors = all_rows[count:], all_slopes[count:]
+        last = count + len(self._stated)  # what stands behind them is there to fill a standard size
+        priors = all_rows[count:last], all_slopes[count:last]
         return CandidateFit(effects, vector, names, rows, slopes, *priors, ends, self.is_confined)
 
     def _held(self, subset: Subset, at: int, found: MultistartResult) -> bool:
@@ -210,8 +207,7 @@ class Universe:
 
     def from_stated(self, fit: CandidateFit) -> dict[str, float]:
         """How far each stated size of the muscle is from what was stated, in standard errors of the statement."""
-        stated = [entry.name for entry in self.layout.entries if entry.prior is not None]
-        return dict(zip(stated, map(float, fit.prior_rows), strict=True))
+        return dict(zip(self._stated, map(float, fit.prior_rows), strict=True))
 
     def left_out(self, fit: CandidateFit, group: np.ndarray, glance: bool = False) -> np.ndarray:
         """The rows of a fit on groups of rows left out: refitted where there are few, else in one step from the fit."""
@@ -341,47 +337,3 @@ def _rise(found: MultistartResult, at: int, shift: float) -> float:
     others, moved = slopes[:, inside], rows + shift * slopes[:, at]
     left = moved - others @ lstsq(others.T @ others, others.T @ moved, 1e-12)
     return 0.5 * float(left @ left - rows @ rows)
-
-
-def universe(
-    experiments: Sequence[Experiment],
-    effects: Sequence[Effect],
-    candidates: Sequence[Effect],
-    varying: Varying = AS_DECLARED,
-    settings: FitSettings = FITS,
-) -> Universe:
-    """Lay out data sets with the effects of a model and all that may be missing from it."""
-    present = [name_of(effect) for effect in effects]
-    others = [effect for effect in candidates if name_of(effect) not in present]
-    reasons = {name_of(effect): _why_not(effect, experiments) for effect in others}
-    untestable = {name: why for name, why in reasons.items() if why is not None}
-    testable = [effect for effect in others if name_of(effect) not in untestable]
-    layout = unknowns(experiments, [*effects, *testable], varying.own)
-    given, samples = problem(experiments, layout)
-    given, real = of_standard_size(joined(given))
-    muscle = [name for name in varying.names(layout) if name.startswith("muscle.")]
-    return Universe(
-        layout,
-        given,
-        real,
-        samples,
-        tuple(present),
-        tuple(name for name in layout.templates[0].names if name not in present),
-        untestable,
-        tuple(muscle),
-        tuple(name for name in layout.names if varying.holds(name)),
-        layout.start.copy(),
-        np.array([float(experiment.muscle.length) for experiment in experiments]),
-        tuple(allowed(recording) for experiment in experiments for recording in experiment.recordings),
-        settings,
-    )
-
-
-def _why_not(effect: Effect, experiments: Sequence[Experiment]) -> Why | None:
-    """Which measurement of the muscle an effect needs that a data set does not give; None where it lacks none."""
-    missing = [need for need in effect.needs if need in quantities() and any(e.muscle.lacks(need) for e in experiments)]
-    if missing:
-        return Why(Reason.NEEDS, tuple(missing))
-    if effect.stage == "read" and not force_was_measured(experiments):
-        return Why(Reason.NO_FORCE)
-    return None

@@ -14,6 +14,7 @@ from fitting.least_squares.summary import SearchSummary
 from fitting.precision import require_x64
 from fitting.problem.no_number import refuse_no_number
 from fitting.problem.residuals import LIGHT, problem
+from fitting.problem.sizes import Standard
 from fitting.problem.unknowns import unknowns
 from fitting.recordings.records import Experiment
 from mckibben_jax.effect import Effect
@@ -34,9 +35,11 @@ def evaluate(
     layout = unknowns(experiments, effects, own)
     given, samples = problem(experiments, layout)
     vector = np.array([values.get(name, start) for name, start in zip(layout.names, layout.start, strict=True)])
-    names = constrained_names(given, subset_of(layout, vector, free), tuple(free)) if free else ()
+    usual = Standard.of(given)
+    names = constrained_names(usual.problem, subset_of(layout, vector, free), tuple(free)) if free else ()
     subset = subset_of(layout, vector, names)
-    at, held = evaluate_subset(given, subset), tuple(name for name in free if name not in names)
+    at = evaluate_subset(usual.problem, subset).at(usual.rows)
+    held = tuple(name for name in free if name not in names)
     refuse_no_number(np.asarray(at.rows)[: len(samples)], samples, experiments)
     return record_fit(layout, given, samples, subset, names, at, held=held, search=SearchSummary(evaluated=True))
 

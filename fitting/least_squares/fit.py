@@ -22,6 +22,7 @@ from fitting.least_squares.summary import FailedStart, Failure, MissedMotions, S
 from fitting.precision import require_x64
 from fitting.problem.no_number import refuse_no_number
 from fitting.problem.residuals import Problem, Samples, problem
+from fitting.problem.sizes import Standard
 from fitting.problem.unknowns import Unknowns, unknowns
 from fitting.problem.varying import Varying
 
@@ -114,14 +115,14 @@ def fit_problem(
     shooting: int = 0,
 ) -> Fit:
     """Fit the named unknowns of a problem that is laid out; `known` are those whose values were fitted before."""
-    asked = tuple(names)
-    names = _constrained_somewhere(layout, given, vector, asked, seed) if asked else ()
+    asked, usual = tuple(names), Standard.of(given)
+    names = _constrained_somewhere(layout, usual.problem, vector, asked, seed) if asked else ()
     held = tuple(name for name in asked if name not in names)
     if not names:
         return _not_fitted(layout, given, samples, vector, held)
     subset = subset_of(layout, vector, names)
     begin, search_from = starting_places(layout, subset, names, starts, seed), SearchSummary()
-    search = given.coarser(SETTINGS.coarse)
+    search = usual.problem.coarser(SETTINGS.coarse)
     begin = _from_known(search, layout, subset, names, known, begin)
     first = begin[0]
     if shooting > 1:
@@ -133,15 +134,14 @@ def fit_problem(
     result = on_the_host(solve(search, subset, jnp.asarray(begin), look=none))
     ends, moves = result.ends, any(block.steps for block in given.blocks)
     if moves and np.isfinite(result.cost):
-        result = _search_further(given, subset, result, len(begin))
-        result = _no_higher(given, subset, first, result) if known else result
-    summary, failures = _summary(ends, search_from), _failures(given, subset, samples, ends, begin)
+        result = _search_further(usual.problem, subset, result, len(begin))
+        result = _no_higher(usual.problem, subset, first, result) if known else result
+    summary, failures = _summary(ends, search_from), _failures(usual, subset, samples, ends, begin)
     if not np.isfinite(result.cost):
         lost = _not_fitted(layout, given, samples, np.asarray(subset.vector(jnp.asarray(begin[0]))), held)
         return replace(lost, converged=False, search=summary, failures=failures)
-    fit = record_fit(
-        layout, given, samples, subset, names, result.best, held=held, converged=_converged(result), search=summary
-    )
+    best, converged = result.best.at(usual.rows), _converged(result)
+    fit = record_fit(layout, given, samples, subset, names, best, held=held, converged=converged, search=summary)
     warnings = _warnings(fit, ends) if moves and shooting <= 1 else ()
     return replace(fit, failures=(*failures, *warnings))
 
@@ -196,8 +196,9 @@ def _constrained_somewhere(
 
 def _not_fitted(layout: Unknowns, given: Problem, samples: Samples, vector: np.ndarray, held: tuple[str, ...]) -> Fit:
     """The record of a model in which nothing varies."""
-    subset = subset_of(layout, vector, ())
-    return record_fit(layout, given, samples, subset, (), evaluate_subset(given, subset), held=held)
+    subset, usual = subset_of(layout, vector, ()), Standard.of(given)
+    at = evaluate_subset(usual.problem, subset).at(usual.rows)
+    return record_fit(layout, given, samples, subset, (), at, held=held)
 
 
 def _converged(result: MultistartResult) -> bool:
@@ -235,12 +236,12 @@ def _warnings(fit: Fit, ends: SearchEnd) -> tuple[Failure, ...]:
 
 
 def _failures(
-    given: Problem, subset: Subset, samples: Samples, ends: SearchEnd, begin: np.ndarray
+    given: Standard, subset: Subset, samples: Samples, ends: SearchEnd, begin: np.ndarray
 ) -> tuple[Failure, ...]:
     """The starts from which the search met no finite numbers."""
     failed = []
     for i in np.flatnonzero(~np.isfinite(ends.cost)):
-        rows, _ = rows_and_slopes(given, subset, jnp.asarray(begin[i]))
-        bad = np.flatnonzero(~np.isfinite(np.asarray(rows)[: len(samples)]))
+        rows, _ = rows_and_slopes(given.problem, subset, jnp.asarray(begin[i]))
+        bad = np.flatnonzero(~np.isfinite(np.asarray(rows)[given.rows][: len(samples)]))
         failed.append(FailedStart(int(i) + 1, int(bad[0]) if len(bad) else None))
     return tuple(failed)

@@ -75,6 +75,10 @@ class Evaluated(NamedTuple):
     rows: jax.Array
     slopes: jax.Array
 
+    def at(self, rows: np.ndarray) -> "Evaluated":
+        """The same with these rows alone (positions)."""
+        return Evaluated(self.place, np.asarray(self.rows)[rows], np.asarray(self.slopes)[rows])  # type: ignore[arg-type]
+
 
 def evaluate_subset(given: Residuals, subset: Subset) -> Evaluated:
     """Rows and slopes at the values in `subset.full`."""

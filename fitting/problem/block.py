@@ -11,8 +11,7 @@ class Block(eqx.Module):
     """The runs of one recording, padded to one length by repeating their last sample.
 
     `keep` are the flat positions of the samples that carry weight, `sigma` the standard deviation of one reading.
-    `position` is what the rig read and `stated_length` the length that made a contraction of it (m): another length at
-    rest makes another contraction of the same reading.
+    `stated_length` is the length at rest (m) that made a contraction of what the rig read.
     """
 
     states: State  # (runs, time)
@@ -21,7 +20,8 @@ class Block(eqx.Module):
     sigma: jax.Array  # (runs, time)
     keep: jax.Array
     stated_length: jax.Array
-    position: str = eqx.field(static=True)
+    scaled: jax.Array  # 1 where another length at rest makes another contraction of the same reading, else 0
+    from_length: jax.Array  # 1 where the rig read a length, else 0
     dataset: int = eqx.field(static=True)
     of_force: bool = eqx.field(static=True)
     steps: int = eqx.field(static=True, default=0)  # of integration, that there is room for
@@ -31,11 +31,13 @@ class Block(eqx.Module):
 
     def imposed(self, length: jax.Array) -> State:
         """The states that the rig imposed on a muscle of this length at rest."""
-        ratio = self.stated_length / length
-        if self.position == "contraction":
-            return self.states
-        shift = 1 - ratio if self.position == "length" else 0.0
+        ratio = 1.0 + self.scaled * (self.stated_length / length - 1.0)
+        shift = self.from_length * (1.0 - ratio)
         return self.states.replace(contraction=shift + ratio * self.states.contraction, rate=ratio * self.states.rate)
+
+    def counts_from(self, length: jax.Array) -> jax.Array:
+        """What a position (m) was counted from, where a length was read and the muscle is so long at rest."""
+        return self.from_length * (self.stated_length - length)
 
     def whitened(self, shown: jax.Array) -> jax.Array:
         """What the instrument shows minus the measurement, in standard deviations: the rows of samples with weight.

@@ -5,7 +5,6 @@ from typing import TYPE_CHECKING
 
 import jax
 import numpy as np
-from jaxtyping import ArrayLike
 
 from fitting.problem.block import Block
 from fitting.recordings import motion_signals as signals
@@ -24,7 +23,7 @@ def predict_positions(block: Block, model: Model) -> jax.Array:
     """The shortening that the instrument would show at every sample of a recording, (runs, time), m."""
     from mckibben_jax.motion.isotonic import swept  # optimistix and diffrax are only needed where something moves
 
-    length, shift = model.muscle.length, _shift(block, model)
+    length, shift = model.muscle.length, block.counts_from(model.muscle.length)
 
     def run(states: State, load: jax.Array, start: jax.Array) -> jax.Array:
         if block.test in MOVING_TESTS:
@@ -42,7 +41,7 @@ def shot(block: Block, model: Model, nodes: "Nodes") -> tuple[jax.Array, tuple[j
 
     Nodes are contractions of the muscle with its stated length, so are the gaps, (runs, nodes).
     """
-    length, shift = model.muscle.length, _shift(block, model)
+    length, shift = model.muscle.length, block.counts_from(model.muscle.length)
     ratio = block.stated_length / length
 
     def run(states: State, load: jax.Array, start: jax.Array, own: "Nodes") -> tuple[jax.Array, tuple]:
@@ -62,14 +61,9 @@ def _ridden(
     from mckibben_jax.motion.motion import moved
 
     released = block.test == "quick release"
-    begin = 0.0 if released else (start - _shift(block, model)) / model.muscle.length
+    begin = 0.0 if released else (start - block.counts_from(model.muscle.length)) / model.muscle.length
     since = 0.0 if released else None
     return moved(model, states, load, begin, steps=block.taken, since=since, nodes=nodes, room=block.steps)
-
-
-def _shift(block: Block, model: Model) -> ArrayLike:
-    """What the reading (m) counts from, where a length was read of a muscle whose length at rest is another."""
-    return block.stated_length - model.muscle.length if block.position == "length" else 0.0
 
 
 def starts(recording: Recording) -> np.ndarray:

@@ -1,9 +1,9 @@
 """What the instrument makes of the force."""
 
 import jax
-import jax.numpy as jnp
 
 from mckibben_jax.effect import Read
+from mckibben_jax.memory import delayed
 from mckibben_jax.parameter import parameter
 
 
@@ -37,4 +37,4 @@ class TimeDelay(Read):
     tau: jax.Array = parameter(0.01, "s", "delay of the force channel", range=(0.0, 1.0), starts=(2e-3, 0.03, 0.2))
 
     def read(self, signal: jax.Array, time: jax.Array) -> jax.Array:
-        return jnp.interp(time - self.tau, time, signal)
+        return delayed(signal, time, self.tau)

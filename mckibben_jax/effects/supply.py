@@ -13,7 +13,7 @@ from scipy import constants
 from mckibben_jax.effect import Felt, Pull, Read
 from mckibben_jax.laws import valve
 from mckibben_jax.laws.shape import shape
-from mckibben_jax.memory import Memory
+from mckibben_jax.memory import Memory, delayed
 from mckibben_jax.muscle import Muscle
 from mckibben_jax.parameter import parameter
 from mckibben_jax.state import State
@@ -96,4 +96,4 @@ class SupplyDelay(Read):
     tau: jax.Array = parameter(0.01, "s", "dead time", range=(0.0, 1.0), starts=(5e-3, 0.03))
 
     def read(self, signal: jax.Array, time: jax.Array) -> jax.Array:
-        return jnp.interp(time - self.tau, time, signal)
+        return delayed(signal, time, self.tau)

@@ -20,9 +20,9 @@ from scipy.stats import qmc
 from telling import tell
 
 from fitting.diagnosis.examine import Examiner
+from fitting.diagnosis.lay_out import universe
 from fitting.diagnosis.missing_effect import MissingEffectTest, missing_effect_test
 from fitting.diagnosis.nuisance import Nuisance
-from fitting.diagnosis.universe import universe
 from fitting.least_squares.fit import fit, starting_places
 from fitting.least_squares.search import solve
 from fitting.least_squares.subset import Subset, subset_of

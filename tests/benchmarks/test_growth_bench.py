@@ -23,9 +23,9 @@ from telling import tell
 from fitting.comparison.compare import compare
 from fitting.diagnosis.diagnose import one_thread
 from fitting.diagnosis.examine import Examiner
+from fitting.diagnosis.lay_out import universe
 from fitting.diagnosis.search import Search
 from fitting.diagnosis.settings import DIAGNOSIS
-from fitting.diagnosis.universe import universe
 from fitting.least_squares.fit import fit
 from fitting.least_squares.record import Fit
 from fitting.least_squares.search import rows_and_slopes

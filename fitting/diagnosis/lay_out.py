@@ -1,0 +1,77 @@
+"""Data sets laid out with a model's effects and with all that may be missing from it."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from fitting.diagnosis.outcomes import Reason, Why
+from fitting.diagnosis.settings import FITS, FitSettings
+from fitting.diagnosis.universe import Universe
+from fitting.problem.residuals import problem
+from fitting.problem.sizes import of_standard_size
+from fitting.problem.unknowns import unknowns
+from fitting.problem.varying import AS_DECLARED, Varying
+from fitting.recordings.presumed import allowed
+from fitting.recordings.records import Experiment, force_was_measured
+from mckibben_jax.effect import Effect, name_of
+from mckibben_jax.muscle import quantities
+
+STAND_INS = {  # SI; numbers like those of a usual muscle
+    "wall_thickness": 1e-3, "shear_modulus": 5e5, "mooney_c10": 1e5, "mooney_c01": 1e4, "strand_width": 3e-4,
+    "strand_modulus": 2e9, "strand_poisson": 0.35, "breaking_stress": 3e7,
+}  # fmt: skip
+
+
+def universe(
+    experiments: Sequence[Experiment],
+    effects: Sequence[Effect],
+    candidates: Sequence[Effect],
+    varying: Varying = AS_DECLARED,
+    settings: FitSettings = FITS,
+) -> Universe:
+    """Lay out data sets with the effects of a model and all that may be missing from it.
+
+    What cannot be tested stands in the layout too, switched off for good: all data sets then have one compiled program.
+    """
+    present = [name_of(effect) for effect in effects]
+    others = [effect for effect in candidates if name_of(effect) not in present]
+    reasons = {name_of(effect): _why_not(effect, experiments) for effect in others}
+    untestable = {name: why for name, why in reasons.items() if why is not None}
+    whole = [_with_stand_ins(experiment) for experiment in experiments]
+    layout = unknowns(whole, [*effects, *others], varying.own)
+    given, samples = problem(whole, layout)
+    given, real = of_standard_size(given)
+    muscle = [name for name in varying.names(layout) if name.startswith("muscle.")]
+    return Universe(
+        layout,
+        given,
+        real,
+        samples,
+        tuple(present),
+        tuple(name for name in layout.templates[0].names if name not in {*present, *untestable}),
+        untestable,
+        tuple(muscle),
+        tuple(name for name in layout.names if varying.holds(name)),
+        layout.start.copy(),
+        frozenset(name for name in quantities() if not any(e.muscle.lacks(name) for e in experiments)),
+        np.array([float(experiment.muscle.length) for experiment in experiments]),
+        tuple(allowed(recording) for experiment in experiments for recording in experiment.recordings),
+        settings,
+    )
+
+
+def _with_stand_ins(experiment: Experiment) -> Experiment:
+    """The data set with a number for whatever was not measured of its muscle: what would need it is never tested."""
+    given = {name: value for name, value in STAND_INS.items() if experiment.muscle.lacks(name)}
+    return replace(experiment, muscle=replace(experiment.muscle, **given))
+
+
+def _why_not(effect: Effect, experiments: Sequence[Experiment]) -> Why | None:
+    """Which measurement of the muscle an effect needs that a data set does not give; None where it lacks none."""
+    missing = [need for need in effect.needs if need in quantities() and any(e.muscle.lacks(need) for e in experiments)]
+    if missing:
+        return Why(Reason.NEEDS, tuple(missing))
+    if effect.stage == "read" and not force_was_measured(experiments):
+        return Why(Reason.NO_FORCE)
+    return None
