@@ -44,6 +44,7 @@ FLOORS = {
         ("designs",),
         ("study",),
         ("hill", "exporting"),
+        ("identified", "selftest"),
         ("report",),
         ("workbench",),
         ("cli",),

@@ -205,6 +205,12 @@ OPTIONS = {
         "--baseline --define --effect-file --effects --fix --free --html --json --model --muscle --own "
         "--quiet --seed --set --test"
     ),
+    "selftest": (
+        "--again --baseline --candidates --define --effect-file --effects --fix --free --hide --html --json --log "
+        "--model --muscle --own --quiet --rivals --seed --set --test"
+    ),
+    "library": "--effect-file --html --json --model --name --quiet --seed --to",
+    "warm": "--html --json --quiet --seed",
     "workbench": "--candidates --host --no-browser --port --token",
 }
 

@@ -6,6 +6,7 @@ later process warned and compiled anew. So jax is given a store of ours, whose e
 
 import hashlib
 import os
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -39,6 +40,23 @@ def folder() -> Path | None:
     except OSError:
         return None
     return place if os.access(place, os.W_OK) else None
+
+
+@dataclass(frozen=True)
+class Content:
+    """How much a store keeps."""
+
+    folder: Path
+    programs: int
+    bytes: int
+
+
+def content(place: Path | None) -> Content | None:
+    """What a store keeps; None where there is none."""
+    if place is None:
+        return None
+    sizes = [entry.stat().st_size for entry in place.iterdir() if entry.is_file()]
+    return Content(place, len(sizes), sum(sizes))
 
 
 def prune(place: Path, most: int = MOST_BYTES) -> None:

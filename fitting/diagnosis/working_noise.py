@@ -76,7 +76,8 @@ class Kinds:
         visible = self.left[0] > self.settings.visible
         visible[1:] &= len(self.lags) > 1
         shares = np.zeros(len(visible))
-        shares[visible] = nnls(self.left[:, visible] * weight[:, None], np.array(found) * weight)[0]
+        if visible.any():  # scipy's search of no numbers ends the process
+            shares[visible] = nnls(self.left[:, visible] * weight[:, None], np.array(found) * weight)[0]
         floor = self.settings.least_white * max(found[0], 1e-300)
         return Noise(max(shares[0], floor), shares[1:], self.settings)
 

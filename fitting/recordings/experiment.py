@@ -13,15 +13,13 @@ from fitting import units
 from fitting.errors import InputError, concerning, unknown_name
 from fitting.recordings.accuracy import Accuracy
 from fitting.recordings.accuracy_table import ACCURATE, accuracy_of
+from fitting.recordings.again import runs_of
 from fitting.recordings.channel_errors import found_errors
-from fitting.recordings.input_errors import input_errors
 from fitting.recordings.muscle_file import muscle_of, name_of, read_muscle, read_toml, source_of
 from fitting.recordings.noise import one_load_cell
 from fitting.recordings.plausible import check_plausible, without_copies
 from fitting.recordings.readings import FEWEST_SAMPLES, POSITIONS, read_runs
 from fitting.recordings.records import FORCE_TESTS, TESTS, Experiment, Recording, Run
-from fitting.recordings.runs import run_of
-from fitting.recordings.spikes import without_spikes
 from fitting.recordings.tables import COLUMNS, Table, read_table
 from fitting.recordings.toml_rows import row_in_recording
 from mckibben_jax.muscle import Muscle
@@ -154,8 +152,7 @@ def _checked_runs(
     counts: Counter[str] = Counter()
     parts = read_runs(table, test, muscle, options, counts)
     odd = check_plausible(parts, table, test, muscle, options.get("valid"))
-    parts, alone = without_spikes(parts, test)
-    runs = tuple(run_of(part, test, input_errors(part, test, muscle, stated)) for part in parts)
+    parts, runs, alone = runs_of(parts, test, muscle, stated)
     for run in runs:
         counts.update(run.without_weight)
     if not any(run.weight.any() for run in runs):

@@ -1,0 +1,17 @@
+"""What a self-test tries: each number, and where it comes from."""
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class SelftestSettings:
+    """Sizes in which an effect is hidden, and how they are sought."""
+
+    sizes: tuple[float, ...] = (2.0, 1.0, 4.0, 8.0)  # times its printed detection limit, in the order of trial; chosen
+    found_from: float = 2.0  # times its limit: where an effect is found there, half of it is tried; chosen
+    as_good_as_absent: float = 0.05  # of its limit, that an effect may leave where it counts as absent; chosen
+    first: float = 1e-5  # of a parameter's range, the shortest way from where its effect is absent; chosen
+    halvings: int = 14  # of the ratio between the shortest and the longest way: to a thousandth; derived
+
+
+SELFTEST = SelftestSettings()
