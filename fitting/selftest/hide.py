@@ -4,11 +4,11 @@ An effect is absent at some value of one of its parameters (a stiffness of 0, an
 parameter moves through its range until the effect leaves what is wanted; no effect has to say how it is switched off.
 """
 
-from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
+from scipy.optimize import root_scalar
 
 from fitting.diagnosis.nuisance import Nuisance
 from fitting.diagnosis.search import Search
@@ -53,24 +53,43 @@ class Hiding:
         return self.search.world.with_added([self.effect], self.search.base.effects)
 
     def of(self, size: float) -> Hidden | None:
-        """It as large as to leave this (N rms); None where it never leaves so much."""
-        found = [hidden for way in self._ways for hidden in self._along(way, size)]
-        return min(found, key=lambda each: abs(each.size / size - 1), default=None)
+        """It as large as to leave about this (N rms) when the model is fitted again; None where it never does."""
+        found = (self._as_large(way, size) for way in self._ways)
+        return next((hidden for hidden in found if hidden is not None), None)
+
+    def _as_large(self, way: Way, size: float) -> Hidden | None:
+        """The place on a way where this is left: to first order, and from there by fits."""
+        first = self._share(way, size)
+        if first is None:
+            return None
+        left = lambda share: self._fitted_again(self._on(way, float(np.exp(share)))).size  # noqa: E731
+        over = lambda share: float(np.log(max(left(share), 1e-300) / size))  # noqa: E731
+        low, high = np.log(first / SELFTEST.around), np.log(min(first * SELFTEST.around, 1.0))
+        if not over(low) < 0 < over(high):  # what it leaves does not grow all the way
+            return self._fitted_again(self._on(way, first))
+        share = root_scalar(over, bracket=(low, high), xtol=SELFTEST.near_enough).root
+        return self._fitted_again(self._on(way, float(np.exp(share))))
+
+    def _fitted_again(self, hidden: Hidden) -> Hidden:
+        """The same with what it leaves when the model is fitted again to it."""
+        world, base = self.search.world, self.search.base
+        truth = replace(base, rows=self._rows(hidden.vector))
+        return replace(hidden, size=world.rmse(world.mimicking(truth).fit(base.effects, base.vector).rows))
 
     @cached_property
     def smallest(self) -> Hidden:
         """Where it leaves least: of a rival without a free size this is all that it can be."""
         return min((self._at(vector) for vector in self._starts()), key=lambda each: each.size)
 
-    def _along(self, way: Way, size: float) -> Iterator[Hidden]:
-        """The place on a way where this is left, if it is."""
+    def _share(self, way: Way, size: float) -> float | None:
+        """How far on a way this is left, to first order; None where it is not."""
         short, long = SELFTEST.first, 1.0
         if self._on(way, long).size < size:
-            return
+            return None
         for _ in range(SELFTEST.halvings):
             middle = float(np.sqrt(short * long))
             short, long = (middle, long) if self._on(way, middle).size < size else (short, middle)
-        yield self._on(way, long)
+        return long
 
     def _on(self, way: Way, share: float) -> Hidden:
         vector = way.vector.copy()
@@ -133,11 +152,15 @@ class Hiding:
         world = self.search.world
         return float(np.sqrt(np.mean(world.samples.sigma[world.in_newtons] ** 2)))
 
+    def _rows(self, vector: np.ndarray) -> np.ndarray:
+        """The rows of the model with it."""
+        world, base = self.search.world, self.search.base
+        return world.rows_at(replace(base, effects=self.effects, vector=vector), world.problem)
+
     def _at(self, vector: np.ndarray) -> Hidden:
         """It with these values of all unknowns."""
         world, base = self.search.world, self.search.base
-        rows = world.rows_at(replace(base, effects=self.effects, vector=vector), world.problem)
-        change = np.nan_to_num(rows - base.rows, nan=np.inf, posinf=np.inf, neginf=-np.inf)
+        change = np.nan_to_num(self._rows(vector) - base.rows, nan=np.inf, posinf=np.inf, neginf=-np.inf)
         size = np.inf
         if np.isfinite(change).all():
             size = world.rmse(Nuisance.of(base).project_out(change[:, None])[:, 0])
