@@ -32,8 +32,10 @@ def remember(effect: Any, muscle: Muscle, states: State) -> Any:
     def step(carry: tuple[State, Any], after: State) -> tuple[tuple[State, Any], Any]:
         before, memory = carry
         is_new = after.time < before.time
-        before = _chosen(is_new, after, before)
-        memory = effect.advance(muscle, _chosen(is_new, effect.start(muscle, after), memory), before, after)
+        begun = effect.start(muscle, after)
+        before = _chosen(is_new, after.replace(time=after.time - 1.0), before)  # no step of an effect goes back in time
+        memory = effect.advance(muscle, _chosen(is_new, begun, memory), before, after)
+        memory = _chosen(is_new, begun, memory)
         return (after, memory), memory
 
     rest = jax.tree.map(lambda a: a[1:], states)

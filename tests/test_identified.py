@@ -142,14 +142,46 @@ def test_what_cannot_be_added_is_refused_with_a_cure(fitted, tmp_path):
         assert problem in told.output
 
 
-@pytest.mark.parametrize("text", ["", "[]", "{}", '{"format": 2}', '{"format": 1, "name": 3}'])
-def test_a_file_that_is_no_record_is_refused(text, own):
+BROKEN = ["", "[]", "{}", '{"format": 2}', '{"format": 1, "name": 3}']
+
+
+@pytest.mark.parametrize("text", BROKEN)
+def test_a_file_that_is_no_record_is_passed_by_and_said(text, own):
     (own / "broken").mkdir(parents=True)
     (own / "broken" / FILE).write_text(text)
     told = run()
-    assert told.exit_code == 2
+    assert told.exit_code == 0
     assert "broken" in told.output
-    assert "Traceback" not in told.output
+    assert "dmsp20" in told.output
+    with pytest.raises(InputError, match="reads no identified muscle"):
+        named(str(own / "broken"))
+
+
+@pytest.mark.parametrize("change", [{"parameters": {}}, {"rmse": None}, {"verdict": 3}, {"behaviour": {}}])
+def test_a_record_that_lacks_something_is_refused(change, own, fitted):
+    told = named("dmsp20").muscle.as_dict() | change
+    (own / "odd").mkdir(parents=True)
+    (own / "odd" / FILE).write_text(json.dumps(told))
+    with pytest.raises(InputError, match="reads no identified muscle"):
+        Identified.read(own / "odd")
+
+
+@pytest.mark.parametrize("name", ["../escaped", "/tmp/abs", "a/b", ".", "..", "", ".hidden", "dmsp20"])
+def test_a_name_that_leads_elsewhere_or_is_taken_is_refused(name, fitted, own):
+    record, experiment = record_of(fitted)
+    with pytest.raises(InputError, match="name"):
+        put(dataclasses.replace(record, name=name), experiment, fitted / "model.toml", own)
+    assert not own.exists()
+
+
+def test_two_of_one_name_are_told_apart_by_their_folders(own):
+    muscle = named("dmsp10").muscle
+    for folder in ("one", "other"):
+        (own / folder).mkdir(parents=True)
+        muscle.write(own / folder)
+    with pytest.raises(InputError, match="several identified muscles"):
+        named("dmsp10")
+    assert named(str(own / "one")).muscle.name == "dmsp10"
 
 
 def test_where_ones_own_are_kept(monkeypatch, tmp_path):
@@ -195,6 +227,9 @@ def test_a_ratio_is_as_sure_as_both_numbers():
     assert difference_text(each, "dmsp10") == "bladder_neo_hookean.G is 2 times that of dmsp10 (1.8 to 2.2)."
     assert not dataclasses.replace(each, my_error=4e5).is_large
     assert dataclasses.replace(each, theirs=0.0).ratio is None
+    opposite = dataclasses.replace(each, theirs=-3e5)
+    assert opposite.is_large
+    assert "that of dmsp10 is -300 kPa" in difference_text(opposite, "dmsp10")
 
 
 def test_what_was_held_is_no_difference():

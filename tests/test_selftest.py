@@ -11,6 +11,7 @@ from fitting.diagnosis.diagnose import prepared
 from fitting.diagnosis.working_noise import Noise
 from fitting.errors import InputError
 from fitting.least_squares.fit import fit
+from fitting.library.line import effect_from_line
 from fitting.recordings.accuracy import Accuracy, ChannelAccuracy
 from fitting.recordings.experiment import read_experiment
 from fitting.report.text.selftest import nothing_text, selftest_report, selftest_result, sought_text
@@ -183,6 +184,8 @@ def test_what_is_hidden_at_a_few_times_its_limit_is_named(task, tmp_path):
     assert tip.seen_from <= 8.1 * tip.limit
     text = log.path.read_text()
     log.path.write_text(text + text.splitlines()[-1][:40])
+    log.keep(first.clean)  # on a line of its own
+    assert len(dataclasses.replace(log, mark="").known()) == 1
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(module, "diagnose", None)
         assert selftest(task, KINDS, ("tip",), log) == first
@@ -199,7 +202,7 @@ def test_another_seed_is_another_self_test(task, tmp_path, search):
 
 
 def trial(effect, size, outcome, *explanations):
-    return Trial(effect, size, size, {}, "missing", explanations, outcome)
+    return Trial(effect, size, size, {"tip.k": 1.25} if effect == "tip" else {}, "missing", explanations, outcome)
 
 
 NOTHING = Trial("", 0.0, 0.0, {}, "nothing detectable", (), Outcome.NOT_SEEN)
@@ -217,8 +220,8 @@ def test_an_effect_is_found_from_where_every_larger_one_is():
 
 
 def test_a_report_says_what_was_found_of_each_and_what_was_not():
-    test = SelfTest(NOTHING, (TIP, LOST, BLIND))
-    out = Console(width=100, record=True, file=open("/dev/null", "w"))  # noqa: SIM115
+    test = SelfTest(NOTHING, (TIP, LOST, BLIND), {"tip.k": "1"})
+    out = Console(width=160, record=True, file=open("/dev/null", "w"))  # noqa: SIM115
     for part in selftest_report(test):
         out.print(part)
     said = " ".join(out.export_text().split())
@@ -235,6 +238,7 @@ def test_a_report_says_what_was_found_of_each_and_what_was_not():
     assert sought_text(TIP) == "tip: named from 2 N"
     told = selftest_result(test)["effects"]
     assert told["tip"]["named_from_N"] == 2.0
+    assert told["tip"]["trials"][0]["values"] == {"tip.k": {"value": 1.25, "unit": "1"}}
     assert told["creep"]["taken_for"] == [["hill"]]
     assert told["supply_lag"] == {"detection_limit_N": None, "named_from_N": None, "seen_from_N": None,
                                   "taken_for": [], "why_not": "these data cannot see it", "trials": []}  # fmt: skip
@@ -249,3 +253,36 @@ def test_a_false_alarm_is_said_first():
 def test_what_needs_a_measurement_is_no_candidate(experiment):
     with pytest.raises(InputError, match="unknown effect in --hide"):
         module._chosen(prepared([experiment], BASE, [*KINDS, HertzFriction()]), ("hertz_friction",))
+
+
+def test_a_file_that_is_no_log_is_left_alone(tmp_path):
+    data, log = tmp_path / "loops.csv", Log(tmp_path / "log.jsonl")
+    data.write_text("run,time [s]\n")
+    with pytest.raises(InputError, match="left alone"):
+        Log(data).check()
+    log.check()
+    log.keep(NOTHING)
+    log.check()
+    assert Log(log.path).known() == {("", 0.0): NOTHING}
+    assert Log(log.path, again=True).known() == {}
+
+
+def test_instruments_of_one_accuracy_err_alike_in_all_recordings(experiment):
+    """Two recordings of one gauge: one zero, one gain."""
+    accuracy = one_error("pressure", zero=1000.0, gain=0.01)
+    both = tuple(dataclasses.replace(experiment.recordings[0], accuracy=accuracy, found=EXACT) for _ in range(2))
+    shared, read = {}, []
+    quiet = Noise(0.0, np.zeros(len(Noise(0.0, np.zeros(0)).memories)))
+    random = np.random.default_rng(0)
+    for recording in both:
+        rig = Rig(recording, quiet, 1.0, random, shared)
+        read.append(rig.readings([run.measured for run in recording.runs], float(experiment.muscle.length)))
+    for one, other in zip(*read, strict=True):
+        np.testing.assert_array_equal(one.pressure, other.pressure)
+
+
+def test_effects_of_one_name_and_another_law_are_other_self_tests():
+    marks = []
+    for text in ("drag = -B*v, B = 5 N s/m (0..99)", "drag = -B*v*v, B = 5 N s^2/m^2 (0..99)"):
+        marks.append(module._law(effect_from_line(text)()))
+    assert marks[0] != marks[1]

@@ -44,10 +44,16 @@ class Difference:
         return self.ratio / times, self.ratio * times
 
     @property
+    def is_opposite(self) -> bool:
+        """Whether the two are of opposite signs, each farther from zero than its errors."""
+        both = ((self.mine, self.my_error), (self.theirs, self.their_error))
+        return self.mine * self.theirs < 0 and all(e is not None and abs(v) > CLEAR * e for v, e in both)
+
+    @property
     def is_large(self) -> bool:
-        """Whether it is large, and larger than its error."""
+        """Whether it is large, and larger than its error as far as that is known."""
         if self.ratio is None:
-            return False
+            return self.is_opposite
         apart = abs(float(np.log(self.ratio)))
         return apart > np.log(LARGE) and apart > CLEAR * (self.error or 0.0)
 

@@ -1,6 +1,7 @@
 """What is known of an identified muscle: the record in `identified.json` beside its data and its model."""
 
 import json
+import math
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
@@ -64,7 +65,7 @@ class Identified:
             told = json.loads(path.read_text(encoding="utf-8"))
             if told.pop("format") != FORMAT:
                 raise ValueError
-            return cls(
+            found = cls(
                 **{
                     **told,
                     "effects": tuple(told["effects"]),
@@ -73,11 +74,25 @@ class Identified:
                     "explanations": tuple(tuple(names) for names in told["explanations"]),
                 }
             )
+            found.check()
         except OSError as error:
             raise InputError(f"the file cannot be read: {error.strerror}", path, cure="add the muscle anew") from None
         except (ValueError, TypeError, KeyError, AttributeError):
             cure = "'mckibben library add FOLDER' makes it anew from the data and the model"
             raise InputError("this program reads no identified muscle from the file", path, cure=cure) from None
+
+        return found
+
+    def check(self) -> None:
+        """ValueError, KeyError or TypeError where a number is none, or a size of the muscle lacks."""
+        sizes = [self.parameters[f"muscle.{name}"].value for name in ("length", "radius", "braid_angle")]
+        numbers = [*sizes, *(known.value for known in self.parameters.values()), self.rmse, self.held_out_rmse]
+        behaviour = [value for value in vars(self.behaviour).values() if value is not None]
+        if not all(math.isfinite(float(number)) for number in (*numbers, *behaviour, self.full_scale, self.readings)):
+            raise ValueError
+        for text in (self.name, self.verdict, *self.effects, *(known.unit for known in self.parameters.values())):
+            if not isinstance(text, str):
+                raise TypeError
 
     def write(self, folder: Path) -> None:
         """Into a folder."""

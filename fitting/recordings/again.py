@@ -6,7 +6,7 @@ from dataclasses import replace
 from fitting.recordings.accuracy import Accuracy
 from fitting.recordings.channel_errors import found_errors
 from fitting.recordings.input_errors import input_errors
-from fitting.recordings.records import Recording, Run
+from fitting.recordings.records import NoiseSource, Recording, Run
 from fitting.recordings.runs import run_of
 from fitting.recordings.spikes import without_spikes
 from mckibben_jax.muscle import Muscle
@@ -21,6 +21,8 @@ def runs_of(
 
 
 def recorded_again(recording: Recording, readings: Sequence[Run], muscle: Muscle) -> Recording:
-    """The same recording with other readings of the same rig."""
+    """The same recording with other readings of the same rig; of a motion that was read as force with other forces."""
+    if recording.noise_source is NoiseSource.MOTION:
+        return replace(recording, runs=tuple(readings))
     parts, runs, _ = runs_of(readings, recording.test, muscle, recording.accuracy)
     return replace(recording, runs=runs, found=found_errors(parts, recording.test, float(muscle.length)))

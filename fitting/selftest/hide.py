@@ -12,6 +12,7 @@ from scipy.optimize import root_scalar
 
 from fitting.diagnosis.nuisance import Nuisance
 from fitting.diagnosis.search import Search
+from fitting.full_names import common
 from fitting.least_squares.absent import NEUTRAL
 from fitting.problem.unknowns import Unknown
 from fitting.selftest.settings import SELFTEST
@@ -35,7 +36,7 @@ class Way:
     """
 
     vector: np.ndarray
-    at: int
+    at: tuple[int, ...]  # one position for each data set that has a value of its own
     absent: float
     end: float
 
@@ -79,7 +80,7 @@ class Hiding:
     @cached_property
     def smallest(self) -> Hidden:
         """Where it leaves least: of a rival without a free size this is all that it can be."""
-        return min((self._at(vector) for vector in self._starts()), key=lambda each: each.size)
+        return self._fitted_again(min((self._at(vector) for vector in self._starts()), key=lambda each: each.size))
 
     def _share(self, way: Way, size: float) -> float | None:
         """How far on a way this is left, to first order; None where it is not."""
@@ -93,7 +94,7 @@ class Hiding:
 
     def _on(self, way: Way, share: float) -> Hidden:
         vector = way.vector.copy()
-        vector[way.at] = value_at(self._entry(way.at), way.absent + share * (way.end - way.absent))
+        vector[list(way.at)] = value_at(self._entry(way.at), way.absent + share * (way.end - way.absent))
         return self._at(vector)
 
     @cached_property
@@ -106,7 +107,7 @@ class Hiding:
         left, at, absent = min(starts)
         if left > SELFTEST.as_good_as_absent * self._limit:
             return []
-        usual = place_of(self._entry(at), float(self._usual()[at]))
+        usual = place_of(self._entry(at), float(self._usual()[at[0]]))
         ends = [end for end in (0.0, 1.0) if abs(end - absent) > SELFTEST.first]
         ends.sort(key=lambda end: (end - absent) * (usual - absent) < 0)
         return [Way(self._usual(at, absent), at, absent, end) for end in ends[:1]]
@@ -115,36 +116,37 @@ class Hiding:
         return [self._usual(), *(self._usual(i, place) for i in self._positions for place in self._special(i))]
 
     @property
-    def _positions(self) -> list[int]:
-        """Its own parameters that may vary."""
-        world = self.search.world
-        return [
-            int(i) for i in world.layout.at([n for n in world.layout.of_effect(self.effect) if n not in world.fixed])
-        ]
+    def _positions(self) -> list[tuple[int, ...]]:
+        """Its own parameters that may vary, each with its positions of all data sets."""
+        layout, alike = self.search.world.layout, dict[str, list[int]]()
+        for name in layout.of_effect(self.effect):
+            if name not in self.search.world.fixed:
+                alike.setdefault(common(name), []).append(int(layout.at([name])[0]))
+        return [tuple(positions) for positions in alike.values()]
 
-    def _usual(self, at: int | None = None, place: float = 0.0) -> np.ndarray:
+    def _usual(self, at: tuple[int, ...] | None = None, place: float = 0.0) -> np.ndarray:
         """The model's fit with the effect's usual values, a size it shares with the rival it replaces being that one's;
         one of its parameters at a place of its range.
         """
-        world, vector = self.search.world, self.search.base.vector.copy()
-        for i in self._positions:
-            vector[i] = world.layout.entries[i].start
+        layout, vector = self.search.world.layout, self.search.base.vector.copy()
+        for i in (i for positions in self._positions for i in positions):
+            vector[i] = layout.entries[i].start
             for old in self.search.base.effects - self.effects:
-                twin = f"{old}.{world.layout.names[i].rsplit('.', 1)[1]}"
-                if twin in world.layout.names:
-                    vector[i] = vector[world.layout.names.index(twin)]
+                twin = f"{old}.{layout.names[i].split('.', 1)[1]}"
+                if twin in layout.names:
+                    vector[i] = vector[layout.names.index(twin)]
         if at is not None:
-            vector[at] = value_at(self._entry(at), place)
+            vector[list(at)] = value_at(self._entry(at), place)
         return vector
 
-    def _special(self, at: int) -> list[float]:
+    def _special(self, at: tuple[int, ...]) -> list[float]:
         """Places at which a parameter may switch its effect off: the ends of its range, neutral numbers."""
         entry = self._entry(at)
         neutral = [value for value in NEUTRAL if entry.lower < value < entry.upper]
         return [0.0, 1.0, *(place_of(entry, value) for value in neutral)]
 
-    def _entry(self, at: int) -> Unknown:
-        return self.search.world.layout.entries[at]
+    def _entry(self, at: tuple[int, ...]) -> Unknown:
+        return self.search.world.layout.entries[at[0]]
 
     @property
     def _limit(self) -> float:

@@ -69,13 +69,18 @@ class Sought:
         wrong = [names for each in self.trials if each.outcome is Outcome.MISTAKEN for names in each.explanations]
         return tuple(dict.fromkeys(wrong))
 
-    def _from(self, outcomes: Sequence[Outcome]) -> float | None:
-        size = None
+    def found(self, outcomes: Sequence[Outcome] = SEEN) -> Trial | None:
+        """The smallest trial that ended so, with every larger one."""
+        smallest = None
         for trial in reversed(self.trials):
             if trial.outcome not in outcomes:
                 break
-            size = trial.size
-        return size
+            smallest = trial
+        return smallest
+
+    def _from(self, outcomes: Sequence[Outcome]) -> float | None:
+        found = self.found(outcomes)
+        return None if found is None else found.size
 
 
 @dataclass(frozen=True)
@@ -84,6 +89,7 @@ class SelfTest:
 
     clean: Trial
     sought: tuple[Sought, ...]
+    units: dict[str, str]  # of parameters, by full name
 
 
 @dataclass
@@ -94,12 +100,20 @@ class Log:
     """
 
     path: Path | None
-    mark: str
+    mark: str = ""
+    again: bool = False  # what is kept does not count
+
+    def check(self) -> None:
+        """Refuse a file that is there and is no log of a self-test."""
+        lines = self._lines()
+        if lines and not any(line.startswith('{"mark":') for line in lines):
+            cure = "name another file with --log"
+            raise InputError("the file is no log of a self-test and is left alone", self.path, cure=cure)
 
     def known(self) -> dict[tuple[str, float], Trial]:
         """The trials that were made before, by effect and times its limit."""
         found = {}
-        for line in self._lines():
+        for line in [] if self.again else self._lines():
             try:
                 told = json.loads(line)
                 if told.pop("mark") == self.mark:
@@ -116,12 +130,16 @@ class Log:
         text = json.dumps({"mark": self.mark, **asdict(trial)}, ensure_ascii=False)
         try:
             with self.path.open("a", encoding="utf-8") as file:
-                file.write(f"{text}\n")
+                file.write(f"\n{text}\n" if self._is_torn() else f"{text}\n")
                 file.flush()
                 os.fsync(file.fileno())
         except OSError as error:
             cure = "name another file with --log, or make room; what was found so far is kept"
             raise InputError(f"the file cannot be written: {error.strerror}", self.path, cure=cure) from None
+
+    def _is_torn(self) -> bool:
+        """Whether a kill has left half a line at the end."""
+        return self.path is not None and self.path.exists() and self.path.read_bytes()[-1:] not in (b"", b"\n")
 
     def _lines(self) -> list[str]:
         if self.path is None or not self.path.exists():

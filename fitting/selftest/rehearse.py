@@ -13,6 +13,7 @@ from fitting.least_squares.search import HERE
 from fitting.problem.residuals import Problem, problem
 from fitting.problem.sizes import Standard
 from fitting.recordings.again import recorded_again
+from fitting.recordings.presumed import allowed
 from fitting.recordings.records import Experiment, Recording
 from fitting.selftest.instruments import Rig
 
@@ -31,12 +32,13 @@ def rehearsed(
     drawn anew from `seed`. What the rig imposed is what the real recording's estimates say.
     """
     random, forces = np.random.default_rng(seed), iter(_forces(search, experiments, effects, vector))
-    noise, made = search.examiner.noise(search.base), []
+    noise, made, common = search.examiner.noise(search.base), [], {}
     for experiment in experiments:
         recordings, muscle = [], experiment.muscle
         for recording in experiment.recordings:
             shown = [next(forces) for _ in recording.runs]
-            rig = Rig(recording, noise, _stride(search, experiments), random)
+            shared = common.setdefault(allowed(recording), {})
+            rig = Rig(recording, noise, _stride(search, experiments), random, shared)
             recordings.append(recorded_again(recording, rig.readings(shown, float(muscle.length)), muscle))
         made.append(replace(experiment, recordings=tuple(recordings)))
     return made

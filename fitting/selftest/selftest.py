@@ -1,6 +1,7 @@
 """Every effect of the library hidden in a user's own recordings, and looked for: what a verdict on them is worth."""
 
 import hashlib
+import inspect
 import json
 import zlib
 from collections.abc import Callable, Sequence
@@ -16,7 +17,7 @@ from fitting.diagnosis.search import Search
 from fitting.errors import unknown_name
 from fitting.progress import Progress
 from fitting.recordings.envelopes import without_envelopes
-from fitting.recordings.records import Experiment
+from fitting.recordings.records import Experiment, force_was_measured
 from fitting.selftest.hide import Hidden, Hiding
 from fitting.selftest.record import SEEN, Log, Outcome, SelfTest, Sought, Trial
 from fitting.selftest.rehearse import rehearsed
@@ -76,8 +77,10 @@ def selftest(
     progress("fitting the model", 0.0)
     search = prepared(task.experiments, task.effects, candidates, task.varying, task.seed, start=task.known)
     names = _chosen(search, hide)
-    log = replace(log, mark=_mark(task, search)) if log else Log(None, "")
+    log = replace(log, mark=_mark(task, search)) if log else Log(None)
     experiments = tuple(without_envelopes(e) for e in of_force(task.experiments)[0])
+    if not force_was_measured(task.experiments):  # of a rehearsed one it looks as if it were
+        candidates = [search.world.effects[name] for name in search.world.candidates]
     rehearsal = _Rehearsal(task, search, experiments, candidates, log, log.known())
     progress("nothing hidden", 0.0)
     base = Hidden(NOTHING, {}, 0.0, search.base.vector)
@@ -86,7 +89,8 @@ def selftest(
         told = partial(_at, progress, number / len(names))
         sought.append(_sought(rehearsal, name, clean.limits.get(name), told))
         on_effect(sought[-1])
-    return SelfTest(clean, tuple(sought))
+    units = {entry.name: entry.unit for entry in search.world.layout.entries}
+    return SelfTest(clean, tuple(sought), units)
 
 
 def _at(progress: Progress, share: float, text: str) -> None:
@@ -145,5 +149,18 @@ def _mark(task: Task, search: Search) -> str:
     """What makes a trial the same: the data, the model with its values, what may be missing, the seed, the program."""
     values = {name: repr(value) for name, value in search.baseline.values.items()}
     parts = [[e.sha256 for e in task.experiments], sorted(search.world.base), values, sorted(search.world.candidates),
-             repr(task.varying), task.seed, program_version()]  # fmt: skip
+             [_law(effect) for effect in search.world.effects.values()], repr(task.varying), task.seed,
+             program_version()]  # fmt: skip
     return hashlib.sha256(json.dumps(parts).encode()).hexdigest()
+
+
+def _law(effect: Effect) -> str:
+    """What tells an effect from another of its name: the line that defines it, or the source of a user's own."""
+    kind = type(effect)
+    line = getattr(kind, "line", None)
+    if line is not None or kind.__module__.startswith("mckibben_jax."):
+        return repr(line)
+    try:
+        return inspect.getsource(kind)
+    except (OSError, TypeError):
+        return repr(kind)

@@ -51,9 +51,12 @@ def _checked(action: str, names: tuple[str, ...]) -> str:
 def _list(_: tuple[str, ...], __: dict[str, Any]) -> tuple[list, dict]:
     from fitting.identified.shelf import own_folder, shelf
     from fitting.report.text.identified import shelf_report, shelf_result
+    from fitting.report.text.layout import lines
 
-    found = shelf()
-    return shelf_report(found, str(own_folder())), shelf_result(found)
+    unread: list[InputError] = []
+    found = shelf(unread.append)
+    warned = lines("WARNING", map(str, unread), "yellow")
+    return [*shelf_report(found, str(own_folder())), *warned], shelf_result(found)
 
 
 def _show(names: tuple[str, ...], _: dict[str, Any]) -> tuple[list, dict]:
@@ -65,14 +68,16 @@ def _show(names: tuple[str, ...], _: dict[str, Any]) -> tuple[list, dict]:
 
 
 def _add(names: tuple[str, ...], options: dict[str, Any]) -> tuple[list, dict]:
-    from fitting.identified.shelf import Shelved, own_folder, put
+    from fitting.identified.shelf import Shelved, check_name, own_folder, put
     from fitting.report.text.identified import shelf_result
     from fitting.report.text.layout import line, lines
 
     if len(names) != 1:
         raise InputError("one muscle is added at a time", value=" ".join(names), cure="name one folder")
+    place = Path(options["place"]) if options["place"] else own_folder()
+    check_name(options["name"] or Path(names[0]).resolve().name, place)  # before all that takes its time
     made, experiment, model = _identified(names[0], options["name"], options)
-    folder = put(made, experiment, model, Path(options["place"]) if options["place"] else own_folder())
+    folder = put(made, experiment, model, place)
     missing = [key for key in ("citation", "licence") if not made.source.get(key)]
     warned = [f"muscle.toml names no {' and no '.join(missing)}: others cannot know whom to thank, or what they may do"]
     shown = [line("ADDED", f"{made.name}: {folder}"), *lines("WARNING", warned if missing else [], "yellow")]

@@ -1,7 +1,9 @@
 """`mckibben selftest`: what a verdict on these recordings is worth."""
 
 import os
-from typing import Any
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -13,7 +15,12 @@ from fitting.cli.options import (
     output_options,
     study_options,
 )
-from fitting.cli.run import CommandRun, check_place, start
+from fitting.cli.run import CommandRun, check_places, start
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from fitting.selftest.record import Log
 
 LOG = "selftest.jsonl"  # beside the data
 
@@ -40,7 +47,7 @@ def command(hide: tuple[str, ...], log: str | None, again: bool, **options: Any)
 
     place = _place(run, log, again)
     candidates = candidates_of(run.task, run.request.candidates, run.request.rivals)
-    with run.progress("self-test") as progress:
+    with _kept(place), run.progress("self-test") as progress:
 
         def show(sought: Any) -> None:
             with progress.aside():
@@ -56,18 +63,31 @@ def command(hide: tuple[str, ...], log: str | None, again: bool, **options: Any)
         write_text_page(run.request.html, "mckibben selftest", report)
 
 
-def _place(run: CommandRun, log: str | None, again: bool) -> Any:
-    """Where diagnoses are kept; nowhere beside data that may not be written to, which is said."""
-    from pathlib import Path
+@contextmanager
+def _kept(place: "Log | None") -> "Iterator[None]":
+    """Whoever stops it learns what is kept."""
+    try:
+        yield
+    except KeyboardInterrupt:
+        where = (
+            "Nothing is kept."
+            if place is None
+            else f"What was found is kept in {place.path}: the same command goes on."
+        )
+        click.echo(f"\nStopped. {where}", err=True)
+        raise
 
+
+def _place(run: CommandRun, log: str | None, again: bool) -> "Log | None":
+    """Where diagnoses are kept; nowhere beside data that may not be written to, which is said."""
     from fitting.selftest.record import Log
 
-    check_place(log)
+    check_places(log)
     folder = run.task.experiments[0].folder
     if log is None and not os.access(folder, os.W_OK):
         run.print([f"Nothing is kept on the way: {folder} may not be written to (--log FILE names another place)."])
         return None
     place = Path(log) if log else folder / LOG
-    if again:
-        place.unlink(missing_ok=True)
-    return Log(place, "")
+    kept = Log(place, again=again)
+    kept.check()
+    return kept

@@ -96,10 +96,12 @@ def comparison_of_muscles(mine: Identified, others: Sequence[Identified]) -> lis
 
 def difference_text(each: Difference, name: str) -> str:
     """A difference in a sentence: 'bladder_neo_hookean.G is 1.9 times that of dmsp10 (1.8 to 2.1).'"""
-    assert each.ratio is not None  # only of such
+    what = WORDS.get(each.name, each.name)
+    if each.ratio is None:
+        return f"{what} is {_mine(each)}, that of {name} is {_theirs(each)}."
     between = each.range
     sure = "" if between is None else f" ({between[0]:.2g} to {between[1]:.2g})"
-    return f"{WORDS.get(each.name, each.name)} is {each.ratio:.2g} times that of {name}{sure}."
+    return f"{what} is {each.ratio:.2g} times that of {name}{sure}."
 
 
 def _only(one: Identified, other: Identified) -> list[str]:
@@ -149,5 +151,10 @@ def shelf_result(found: Sequence[Shelved]) -> dict[str, Any]:
 
 def differences_result(mine: Identified, others: Sequence[Identified]) -> dict[str, Any]:
     """For machines: every number that both have, and the ratio mine/theirs with its range."""
-    told = lambda each: asdict(each) | {"ratio": each.ratio, "range_95": each.range, "clear": each.is_large}  # noqa: E731
-    return {"muscle": mine.name, "against": {o.name: [told(each) for each in differences(mine, o)] for o in others}}
+    against = {theirs.name: [_told(each) for each in differences(mine, theirs)] for theirs in others}
+    return {"muscle": mine.name, "against": against}
+
+
+def _told(each: Difference) -> dict[str, Any]:
+    clear = each.is_large and each.error is not None
+    return asdict(each) | {"ratio": each.ratio, "range_95": each.range, "clear": clear}

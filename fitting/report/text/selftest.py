@@ -1,7 +1,6 @@
 """A self-test in words: from which size each effect is found in these recordings, and what it is taken for."""
 
-from collections.abc import Sequence
-from dataclasses import asdict
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from rich.console import RenderableType
@@ -26,10 +25,10 @@ def selftest_report(test: SelfTest) -> list[RenderableType]:
     """What was found of every effect, in a table and in sentences."""
     hidden = [each for each in test.sought if each.trials]
     table = columns(
-        "hidden effect", "detection limit", "seen from", "named from", "taken for", words=(0, 4), spare=(1,)
+        "hidden effect", "detection limit", "seen from", "named from", "taken for", words=(0, 4, 5), spare=(4, 1)
     )
     for each in hidden:
-        table.add_row(each.effect, *_sizes(each), _taken_for(each))
+        table.add_row(each.effect, *_sizes(each), _values(each, test.units), _taken_for(each))
     shown: list[RenderableType] = [line("NOTHING", nothing_text(test.clean), "bold")]
     shown += [spaced(table), ""] if hidden else []
     for label, text in _sentences(test.sought):
@@ -64,6 +63,11 @@ def _sizes(each: Sought) -> tuple[str, str, str]:
     return ("" if each.limit is None else _newtons(each.limit)), beyond(each.seen_from), beyond(each.named_from)
 
 
+def _values(each: Sought, unit_of: Mapping[str, str]) -> str:
+    found = each.found((Outcome.NAMED,)) or each.found()
+    return "" if found is None else values_text(found, unit_of)
+
+
 def _taken_for(each: Sought) -> str:
     wrong = [effect_set(names) for names in each.taken_for]
     several = [names for t in each.trials if t.outcome is Outcome.ONE_OF for names in t.explanations]
@@ -94,32 +98,35 @@ def _newtons(size: float) -> str:
     return units.show(size, "N", digits=2)
 
 
-def values_text(trial: Trial, unit_of: dict[str, str]) -> str:
-    """The values of a hidden effect's parameters."""
-    return ", ".join(f"{name} = {amount(value, unit_of[name])}" for name, value in trial.values.items())
+def values_text(trial: Trial, unit_of: Mapping[str, str]) -> str:
+    """The values of a hidden effect's parameters: 'k = 1.1'."""
+    return ", ".join(f"{name.split('.')[1]} = {amount(value, unit_of[name])}" for name, value in trial.values.items())
 
 
 def selftest_result(test: SelfTest) -> dict[str, Any]:
     """For machines: SI; sizes are N rms left when the model has given way."""
     return {
-        "nothing_hidden": _plain(test.clean),
-        "effects": {each.effect: _of_effect(each) for each in test.sought},
+        "nothing_hidden": _plain(test.clean, test.units),
+        "effects": {each.effect: _of_effect(each, test.units) for each in test.sought},
     }
 
 
-def _of_effect(each: Sought) -> dict[str, Any]:
+def _of_effect(each: Sought, unit_of: Mapping[str, str]) -> dict[str, Any]:
     return {
         "detection_limit_N": each.limit,
         "named_from_N": each.named_from,
         "seen_from_N": each.seen_from,
         "taken_for": [list(names) for names in each.taken_for],
         "why_not": each.why_not or None,
-        "trials": [_plain(trial) for trial in each.trials],
+        "trials": [_plain(trial, unit_of) for trial in each.trials],
     }
 
 
-def _plain(trial: Trial) -> dict[str, Any]:
-    told = asdict(trial)
-    kept = {"size_N": told["size"], "values": told["values"], "verdict": told["verdict"],
-            "explanations": [list(names) for names in trial.explanations]}  # fmt: skip
-    return kept | ({"outcome": str(trial.outcome)} if trial.effect else {})
+def _plain(trial: Trial, unit_of: Mapping[str, str]) -> dict[str, Any]:
+    told = {
+        "size_N": trial.size,
+        "values": {name: {"value": value, "unit": unit_of[name]} for name, value in trial.values.items()},
+        "verdict": trial.verdict,
+        "explanations": [list(names) for names in trial.explanations],
+    }
+    return told | ({"outcome": str(trial.outcome)} if trial.effect else {})
