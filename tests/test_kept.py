@@ -14,6 +14,7 @@ from fitting.compiled import store
 from fitting.compiled import traced as keeping
 from fitting.compiled.traced import Kept, kept
 from fitting.diagnosis.lay_out import universe
+from fitting.problem import sizes
 from fitting.problem.residuals import thinned
 from fitting.recordings.experiment import read_experiment
 from mckibben_jax.effects import BladderNeoHookean, CoulombFriction, IdealCylinder, Tip
@@ -185,10 +186,10 @@ SHAPES = (  # pressures, repeats of a loop, points of a branch
 )  # fmt: skip
 
 
-def test_data_sets_of_any_shape_are_share_a_few_programs(folder, tmp_path):
+def test_data_sets_of_any_shape_share_a_few_programs(folder, tmp_path):
     """Ten recordings with other numbers and lengths of runs, half of them of a muscle whose wall nobody measured.
 
-    Programs differ by whether runs are long or short, and by the size of all together.
+    Of two sizes of all together, each in as many shapes as there are for short and for long runs.
     """
     from fitting.least_squares import search
 
@@ -202,4 +203,4 @@ def test_data_sets_of_any_shape_are_share_a_few_programs(folder, tmp_path):
         world = universe([read_experiment(place)], [IdealCylinder(), CoulombFriction()], [Tip(), BladderNeoHookean()])
         world.fit(world.with_added(()), world.start)
         programs.append(len(set(search.solve.programs) - known))
-    assert programs[2:] == [programs[2]] * 8
+    assert programs[-1] <= 2 * len(sizes.LANES)

@@ -221,7 +221,7 @@ def test_an_effect_is_found_from_where_every_larger_one_is():
 
 def test_a_report_says_what_was_found_of_each_and_what_was_not():
     test = SelfTest(NOTHING, (TIP, LOST, BLIND), {"tip.k": "1"})
-    out = Console(width=160, record=True, file=open("/dev/null", "w"))  # noqa: SIM115
+    out = Console(width=300, record=True, file=open("/dev/null", "w"))  # noqa: SIM115
     for part in selftest_report(test):
         out.print(part)
     said = " ".join(out.export_text().split())

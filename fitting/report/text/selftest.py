@@ -24,9 +24,8 @@ MEANS = (
 def selftest_report(test: SelfTest) -> list[RenderableType]:
     """What was found of every effect, in a table and in sentences."""
     hidden = [each for each in test.sought if each.trials]
-    table = columns(
-        "hidden effect", "detection limit", "seen from", "named from", "taken for", words=(0, 4, 5), spare=(4, 1)
-    )
+    heads = ("hidden effect", "detection limit", "seen from", "named from", "that is", "taken for")
+    table = columns(*heads, words=(0, 4, 5), spare=(4, 1))
     for each in hidden:
         table.add_row(each.effect, *_sizes(each), _values(each, test.units), _taken_for(each))
     shown: list[RenderableType] = [line("NOTHING", nothing_text(test.clean), "bold")]
@@ -91,7 +90,7 @@ def _sentences(sought: Sequence[Sought]) -> list[tuple[str, str]]:
     said = [("NAMED", f"{counted(len(named), 'effect')} of {len(tried)}: {', '.join(named)}")] if named else []
     said += [("ONE OF", f"found, but only among others: {', '.join(several)}")] if several else []
     said += [("NEVER", f"not found at any size that was tried: {', '.join(missed)}")] if missed else []
-    return [*said, *(("NOT HIDDEN", f"{', '.join(names)}: {why}") for why, names in reasons.items())]
+    return [*said, *(("UNTRIED", f"{', '.join(names)}: {why}") for why, names in reasons.items())]
 
 
 def _newtons(size: float) -> str:
