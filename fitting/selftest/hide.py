@@ -105,7 +105,7 @@ class Hiding:
         if not starts:
             return []
         left, at, absent = min(starts)
-        if left > SELFTEST.as_good_as_absent * self._limit:
+        if left > SELFTEST.as_good_as_absent * self._noise:
             return []
         usual = place_of(self._entry(at), float(self._usual()[at[0]]))
         ends = [end for end in (0.0, 1.0) if abs(end - absent) > SELFTEST.first]
@@ -149,7 +149,7 @@ class Hiding:
         return self.search.world.layout.entries[at[0]]
 
     @property
-    def _limit(self) -> float:
+    def _noise(self) -> float:
         """The noise of a reading, N: what is far smaller is not there."""
         world = self.search.world
         return float(np.sqrt(np.mean(world.samples.sigma[world.in_newtons] ** 2)))

@@ -17,8 +17,8 @@ USUAL = ("muscle_a", "martens2017_dmsp10")  # shipped: loops, and a map of point
 def command(data: tuple[str, ...], **options: Any) -> None:
     """Compile ahead what a first diagnosis needs; installers do this once, so that nobody waits for it later.
 
-    Without DATASET for usual recordings of loops and for a map of points: others of their kind find it, whatever the
-    number and the length of their runs. What is compiled is kept for all who share the folder of the store.
+    Without DATASET for a usual recording of loops and for a map of points: others whose runs are about as long use the
+    same programs. Name a data set of your own to compile for recordings like it. Programs are kept on disk.
     """
     from fitting.cli.output import output
     from fitting.compiled.prepare import prepare
