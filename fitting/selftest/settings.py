@@ -8,7 +8,7 @@ class SelftestSettings:
     """Sizes in which an effect is hidden, and how they are sought."""
 
     sizes: tuple[float, ...] = (2.0, 1.0, 4.0, 8.0)  # times its printed detection limit, in the order of trial; chosen
-    as_good_as_absent: float = 0.05  # of the noise, or of its limit, that an effect may leave where it counts as absent; chosen
+    as_good_as_absent: float = 0.05  # of the noise or of its limit: what leaves less counts as absent; chosen
     around: float = 8.0  # times shorter and longer than to first order, between which a size is sought by fits; chosen
     near_enough: float = 0.02  # of the logarithm of the way, to which it is sought; chosen
     first: float = 1e-5  # of a parameter's range, the shortest way from where its effect is absent; chosen
