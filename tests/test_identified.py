@@ -2,6 +2,7 @@
 
 import dataclasses
 import json
+import re
 import shutil
 
 import numpy as np
@@ -250,3 +251,8 @@ def test_every_muscle_is_shown_whole_at_eighty_columns(monkeypatch, capsys):
     said = capsys.readouterr().out
     assert all(name in said for name in SHIPPED)
     assert max(map(len, said.splitlines())) <= 80
+    for other in others:  # the last column is not cut off
+        for each in differences(one.muscle, other.muscle):
+            assert each.ratio is None or re.search(rf"{each.ratio:.2g}( \(.* to .*\))? *$", said, re.M)
+    assert "ratio (95 %)" in said
+    assert "-0 N" not in said

@@ -91,4 +91,4 @@ def _rubber(whole: Model, contraction: float, pressure: float) -> float:
     """With how much the rubber opposes, N."""
     state = State(jnp.asarray(contraction), jnp.asarray(pressure))
     memories = whole.start_memories(state)
-    return -float(eqx.filter_jit(lambda m, s: m.pull(m.felt_now(s, memories), memories)[1])(whole, state))
+    return 0.0 - float(eqx.filter_jit(lambda m, s: m.pull(m.felt_now(s, memories), memories)[1])(whole, state))

@@ -16,7 +16,7 @@ from fitting.report.text.layout import columns, line, lines, spaced
 
 WORDS = {
     "behaviour.pull_at_rest": "pull at rest",
-    "behaviour.pull_over_section": "pull at rest / (pressure x section)",
+    "behaviour.pull_over_section": "pull / (pressure x section)",
     "behaviour.stroke": "stroke",
     "behaviour.loop_width": "width of the loop halfway",
     "behaviour.rubber": "force of the rubber halfway",
@@ -72,11 +72,17 @@ def _verdict(muscle: Identified) -> str:
 
 def _does(b: Behaviour) -> str:
     at = units.show(b.pressure, "Pa")
-    loop = "" if b.loop_width is None else f"its loop is {_newtons(b.loop_width)} wide, and "
     return (
         f"At {at} it pulls {_newtons(b.pull_at_rest)} at rest, {b.pull_over_section:.3g} times pressure x section, and "
-        f"shortens by {percent(b.stroke)}. Halfway {loop}its rubber opposes with {_newtons(b.rubber)}."
+        f"shortens by {percent(b.stroke)}.{_halfway(b)}"
     )
+
+
+def _halfway(b: Behaviour) -> str:
+    """What is seen at half the stroke: of a model without rubber, or without measured friction, nothing."""
+    said = [] if b.loop_width is None else [f"its loop is {_newtons(b.loop_width)} wide"]
+    said += [f"its rubber opposes with {_newtons(b.rubber)}"] if b.rubber else []
+    return f" Halfway {' and '.join(said)}." if said else ""
 
 
 def comparison_of_muscles(mine: Identified, others: Sequence[Identified]) -> list[RenderableType]:
@@ -89,7 +95,12 @@ def comparison_of_muscles(mine: Identified, others: Sequence[Identified]) -> lis
         said = [*(said or [f"Nothing differs clearly from {theirs.name}."]), *_only(mine, theirs), *_only(theirs, mine)]
         table = columns("", mine.name, theirs.name, "ratio (95 %)", words=(0,))
         for each in found:
-            table.add_row(WORDS.get(each.name, each.name), _mine(each), _theirs(each), _ratio(each))
+            table.add_row(
+                WORDS.get(each.name, each.name),
+                amount(each.mine, each.unit),
+                amount(each.theirs, each.unit),
+                _ratio(each),
+            )
         shown += [*lines("AGAINST", [theirs.name, *said], "bold"), spaced(table), ""]
     return shown
 
