@@ -1,6 +1,7 @@
 """Ctrl-C: it stops a command wherever it falls, and the command says what is kept."""
 
 import ctypes
+import signal
 import sys
 import time
 
@@ -17,15 +18,19 @@ CALLBACK = ctypes.CFUNCTYPE(None)
 
 def test_ctrl_c_in_a_callback_of_compiled_code_is_not_lost():
     """Python alone reports it and goes on."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)  # what runs in the background ignores it
 
     @CALLBACK
     def interrupted():
         raise KeyboardInterrupt
 
-    with pytest.raises(KeyboardInterrupt), interruptible():  # noqa: PT012  it is raised a few steps after the call
-        interrupted()
-        time.sleep(5.0)
-        pytest.fail("the interrupt was lost")
+    try:
+        with pytest.raises(KeyboardInterrupt), interruptible():  # noqa: PT012  it is raised a few steps after the call
+            interrupted()
+            time.sleep(5.0)
+            pytest.fail("the interrupt was lost")
+    finally:
+        signal.signal(signal.SIGINT, before)
 
 
 def test_other_errors_in_callbacks_are_reported_as_before(monkeypatch):
