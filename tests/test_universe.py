@@ -9,6 +9,7 @@ from small_muscle import loops, write
 
 from fitting.diagnosis.lay_out import universe
 from fitting.least_squares.fit import fit
+from fitting.least_squares.search import rows_and_slopes
 from fitting.recordings.experiment import read_experiment
 from fitting.report.text.reasons import why_text
 from mckibben_jax.effects import (
@@ -91,6 +92,20 @@ def test_signatures_are_slopes_of_the_rows_along_a_switch(world, base):
         found.T, ({"tip": 1}, {"force_offset": 1}, {"textile_friction": 1, "coulomb_friction": -1}), strict=True
     ):
         np.testing.assert_allclose(column, (rows(switched) - zero) / step, rtol=1e-3, atol=1e-3 * np.abs(column).max())
+
+
+@pytest.mark.parametrize("more", [(), ("bladder_neo_hookean",), ("bladder_neo_hookean", "tip")])
+def test_slopes_two_at_a_time_are_those_of_all_together(world, base, more):
+    """An odd and an even number of what varies; behind it stands what only fills the standard size."""
+    effects = world.with_added(more)
+    subset = world._subset(effects, world.layout.at(world.free(effects)), base.vector)
+    place, count = subset.place(subset.full), int(subset.varying)
+    rows, slopes = rows_and_slopes(world.problem, subset, place)
+    alike, together = rows_and_slopes(world.problem, replace(subset, varying=None, beside=None), place)
+    np.testing.assert_allclose(rows, alike, rtol=1e-12, atol=1e-12)
+    np.testing.assert_allclose(slopes, together, rtol=1e-9, atol=1e-9 * float(np.abs(together).max()))
+    assert np.any(np.asarray(slopes)[:, :count] != 0, axis=0).all()
+    assert not np.asarray(slopes)[:, count:].any()
 
 
 def test_sets_hold_together(recorded, world):

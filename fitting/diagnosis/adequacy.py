@@ -1,11 +1,11 @@
 """Whether a fitted set of effects is adequate, and what the test of it says of every candidate."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from fitting.diagnosis.missing_effect import MissingEffectTest
-from fitting.diagnosis.outcomes import Reason, Why
+from fitting.diagnosis.outcomes import Why
 from fitting.diagnosis.settings import FLIP_TEST, VERDICT, VerdictSettings
 
 
@@ -36,10 +36,6 @@ class AdequacyTest:
     def rejected(self) -> bool:
         """Whether something is missing."""
         return self.test.rejected
-
-    def inadequate(self, reason: Reason) -> "AdequacyTest":
-        """The same, not adequate for this reason."""
-        return replace(self, why=Why(reason))
 
     def of(self, name: str) -> Seen:
         """What the test says of one candidate, over all its shapes."""

@@ -90,22 +90,24 @@ class Examiner:
         fits: Mapping[frozenset[str], CandidateFit],
         limits: bool = False,
         errors: InstrumentErrors | None = None,
+        bettered: bool = False,
     ) -> AdequacyTest:
         """Test a fitted set against every candidate that could still be added, at several of its shapes.
 
-        `errors` are those that instruments may make, as allowed unless given. What the bases that know no effect
-        reject is rejected, and needs no candidates (unless `limits` are wanted).
+        `errors` are those that instruments may make, as allowed unless given; `bettered` says that one more effect
+        brings the error far down. The signatures of candidates are costly: what the bases that know no effect reject,
+        or what is not adequate for another reason, is not tested against them (unless `limits` are wanted).
         """
         names, signatures = [], np.zeros((len(self.world.samples), 0))
         test = None if limits else self._tested(fit, signatures, errors=errors)
-        if test is None or not test.rejected:
+        if test is None or self._why_not(added, fit, test, bettered) is None:
             names, signatures = self.columns(fit, fits)
             test = self._tested(fit, signatures, limits, errors)
         in_newtons = self.world.in_newtons
         left = Nuisance.of(fit).project_out(signatures) * self.world.samples.sigma[:, None]
         rms = np.sqrt(np.mean(left[in_newtons] ** 2, axis=0))
         noise = test.floor * float(np.sqrt(np.mean(self.world.samples.sigma[in_newtons] ** 2)))
-        why = self._why_not(added, fit, test)
+        why = self._why_not(added, fit, test, bettered)
         many = self.settings.flip_test.many
         return AdequacyTest(test, tuple(names), rms, test.floor, noise, why, self.settings.verdict, many)
 
@@ -135,7 +137,7 @@ class Examiner:
         errors = self.errors(fit) if errors is None else errors
         return Ground(self.world.samples, self.flip_groups, self.basis, noise, errors, self.seed, settings)
 
-    def _why_not(self, added: frozenset[str], fit: CandidateFit, test: MissingEffectTest) -> Why | None:
+    def _why_not(self, added: frozenset[str], fit: CandidateFit, test: MissingEffectTest, bettered: bool) -> Why | None:
         """Why a fitted set is not adequate; None if it is."""
         if test.by_size:
             return Why(Reason.LARGE_MISFIT)
@@ -150,7 +152,9 @@ class Examiner:
         denied = self.world.contradicted(fit)
         if added and denied:
             return Why(Reason.CONTRADICTS, denied)
-        return Why(Reason.NO_GAIN) if added and not self._gains(fit) else None
+        if added and not self._gains(fit):
+            return Why(Reason.NO_GAIN)
+        return Why(Reason.BETTERED) if bettered else None
 
     def _gains(self, fit: CandidateFit) -> bool:
         """Whether the held-out error falls below the base's by more than its standard error."""

@@ -11,7 +11,7 @@ import numpy as np
 from fitting.diagnosis.adequacy import AdequacyTest
 from fitting.diagnosis.examine import Examiner
 from fitting.diagnosis.nuisance import Nuisance
-from fitting.diagnosis.outcomes import Reason, Screened
+from fitting.diagnosis.outcomes import Screened
 from fitting.diagnosis.universe import CandidateFit, Universe
 from fitting.least_squares.decomposed import lstsq
 from fitting.least_squares.record import Fit
@@ -240,9 +240,7 @@ class Search:
         for added in [each for each in level[: self.settings.tested] if each not in self.adequacy_tests]:
             if self.fits[added].cost > best / self.settings.bettered**2:
                 break
-            adequacy = self.examiner.adequacy(added, self.fits[added], self.fits)
-            if adequacy.why is None and self.bettered(added):
-                adequacy = adequacy.inadequate(Reason.BETTERED)
+            adequacy = self.examiner.adequacy(added, self.fits[added], self.fits, bettered=self.bettered(added))
             self.adequacy_tests[added] = adequacy
             if adequacy.why is None:
                 self.adequate.append(added)

@@ -87,7 +87,7 @@ class LimitSettings:
 class FitSettings:
     """Fits of sets of effects among all candidates."""
 
-    padded: tuple[int, ...] = (14, 24, 36, 48)  # free parameters; each count is compiled once; chosen
+    padded: tuple[int, ...] = (24, 48)  # free parameters; each count is compiled once; chosen
     steps: int = 60  # of one search: what converges more slowly is of no use among many; chosen
     inside: float = 0.1  # share of a range, where a parameter is tried that ended at the end of it; chosen
     undecided: float = 2.0  # times the mean square, of half the sum of squares: two standard errors; derived

@@ -258,14 +258,13 @@ class Universe:
         first = len(vector) + 1
         names = list(self.effects)
         at = [first + names.index(name) for name in turned]
-        subset = self._subset(fit.effects, at, vector, beside=turned)
+        subset = self._subset(fit.effects, at, vector, beside=list(turned))
         found = solve(self.problem, subset, subset.place(subset.full)[None], self.settings.steps, LOOK)
         return np.asarray(found.slopes)[self.real][:, : len(turned)]
 
     def rows_at(self, fit: CandidateFit, problem: Problem, without: Iterable[str] = ()) -> np.ndarray:
         """The rows (rows,) of a fitted set on another problem of the same shape, some of its effects switched off."""
-        off = set(without)
-        subset = self._subset(fit.effects - off, self.layout.at(self.free(fit.effects)), fit.vector, beside=off)
+        subset = self._subset(fit.effects - set(without), (), fit.vector)
         found = solve(problem, subset, subset.place(subset.full)[None], self.settings.steps, LOOK)
         return np.asarray(found.rows)[self.real]
 
@@ -279,25 +278,30 @@ class Universe:
         return [default, *(shape for shape in grid if shape != default)]
 
     def _subset(
-        self, effects: frozenset[str], at: Sequence[int] | np.ndarray, start: np.ndarray, beside: Iterable[str] = ()
+        self, effects: frozenset[str], at: Sequence[int] | np.ndarray, start: np.ndarray, beside: Sequence[str] = ()
     ) -> Subset:
-        """The effects of a set, and others `beside` them that are evaluated but switched off; free is what is `at`.
+        """The effects of a set; free is what is `at`, each with the effect `beside` it evaluated but switched off.
 
         The vector holds the unknowns, a slot that nothing reads, and the switches.
         """
         size = next((count for count in self.settings.padded if count >= len(at)), len(at))
         free = np.concatenate([at, np.full(size - len(at), len(start))]).astype(int)
         switches = self.switches(effects)
+        evaluated = np.zeros((size, len(switches)), bool)
+        for along, name in zip(evaluated, beside, strict=False):
+            along[:] = self.switches([name]) > 0
         behind = lambda values, slot, rest: jnp.asarray(np.concatenate([values, [slot], np.full(len(switches), rest)]))  # noqa: E731
         return Subset(
             jnp.asarray(np.concatenate([start, [0.5], switches])),
             jnp.asarray(free),
             jnp.asarray(switches),
-            jnp.asarray(self.switches({*effects, *beside}) > 0),
+            jnp.asarray(switches > 0),
             behind(self.layout.lower, 0.0, 0.0),
             behind(self.layout.upper, 1.0, 1.0),
             behind(self.layout.logarithmic, False, False),
             turned=len(switches),
+            varying=jnp.asarray(max(len(at), 1)),
+            beside=jnp.asarray(evaluated),
         )
 
     def _starts(self, subset: Subset, names: tuple[str, ...], start: np.ndarray, new: Sequence[str]) -> np.ndarray:

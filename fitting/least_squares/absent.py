@@ -5,6 +5,7 @@ place it cannot: every step of the search lowers the sum of squares.
 """
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 import jax.numpy as jnp
 import numpy as np
@@ -63,10 +64,7 @@ def _only(subset: Subset, new: np.ndarray) -> Subset:
     still = position[: len(new)][~new]
     lower, upper, full = (np.asarray(x).copy() for x in (subset.lower, subset.upper, subset.full))
     lower[still] = upper[still] = full[still]
-    return Subset(
-        subset.full, subset.free, subset.switches, subset.live, jnp.asarray(lower), jnp.asarray(upper),
-        subset.logarithmic, subset.turned,
-    )  # fmt: skip
+    return replace(subset, lower=jnp.asarray(lower), upper=jnp.asarray(upper))
 
 
 def _padded(mask: np.ndarray, size: int) -> np.ndarray:

@@ -39,10 +39,13 @@ HERE: Any = 0  # where an array stands in what a compiled function returns
 
 @kept(like=(HERE, HERE))
 def rows_and_slopes(given: Residuals, subset: Subset, place: jax.Array) -> tuple[jax.Array, jax.Array]:
-    """All rows and their Jacobian (rows, free) with respect to the free unknowns' places in the unit box.
+    """All rows and their Jacobian (rows, free) with respect to the free unknowns' places in the unit box."""
+    slopes = _together if subset.varying is None else _two_by_two
+    return slopes(given, subset, place)
 
-    Tangents are pushed forward together, once; `jax.linearize` would store every step of every scan.
-    """
+
+def _together(given: Residuals, subset: Subset, place: jax.Array) -> tuple[jax.Array, jax.Array]:
+    """Tangents pushed forward together, once; `jax.linearize` would store every step of every scan."""
 
     def rows(at: jax.Array) -> jax.Array:
         return given.rows(*subset.point(at), subset.live)
@@ -51,6 +54,33 @@ def rows_and_slopes(given: Residuals, subset: Subset, place: jax.Array) -> tuple
     tangents, spread = given.directions(place.size)
     value, slopes = jax.vmap(one, out_axes=(None, 1))(tangents)
     return value, spread(slopes)
+
+
+def _two_by_two(given: Residuals, subset: Subset, place: jax.Array) -> tuple[jax.Array, jax.Array]:
+    """Tangents pushed forward two at a time, with what is beside these two alone.
+
+    What only fills a standard size then costs nothing, and neither does an effect along another's direction: where
+    nothing remembers, fits among all effects were measured to be 2 to 9 times as fast as with all tangents together,
+    and signatures 14 times; the program is a quarter smaller. One at a time, memories take twice as long: a step along
+    a run costs the same for one tangent as for two.
+    """
+    assert subset.varying is not None
+    assert subset.beside is not None
+    even = place.size + place.size % 2
+    tangents = jnp.eye(even, place.size).reshape(-1, 2, place.size)
+    beside = (
+        jnp.zeros((even, subset.live.size), bool).at[: place.size].set(subset.beside).reshape(-1, 2, subset.live.size)
+    )
+
+    def along(k: jax.Array, found: tuple[jax.Array, jax.Array]) -> tuple[jax.Array, jax.Array]:
+        live = subset.live | jnp.any(beside[k], axis=0)
+        one = lambda tangent: jax.jvp(lambda at: given.rows(*subset.point(at), live), (place,), (tangent,))  # noqa: E731
+        value, slopes = jax.vmap(one, out_axes=(None, 0))(tangents[k])
+        return value, found[1].at[k].set(slopes)
+
+    nothing = jnp.zeros(given.count), jnp.zeros((len(tangents), 2, given.count))
+    value, slopes = jax.lax.fori_loop(0, (subset.varying + 1) // 2, along, nothing)
+    return value, slopes.reshape(even, given.count)[: place.size].T
 
 
 def _with_slopes(evaluate: Callable) -> Callable:

@@ -15,6 +15,9 @@ class Subset(eqx.Module):
 
     Where `turned` is not 0, that many switches stand behind the unknowns in `full` and may be free like them: the
     slopes along them are the signatures of missing effects.
+
+    `varying`, if given, is how many of `free` vary, at least 1; those behind only fill a standard size. Then `beside`
+    (free, effects) says what else is evaluated for the slope along each of them.
     """
 
     full: jax.Array  # every unknown
@@ -25,6 +28,8 @@ class Subset(eqx.Module):
     upper: jax.Array
     logarithmic: jax.Array
     turned: int = eqx.field(static=True, default=0)
+    varying: jax.Array | None = None
+    beside: jax.Array | None = None
 
     def vector(self, place: jax.Array) -> jax.Array:
         """All unknowns, from the free ones' places in the unit box."""
