@@ -101,7 +101,7 @@ class Search:
     def fit_singles(self) -> None:
         """Every effect by itself, as far as it was not fitted yet."""
         singles = [frozenset([name]) for name in self.world.candidates]
-        self.fit_level([added for added in singles if added not in self.fits and added not in self.numberless])
+        self.fit_level([added for added in singles if added not in self.fits and added not in self.numberless], True)
 
     def result(self, test: AdequacyTest, base_is_adequate: bool) -> SearchResult:
         """All that was fitted and tested, with the test of the base."""
@@ -128,15 +128,18 @@ class Search:
             if self.adequate:
                 return
 
-    def fit_level(self, sets: Sequence[frozenset[str]]) -> None:
-        """Refit the base with each of these sets added; one that gives no number anywhere explains nothing."""
+    def fit_level(self, sets: Sequence[frozenset[str]], decide: bool = False) -> None:
+        """Refit the base with each of these sets added; one that gives no number anywhere explains nothing.
+
+        Whether data hold what ends at its bound is asked of what is tested, and of single effects (`decide`).
+        """
         jobs, keys = [], []
         for added in sets:
             effects = self.world.with_added(sorted(added))
             if added <= effects and self.world.possible(effects, sorted(added)):
                 jobs.append((effects, *self.beginning(added)))
                 keys.append(added)
-        fits = zip(keys, self.world.fit_all(jobs), strict=True)
+        fits = zip(keys, self.world.fit_all(jobs, decide), strict=True)
         for added, fit in fits:
             if np.isfinite(fit.cost):
                 self.fits[added] = fit
@@ -240,6 +243,7 @@ class Search:
         for added in [each for each in level[: self.settings.tested] if each not in self.adequacy_tests]:
             if self.fits[added].cost > best / self.settings.bettered**2:
                 break
+            self.fits[added] = self.world.decided(self.fits[added])
             adequacy = self.examiner.adequacy(added, self.fits[added], self.fits, bettered=self.bettered(added))
             self.adequacy_tests[added] = adequacy
             if adequacy.why is None:

@@ -41,6 +41,7 @@ class CandidateFit:
     prior_slopes: np.ndarray
     at_bound: tuple[str, ...]
     confined: bool = False  # to stated sizes, as in the universe where it was fitted
+    is_decided: bool = True  # whether the data hold what is `at_bound`; else it may as well be inside its range
 
     @property
     def cost(self) -> float:
@@ -128,8 +129,13 @@ class Universe:
         own = [name for effect in sorted(effects) for name in self.layout.of_effect(effect)]
         return (*self.always_free, *(name for name in own if name not in self.fixed))
 
-    def fit(self, effects: frozenset[str], start: np.ndarray, new: Sequence[str] = ()) -> CandidateFit:
-        """Fit a set of effects from a vector of all unknowns; the new ones' shapes from several starts."""
+    def fit(
+        self, effects: frozenset[str], start: np.ndarray, new: Sequence[str] = (), decide: bool = True
+    ) -> CandidateFit:
+        """Fit a set of effects from a vector of all unknowns; the new ones' shapes from several starts.
+
+        Unless it is to `decide`, whatever ends at its bound is taken to be held there: to ask the data takes a refit.
+        """
         names = self.free(effects)
         subset = self._subset(effects, self.layout.at(names), start)
         begin = self._starts(subset, names, start, new)
@@ -139,15 +145,32 @@ class Universe:
             if best is None or float(found.cost) < float(best.cost):
                 best = found
         assert best is not None
+        return self._candidate(effects, names, subset, best, decide)
+
+    def decided(self, fit: CandidateFit) -> CandidateFit:
+        """The same fit, the data having been asked whether they hold what ends at its bound."""
+        if fit.is_decided:
+            return fit
+        subset = self._subset(fit.effects, self.layout.at(fit.free), fit.vector)
+        found = solve(self.problem, subset, subset.place(subset.full)[None], self.settings.steps, LOOK)
+        return self._candidate(fit.effects, fit.free, subset, found, True)
+
+    def _candidate(
+        self, effects: frozenset[str], names: tuple[str, ...], subset: Subset, found: MultistartResult, decide: bool
+    ) -> CandidateFit:
         count, k = self._count, len(names)
-        all_rows, all_slopes = np.asarray(best.rows), np.asarray(best.slopes)[:, :k]
-        vector = np.asarray(subset.vector(best.place))[: len(start)]
-        ends = tuple(n for n in at_bound(names, np.asarray(best.place)[:k]) if self._held(subset, names.index(n), best))
+        all_rows, all_slopes = np.asarray(found.rows), np.asarray(found.slopes)[:, :k]
+        vector = np.asarray(subset.vector(found.place))[: len(self.layout.names)]
+        ends = at_bound(names, np.asarray(found.place)[:k])
+        if decide:
+            ends = tuple(name for name in ends if self._held(subset, names.index(name), found))
         all_slopes = all_slopes * [name not in ends for name in names]  # what stands at its bound cannot give way
         rows, slopes = all_rows[self.real], all_slopes[self.real]
         last = count + len(self._stated)  # what stands behind them is there to fill a standard size
         priors = all_rows[count:last], all_slopes[count:last]
-        return CandidateFit(effects, vector, names, rows, slopes, *priors, ends, self.is_confined)
+        return CandidateFit(
+            effects, vector, names, rows, slopes, *priors, ends, self.is_confined, is_decided=decide or not ends
+        )
 
     def _held(self, subset: Subset, at: int, found: MultistartResult) -> bool:
         """Whether the data hold one free parameter at the end of its range, or would as soon have it inside."""
@@ -188,10 +211,12 @@ class Universe:
         """The same where no stated size can leave what was stated by more than a few of its standard errors."""
         return replace(self, layout=confined(self.layout, self.settings.believed), is_confined=True)
 
-    def fit_all(self, sets: Sequence[tuple[frozenset[str], np.ndarray, Sequence[str]]]) -> list[CandidateFit]:
-        """Fit many sets, two at a time."""
+    def fit_all(
+        self, sets: Sequence[tuple[frozenset[str], np.ndarray, Sequence[str]]], decide: bool = True
+    ) -> list[CandidateFit]:
+        """Fit many sets, two at a time; arguments as of `fit`."""
         with ThreadPoolExecutor(self.settings.workers) as workers:
-            return list(workers.map(lambda job: self.fit(*job), sets))
+            return list(workers.map(lambda job: self.fit(*job, decide=decide), sets))
 
     def mimicking(self, fit: CandidateFit) -> "Universe":
         """The same data sets, had they measured exactly what this fit predicts."""
