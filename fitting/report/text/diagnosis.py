@@ -18,11 +18,12 @@ from fitting.report.text.layout import columns, line, lines, spaced
 from fitting.report.text.limits import limits_lines, open_text, would_have_shown
 from fitting.report.text.measurement import purpose_text, what_text
 from fitting.report.text.reasons import why_text
+from fitting.study.preview import MOST
 
 if TYPE_CHECKING:
     from fitting.planning.next_measurement import NextMeasurement
 
-SOME, MOST = 0.05, 0.5  # of the squared error: what takes away less is not told, not added for its own sake
+SOME = 0.05  # of the squared error: what takes away less is not told
 FOUND = ("missing", "one of", "not in the library")
 
 
