@@ -13,7 +13,8 @@ from mckibben_jax.parameter import parameters
 
 JOIN = r"(?: \+ |, |; | = | in place of | or )"
 # what stands behind an effect's name in a sentence: 'weight' and 'tip' are also words of English
-SAID = r"(?= (?:is|was|were) missing| explains| lowers| added| could take|: \d| \+ )"
+END = r"(?!\w|\.\w)"  # a name ends here; a full stop may follow
+SAID = r"(?= (?:is|was|are|were) missing| explains?| lowers| added| could take|: \d| \+ )"
 
 
 class Names:
@@ -37,8 +38,8 @@ class Names:
         """Every name in a text: parameters, identifiers with an underscore, and plain words where they are named."""
         plain = _any(name for name in self._library if "_" not in name)
         parts = (
-            rf"(?:{_any(self._parameters)})(?:@\w+)?(?![\w.])",
-            rf"(?:{_any(name for name in self._library if '_' in name)})(?![\w.])",
+            rf"(?:{_any(self._parameters)})(?:@\w+)?{END}",
+            rf"(?:{_any(name for name in self._library if '_' in name)}){END}",
             rf"(?:{plain}){SAID}",
             rf"(?<= \+ )(?:{plain})(?!\w)",
         )

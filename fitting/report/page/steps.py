@@ -109,7 +109,7 @@ def _table(shown: Sequence[Stage], models: Sequence[ShownModel], unit: str) -> t
         for s, own in zip(shown, values, strict=True)
     )
     heads = ("model", "RMS", "on held-out runs", "p", *(_size_head(fits[0], name) for name in sizes), "verdict then")
-    return (Grid(heads, rows, words=(0, len(heads) - 1)),)
+    return (Grid(heads, rows, words=(0, *range(4, len(heads)))),)
 
 
 def _p(value: float | None) -> str:

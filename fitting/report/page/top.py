@@ -19,6 +19,7 @@ from fitting.report.text.practice import practice_text
 from fitting.report.text.stages import added_text
 from fitting.report.text.warnings import comparison_warnings
 from fitting.study.practice import practice
+from fitting.study.preview import suggested
 from fitting.study.stages import Stage
 from fitting.study.task import Task
 
@@ -97,6 +98,9 @@ def next_command(model: ShownModel, models: Sequence[ShownModel], task: Task) ->
     """What to do next with the model that the page is of, and the command for it."""
     folders = [str(e.folder) for e in task.experiments]
     d = _diagnosed(model, models)
+    tried = [set(attempt.effects) for attempt in model.stage.attempts]
+    if d is not None and set(suggested(d)) in tried:  # a discovery has tried it, and did not keep it
+        return None
     if d is None:
         command = after_comparison(model.comparison, task.experiments, folders)
         return ("Which effect is missing?", command) if command else None

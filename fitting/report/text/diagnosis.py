@@ -65,7 +65,7 @@ def _verdict(d: Diagnosis) -> str:
     if d.verdict == "within the instruments":
         return "Errors of the instruments within their accuracy explain all of the misfit."
     if d.verdict == "missing":
-        return f"{sets[0]} is missing." if len(d.explanations[0]) == 1 else f"Missing: {sets[0]}."
+        return f"{sets[0]} {'is' if len(d.explanations[0]) == 1 else 'are'} missing."
     if d.verdict == "one of":
         return f"One of these is missing, and these data cannot tell which: {'; '.join(sets)}."
     if d.verdict == "not in the library":
