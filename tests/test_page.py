@@ -12,7 +12,7 @@ import pytest
 from browser import Watched, browser, violations
 from click.testing import CliRunner
 from small_muscle import loops, write
-from studied import EVIL, nothing_missing, proposed, seen_through
+from studied import EVIL, as_read, headings, nothing_missing, proposed, seen_through, two_steps
 
 from fitting import units
 from fitting.cli.main import main
@@ -27,30 +27,6 @@ from fitting.report.text.stages import stage_text
 from fitting.study.discovering import discover_task
 from fitting.study.stages import Stage
 from mckibben_jax.effects import LinearSpring
-
-
-def as_read(text):
-    """What a reader sees of HTML: no tags, and the identifiers behind the names."""
-    return html.unescape(re.sub(r"<[^>]*>", "", text))
-
-
-def headings(text):
-    """The headline of every model of the page."""
-    return [as_read(found) for found in re.findall(r"<h1>(.*?)</h1>", text)]
-
-
-def off_by(c, newtons, **changes):
-    """The comparison of a model that pulls so much more everywhere."""
-    residual = c.fit.residual + newtons
-    rmse = float(np.sqrt(np.mean(residual**2)))
-    return dataclasses.replace(c, rmse=rmse, fit=dataclasses.replace(c.fit, residual=residual), **changes)
-
-
-def two_steps(c, diagnosis):
-    """A model that is diagnosed, and the one with what it lacked, which the diagnosis has tested."""
-    before, p = off_by(c, 4), diagnosis.p_value
-    return [Stage("baseline", before.rmse, 6.0, "missing", before, diagnosis=diagnosis, p_value=p),
-            Stage("", c.rmse, 1.1, "", c, added=("coulomb_friction",), p_value=0.37)]  # fmt: skip
 
 
 def test_the_page_needs_no_network_and_no_script(study, diagnosis):

@@ -13,7 +13,7 @@ from fitting.report.text.layout import line
 from fitting.report.text.study import steps_report
 from fitting.study.changing import change, with_added
 from fitting.study.diagnosing import diagnose_task
-from fitting.study.preview import tested_p_value
+from fitting.study.preview import p_value_with
 from fitting.study.stages import Stage
 from fitting.study.task import fit_task
 
@@ -36,7 +36,7 @@ def demonstrate(run: CommandRun) -> None:
         final, by = with_added(task, added)
         with run.progress("3 of 3: adding it and fitting again") as progress:
             done = change(task, final, by, progress)
-        stages.append(replace(done.stages[-1], p_value=tested_p_value(found, tuple(added))))
+        stages.append(replace(done.stages[-1], p_value=p_value_with(found, tuple(added))))
         last = done.comparison
         run.print([line("ADD", change_text(done, last.unit), "bold"), *steps_report(stages, last.unit)])
     write_page(str(run.request.html), final, last, found, stages)

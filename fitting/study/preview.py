@@ -24,7 +24,7 @@ def suggested(d: Diagnosis) -> tuple[str, ...]:
     return leading[:1] if d.leading is not None and d.leading.share > MOST else ()
 
 
-def tested_p_value(d: Diagnosis, added: tuple[str, ...]) -> float | None:
+def p_value_with(d: Diagnosis, added: tuple[str, ...]) -> float | None:
     """The p-value of the test that nothing is missing from the model with these effects; None where it was not made."""
     tried = next((e.p_value for e in d.tried if set(e.effects) == set(added)), np.nan)
     return None if np.isnan(tried) else tried
@@ -45,5 +45,5 @@ def before_and_after(task: Task, c: Comparison, d: Diagnosis, progress: Progress
     return (
         Stage("model", c.rmse, d.held_out_rmse, d.verdict, c, diagnosis=d, p_value=d.p_value),
         Stage("", after.rmse, held_out_rmse(after), comparison=compare(after, changed.experiments), added=by.added,
-              dropped=by.dropped, p_value=tested_p_value(d, names)),
+              dropped=by.dropped, p_value=p_value_with(d, names)),
     )  # fmt: skip
