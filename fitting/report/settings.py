@@ -94,6 +94,7 @@ class FigureSettings:
         100.0,
         200.0,
     )  # times the noise: a colour each; chosen
+    steps_labelled: int = 7  # colours on one side from which only every second has its number; chosen
     least_noise: float = 1e-9  # N: what divides by the noise divides by no less
     room: float = 1.15  # of the strip, over the largest misfit; chosen
     parts: int = 40  # of the stroke, over which the misfit of a branch is averaged for the overview; chosen

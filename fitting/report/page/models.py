@@ -85,4 +85,6 @@ def short_name(model: ShownModel, count: int) -> str:
         return stage_text(model.stage)
     if not model.number:
         return "before"
-    return f"after: {stage_text(model.stage)}" if model.number == count - 1 else stage_text(model.stage)
+    added = model.stage.added
+    name = f"+ {' + '.join(added)}" if added else stage_text(model.stage)  # what gave way stands in the table
+    return f"after: {name}" if model.number == count - 1 else name

@@ -10,7 +10,7 @@ from fitting.report.page.diagnosis import meanings
 from fitting.report.page.models import ShownModel
 from fitting.report.settings import ERROR_TEXT
 from fitting.report.text.amounts import amount, percent
-from fitting.report.text.comparison import judgement
+from fitting.report.text.comparison import fails, judgement, place_text
 from fitting.report.text.diagnosis import effect_set, leading_text, verdict_text
 from fitting.report.text.fit import fit_warnings
 from fitting.report.text.instrument_answers import explaining_text, odd_run_texts, rival_texts
@@ -118,7 +118,8 @@ def lead(model: ShownModel, models: Sequence[ShownModel], enough: float) -> list
 
 
 def _of_diagnosis(d: Diagnosis, c: Comparison) -> list[str]:
-    texts = (leading_text(d), *odd_run_texts(d), explaining_text(d), *rival_texts(d), judgement(c))
+    place = f"It fails most at {place_text(c)}." if fails(c) else ""
+    texts = (leading_text(d), *odd_run_texts(d), explaining_text(d), *rival_texts(d), judgement(c), place)
     return [text for text in texts if text]
 
 

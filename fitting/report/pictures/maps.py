@@ -78,7 +78,9 @@ def _small_maps(c: Comparison, shown: dict[str, np.ndarray], scale: Scale | None
 def _colour_bar(figure: "Figure", axes: "Axes", mesh: Any, scale: Scale) -> None:
     """The colours, with the misfit in multiples of the noise beside them."""
     bar = figure.colorbar(mesh, ax=axes, shrink=0.9, aspect=18, pad=0.02, spacing="uniform", ticks=scale.ends)
-    bar.ax.set_yticklabels([f"{end / scale.noise:+.0f}" for end in scale.ends])
+    every = 1 + len(scale.steps) // FIGURE.steps_labelled  # of many steps every second has room for its number
+    numbers = [f"{end / scale.noise:+.0f}" for end in scale.ends]
+    bar.ax.set_yticklabels([text if not k % every else "" for k, text in enumerate(numbers)])
     bar.ax.tick_params(length=0)
     bar.outline.set_visible(False)  # type: ignore[operator]
     bar.set_label("misfit over noise")
