@@ -5,8 +5,11 @@ import re
 
 import numpy as np
 import pytest
+from click.testing import CliRunner
+from small_muscle import loops, write
 from studied import as_read, headings, off_by, two_steps
 
+from fitting.cli.main import main
 from fitting.diagnosis.findings import Attempt
 from fitting.report.page import top
 from fitting.report.page.models import models_of
@@ -28,6 +31,15 @@ def test_every_model_has_its_own_errors_and_p_value(study, diagnosis):
         assert numbers[-1] == p_value
     assert before.diagnosis is diagnosis
     assert after.diagnosis is None
+
+
+def test_bars_sentences_and_cards_say_the_same_error(study, diagnosis):
+    """Of all samples, though the diagnosis of a step has looked at fewer."""
+    task, c = study
+    first, last = two_steps(c, diagnosis)
+    text = as_read(page(task, c, diagnosis, [first, dataclasses.replace(last, rmse=0.987 * c.rmse)]))
+    assert amount(0.987 * c.rmse, "N") not in text
+    assert f"The error fell from {amount(first.rmse, 'N')} to {amount(c.rmse, 'N')}." in text
 
 
 def test_a_model_that_was_not_tested_borrows_no_p_value(study, diagnosis):
@@ -125,3 +137,17 @@ def test_all_models_are_drawn_on_one_scale_of_colours(study):
     assert maps.scale_of([c, small]) == maps.scale_of([small, c])
     assert len(maps.scale_of([small]).steps) == 2
     assert np.allclose(maps.scale_of([small]).ends, c.floor * np.array([-5, -2, 2, 5]))
+
+
+def test_the_page_of_an_addition_asks_on_with_the_model_that_was_saved(tmp_path):
+    folder = write(tmp_path / "small", loops(lambda eps, *_: 400 * eps, repeats=2))
+    saved, place = tmp_path / "own.toml", tmp_path / "page.html"
+    words = ["add", str(folder), "linear_spring", "--baseline", "--save", str(saved), "--html", str(place)]
+    result = CliRunner().invoke(main, words)
+    assert result.exit_code == 0, result.output
+    text = place.read_text(encoding="utf-8")
+    following = re.search(r"<p>Is anything still missing\? <code>(.*?)</code></p>", text)
+    assert following is not None
+    assert following[1] == f"mckibben diagnose {folder} --model {saved}"
+    assert re.findall(r'id="step(\d)" checked', text) == ["1"]
+    assert "verdict then" not in text

@@ -60,6 +60,8 @@ def command(propose: bool, **options: Any) -> None:
     if run.request.html:
         from fitting.report.page.page import write_page
 
-        write_page(run.request.html, in_newtons(run.task), compared, found, stages, chosen=0, planned=planned)
+        write_page(
+            run.request.html, in_newtons(run.task), compared, found, stages, chosen=0, planned=planned, following=after
+        )
         run.print([line("PAGE", run.request.html)])
     run.end(found.baseline.converged)

@@ -55,7 +55,7 @@ def models_of(
     """
     if not _all_known(c, stages):
         return [ShownModel(0, tuple(stages) or (_alone(c, d),), c, d)]
-    own = _with_diagnosis(stages, d)
+    own = tuple(_of_all_samples(stage) for stage in _with_diagnosis(stages, d))
     first_preview = range(len(own))[chosen] + 1
     return [ShownModel(k, own[: k + 1], s.comparison or c, s.diagnosis, k >= first_preview) for k, s in enumerate(own)]
 
@@ -63,6 +63,11 @@ def models_of(
 def _all_known(c: Comparison, stages: Sequence[Stage]) -> bool:
     known = [stage.residual for stage in stages]
     return bool(known) and all(r is not None and len(r) == len(c.fit.residual) for r in known)
+
+
+def _of_all_samples(stage: Stage) -> Stage:
+    """The step with its error over all samples, as everywhere on the page; a diagnosis may have looked at fewer."""
+    return stage if stage.comparison is None else replace(stage, rmse=stage.comparison.rmse)
 
 
 def _alone(c: Comparison, d: Diagnosis | None) -> Stage:

@@ -43,10 +43,11 @@ def write_page(
     planned: "NextMeasurement | None" = None,
     posterior: Sequence[Section] = (),
     enough: float = ENOUGH,
+    following: tuple[str, str] | None = None,
 ) -> None:
     """Write the page of a comparison, with what else there is: diagnosis, steps, next measurement, posterior."""
-    text = page(task, c, d, stages, chosen=chosen, planned=planned, posterior=posterior, enough=enough)
-    write_text(path, text)
+    options = {"chosen": chosen, "planned": planned, "posterior": posterior, "enough": enough, "following": following}
+    write_text(path, page(task, c, d, stages, **options))
 
 
 def page(
@@ -59,12 +60,14 @@ def page(
     planned: "NextMeasurement | None" = None,
     posterior: Sequence[Section] = (),
     enough: float = ENOUGH,
+    following: tuple[str, str] | None = None,
 ) -> str:
     """The page as text.
 
     `stages` are the models that it shows, of which the reader chooses one at a time; `chosen` is the one that the page
     is of, counted as in a list: later ones show what would come of it. `posterior` holds the sections that show one,
-    `enough` is the share of full scale that may be left.
+    `enough` is the share of full scale that may be left, `following` what to do next and the command for it, where the
+    caller knows better than the results say.
     """
     models, names = models_of(c, d, stages, chosen), Names(task.library)
     here = steps.chosen_of(models)
@@ -87,7 +90,7 @@ def page(
         heads=[top.head(model, models, task, enough) for model in models],
         choices=steps.choices(models, names.plain),
         noise=steps.noise_mark(models),
-        typed=top.next_command(here, models, task),
+        typed=following or top.next_command(here, models, task),
         sections=[section for section in sections if section is not None],
         style=pictures_style(),
         named=names.html,

@@ -63,8 +63,8 @@ def fall(
     models: Sequence[ShownModel], c: Comparison, d: Diagnosis | None, stages: Sequence[Stage], named: Named
 ) -> Section:
     """How the error fell from model to model, as bars and as a table; `named` makes HTML of the names of effects."""
-    shown = stages or _explained(c, d)
     switched = len(models) > 1
+    shown = models[-1].stages if switched else stages or _explained(c, d)
     words = (BARS,) if switched else ()
     words += tuple(line for s in shown for line in held_text(s.held))
     folded = tuple(_attempts(stage, c.unit) for stage in shown if stage.attempts)
@@ -103,12 +103,13 @@ def _table(shown: Sequence[Stage], models: Sequence[ShownModel], unit: str) -> t
                 amount(s.held_out_rmse, unit),
                 _p(s.p_value),
                 *own,
-                s.verdict,
+                *([s.verdict] if judged else []),
             )
         )
         for s, own in zip(shown, values, strict=True)
     )
-    heads = ("model", "RMS", "on held-out runs", "p", *(_size_head(fits[0], name) for name in sizes), "verdict then")
+    heads = ("model", "RMS", "on held-out runs", "p", *(_size_head(fits[0], name) for name in sizes))
+    heads += ("verdict then",) if judged else ()
     return (Grid(heads, rows, words=(0, *range(4, len(heads)))),)
 
 
