@@ -18,6 +18,7 @@ from mckibben_jax.effect import Lost as Lost
 from mckibben_jax.effect import Pulling as Pulling
 from mckibben_jax.effect import Read as Read
 from mckibben_jax.effect import name_of as name_of
+from mckibben_jax.effect import title_of as title_of
 from mckibben_jax.effects import *  # noqa: F403  the class of every effect: the library is listed there alone
 from mckibben_jax.memory import Memory as Memory
 from mckibben_jax.model import Model as Model

@@ -40,13 +40,14 @@ class Loss(eqx.Module):
 class Effect(eqx.Module):
     """A physical effect. Subclass one of the four kinds, declare parameters, write the kind's one method.
 
-    `family` names rivals that replace each other; `needs` what must be there (a measurement of the muscle, "rubber",
-    "friction"); `gives` what it provides to others; `suspect` says when to suspect it. `rival` marks printed laws that
-    are unsound: they are candidates only on request; so is an effect that says why in `on_request`. `fixed` names
-    constants with a unit that stand in the law.
+    `title` is what readers call it; where there is none, its own name in words. `family` names rivals that replace each
+    other; `needs` what must be there (a measurement of the muscle, "rubber", "friction"); `gives` what it provides to
+    others; `suspect` says when to suspect it. `rival` marks printed laws that are unsound: they are candidates only on
+    request; so is an effect that says why in `on_request`. `fixed` names constants with a unit that stand in the law.
     """
 
     stage: ClassVar[str]
+    title: ClassVar[str] = ""
     source: ClassVar[str] = ""
     suspect: ClassVar[str] = ""
     family: ClassVar[str | None] = None
@@ -135,6 +136,11 @@ def measured(muscle: Muscle, name: str) -> jax.Array:
 def name_of(effect: Effect | type[Effect]) -> str:
     """The name by which users call an effect: its class in snake case."""
     return _snake_case(effect.__name__ if isinstance(effect, type) else type(effect).__name__)
+
+
+def title_of(effect: Effect | type[Effect]) -> str:
+    """What readers call an effect: its title, or its name in words."""
+    return effect.title or name_of(effect).replace("_", " ").capitalize()
 
 
 @cache

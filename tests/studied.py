@@ -1,7 +1,10 @@
 """A small study for the tests of what a user reads: a comparison, and the diagnosis that goes with it."""
 
+import html
+import re
 from dataclasses import replace
 
+import numpy as np
 from small_muscle import loops, write
 
 from fitting.comparison.compare import compare
@@ -13,6 +16,7 @@ from fitting.planning.protocols import Protocol
 from fitting.problem.estimate import Estimate
 from fitting.recordings.accuracy import Channel
 from fitting.study.request import Request
+from fitting.study.stages import Stage
 from fitting.study.task import fit_task, task_of
 
 EVIL = "<script>alert(1)</script> & $x_1 'it'"
@@ -72,3 +76,27 @@ def nothing_missing(d, verdict=Verdict.NOTHING):
     shown = {name: replace(d.effects[name], detection_limit=limits[name], adequate=False) for name in limits}
     return seen_through(d, verdict, explanations=(), classes=(), leading=None, tried=(), faint=("linear_spring",),
                         effects=d.effects | shown)  # fmt: skip
+
+
+def as_read(text):
+    """What a reader sees of HTML: no tags, and the identifiers behind the names."""
+    return html.unescape(re.sub(r"<[^>]*>", "", text))
+
+
+def headings(text):
+    """The headline of every model of the page."""
+    return [as_read(found) for found in re.findall(r"<h1>(.*?)</h1>", text)]
+
+
+def off_by(c, newtons, **changes):
+    """The comparison of a model that pulls so much more everywhere."""
+    residual = c.fit.residual + newtons
+    rmse = float(np.sqrt(np.mean(residual**2)))
+    return replace(c, rmse=rmse, fit=replace(c.fit, residual=residual), **changes)
+
+
+def two_steps(c, diagnosis):
+    """A model that is diagnosed, and the one with what it lacked, which the diagnosis has tested."""
+    before, p = off_by(c, 4), diagnosis.p_value
+    return [Stage("baseline", before.rmse, 6.0, "missing", before, diagnosis=diagnosis, p_value=p),
+            Stage("", c.rmse, 1.1, "", c, added=("coulomb_friction",), p_value=0.37)]  # fmt: skip

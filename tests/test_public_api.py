@@ -33,6 +33,7 @@ PYTHON = {
     "mckibben_jax.parameter": "default, unit, meaning, range, starts=",
     "mckibben_jax.parameters": "thing",
     "mckibben_jax.name_of": "effect",
+    "mckibben_jax.title_of": "effect",
     "mckibben_jax.Felt.felt": "self, muscle, state, pull",
     "mckibben_jax.Energy.energy": "self, muscle, state",
     "mckibben_jax.Energy.force": "self, muscle, state",

@@ -13,6 +13,7 @@ from fitting.report.text.study import steps_report
 from fitting.study.changing import Difference, change
 from fitting.study.task import Task
 
+STILL = "Is anything still missing?"
 NOT_TAKEN = (
     "nothing: the larger model ended above the smaller one, which it contains; its search was caught on its way. "
     "Begin elsewhere, with --set or more --starts"
@@ -33,5 +34,6 @@ def change_model(
     run.print([line("SAVED", NOT_TAKEN, "yellow")] if found.worse else save(run, found.after, after))
     run.write(change_result(found))
     if run.request.html:
-        write_page(run.request.html, changed, found.comparison, stages=found.stages)
+        following = None if found.worse or after is None else (STILL, after)
+        write_page(run.request.html, changed, found.comparison, stages=found.stages, following=following)
     run.end(found.before.converged and found.after.converged)

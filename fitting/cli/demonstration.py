@@ -1,5 +1,7 @@
 """The story of the demo: compare, diagnose, add, and the error falls."""
 
+from dataclasses import replace
+
 from fitting.cli.run import CommandRun
 from fitting.comparison.compare import compare
 from fitting.report.page.page import write_page
@@ -11,6 +13,7 @@ from fitting.report.text.layout import line
 from fitting.report.text.study import steps_report
 from fitting.study.changing import change, with_added
 from fitting.study.diagnosing import diagnose_task
+from fitting.study.preview import p_value_with
 from fitting.study.stages import Stage
 from fitting.study.task import fit_task
 
@@ -26,13 +29,14 @@ def demonstrate(run: CommandRun) -> None:
         found, compared = diagnose_task(task, None, progress)
     run.print(diagnosis_report(found, compared.unit))
     added = found.explanations[0] if found.explanations else found.leading.effects[:1] if found.leading else ()
-    begun = Stage("baseline", first.rmse, found.held_out_rmse, found.verdict, first.fit.residual)
+    begun = Stage("baseline", first.rmse, found.held_out_rmse, found.verdict, first, diagnosis=found,
+                  p_value=found.p_value)  # fmt: skip
     stages, last, final = [begun], first, task
     if added:
         final, by = with_added(task, added)
         with run.progress("3 of 3: adding it and fitting again") as progress:
             done = change(task, final, by, progress)
-        stages.append(done.stages[-1])
+        stages.append(replace(done.stages[-1], p_value=p_value_with(found, tuple(added))))
         last = done.comparison
         run.print([line("ADD", change_text(done, last.unit), "bold"), *steps_report(stages, last.unit)])
     write_page(str(run.request.html), final, last, found, stages)

@@ -84,6 +84,18 @@ class FigureSettings:
     fewest_on_a_branch: int = 24  # points, or it has no shape: of too many branches some whole loops are drawn; chosen
     margin: float = 0.04  # of the span, around the readings; chosen
     sigmas: float = 2.0  # of the band in the strip that is noise; the custom of two
+    noise_steps: tuple[float, ...] = (
+        2.0,
+        5.0,
+        10.0,
+        20.0,
+        35.0,
+        50.0,
+        100.0,
+        200.0,
+    )  # times the noise: a colour each; chosen
+    steps_labelled: int = 7  # colours on one side from which only every second has its number; chosen
+    least_noise: float = 1e-9  # N: what divides by the noise divides by no less
     room: float = 1.15  # of the strip, over the largest misfit; chosen
     parts: int = 40  # of the stroke, over which the misfit of a branch is averaged for the overview; chosen
 

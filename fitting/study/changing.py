@@ -84,15 +84,9 @@ def change(task: Task, changed: Task, by: Difference, progress: Callable[[str, f
     known = {name: value for name, value in before.values.items() if name in changed.layout.names}
     after = fit_task(dataclasses.replace(changed, known=known))
     progress("comparing", 0.9)
+    first, last = compare(before, task.experiments), compare(after, changed.experiments)
     stages = (
-        Stage("model before", before.rmse, held_out_rmse(before), residual=before.residual),
-        Stage(
-            "",
-            after.rmse,
-            held_out_rmse(after),
-            residual=after.residual,
-            added=by.added,
-            dropped=by.dropped,
-        ),
+        Stage("model before", before.rmse, held_out_rmse(before), comparison=first),
+        Stage("", after.rmse, held_out_rmse(after), comparison=last, added=by.added, dropped=by.dropped),
     )
-    return Change(before, after, compare(after, changed.experiments), stages)
+    return Change(before, after, last, stages)

@@ -3,8 +3,6 @@
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
-import numpy as np
-
 from fitting.comparison.compare import Comparison, compare
 from fitting.diagnosis.discover import WORTH_IT, Step, discover
 from fitting.diagnosis.record import Diagnosis
@@ -41,11 +39,10 @@ def discover_task(
             changed = task.with_effects(with_effects(tasks[-1].effects, new))
             tasks.append(replace(changed, varying=tasks[-1].varying.fixing(*step.held)))
         label, added = ("", step.added) if stages else (step.effect, ())
-        residual = _residual(tasks[-1], step)
         errors = step.rmse, step.held_out_rmse
         stages.append(
-            Stage(label, *errors, step.verdict, residual, step.attempts, step.held, added,
-                  strained=step.diagnosis.is_strained)
+            Stage(label, *errors, step.verdict, _compared(tasks[-1], step), step.attempts, step.held, added,
+                  strained=step.diagnosis.is_strained, diagnosis=step.diagnosis, p_value=step.diagnosis.p_value)
         )  # fmt: skip
         shown(stages[-1])
 
@@ -87,6 +84,9 @@ def on_motions(task: Task, found: Discovery, progress: Progress) -> OnMotions | 
     return OnMotions(before, after)
 
 
-def _residual(task: Task, step: Step) -> np.ndarray:
-    """What the model of a step misses on every sample; the diagnosis itself may have looked at fewer."""
-    return evaluate(task.experiments, task.effects, step.diagnosis.baseline.values, (), task.varying.own).residual
+def _compared(task: Task, step: Step) -> Comparison:
+    """The model of a step beside every sample; the diagnosis itself may have looked at fewer."""
+    values = step.diagnosis.baseline.values
+    return compare(
+        evaluate(task.experiments, task.effects, values, task.free_names, task.varying.own), task.experiments
+    )

@@ -4,7 +4,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from fitting.comparison.compare import Comparison
 from fitting.diagnosis.findings import Attempt
+from fitting.diagnosis.record import Diagnosis
 
 
 @dataclass(frozen=True)
@@ -12,18 +14,27 @@ class Stage:
     """One step of a study: how its model differs, the error then, the verdict there, and what the model missed where.
 
     `label` names a model that was not made of the one before it; else `added` and `dropped` are names of effects.
-    `residual` is model minus measurement of every sample that carries weight, where it is known; `attempts` are the
-    larger models that a discovery tried after this one and did not keep; `held` are stated sizes of the muscle that it
-    holds since this step. `strained`: instruments explain its misfit only by errors far beyond their accuracy.
+    `comparison` is this model beside the data, where it was fitted to all of them; `diagnosis` is what was missing from
+    it, where it was diagnosed itself; `p_value` is of the test that nothing is missing from it, where that was tested.
+    `attempts` are the larger models that a discovery tried after this one and did not keep; `held` are stated sizes of
+    the muscle that it holds since this step. `strained`: instruments explain its misfit only by errors far beyond their
+    accuracy.
     """
 
     label: str
     rmse: float
     held_out_rmse: float | None
     verdict: str = ""
-    residual: np.ndarray | None = field(default=None, compare=False, repr=False)
+    comparison: Comparison | None = field(default=None, compare=False, repr=False)
     attempts: tuple[Attempt, ...] = ()
     held: tuple[str, ...] = ()
     added: tuple[str, ...] = ()
     dropped: tuple[str, ...] = ()
     strained: bool = False
+    diagnosis: Diagnosis | None = field(default=None, compare=False, repr=False)
+    p_value: float | None = None
+
+    @property
+    def residual(self) -> np.ndarray | None:
+        """Model minus measurement of every sample that carries weight, in the recording's unit, where it is known."""
+        return None if self.comparison is None else self.comparison.fit.residual

@@ -86,9 +86,11 @@ class Step:
             self.comparison.rmse,
             self.held_out_rmse,
             verdict,
-            self.comparison.fit.residual,
+            self.comparison,
             added=self.by.added,
             dropped=self.by.dropped,
+            diagnosis=self.diagnosis,
+            p_value=None if self.diagnosis is None else self.diagnosis.p_value,
         )
 
     @property

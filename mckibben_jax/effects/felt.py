@@ -19,6 +19,7 @@ from mckibben_jax.state import State
 class PressureOffset(Felt):
     """The pressure gauge reads P_off too high: true pressure = reading - P_off."""
 
+    title = "Wrong zero of the pressure gauge"
     source = "instrument"
     suspect = "even misfit that follows the force per pressure; a vented muscle does not read zero"
     P_off: jax.Array = parameter(1e3, "Pa", "reading at zero pressure", range=(-5e4, 5e4), starts=(0.0,))
@@ -30,6 +31,7 @@ class PressureOffset(Felt):
 class PressureGain(Felt):
     """The pressure gauge reads too much in proportion: true pressure = reading / (1 + g)."""
 
+    title = "Wrong gain of the pressure gauge"
     source = "instrument"
     suspect = "even misfit proportional to the force of the gas; hides in the radius and the braid angle"
     g: jax.Array = parameter(0.01, "1", "relative error of the gauge", range=(-0.3, 0.3), starts=(0.0,))
@@ -41,6 +43,7 @@ class PressureGain(Felt):
 class ContractionOffset(Felt):
     """The muscle was not at rest where its length was set to zero: true contraction = reading - eps_off."""
 
+    title = "Wrong zero of the rest length"
     source = "instrument"
     suspect = "even misfit proportional to pressure and to the slope of the force over contraction"
     eps_off: jax.Array = parameter(2e-3, "1", "reading at rest", range=(-0.05, 0.05), starts=(0.0,))
@@ -54,6 +57,7 @@ class SupplyLag(Felt, Memory):
 
     states_rates = True
     family = "supply"
+    title = "Lag of the supply pressure"
     source = "first-order filling of a volume through a line; the time constant of Richer & Hurmuzlu 2000, linearised"
     suspect = "inflating and deflating differ although the muscle stands still, the more the faster the pressure moves"
     tau: jax.Array = parameter(0.05, "s", "time constant of filling", range=(1e-4, 5.0), starts=(0.02, 0.3))
@@ -75,6 +79,7 @@ class PressureDrop(Felt):
     V = pi r^2 l; dV/dt follows the motion alone, at the pressure of the port.
     """
 
+    title = "Pressure drop in the supply"
     source = "Richer & Hurmuzlu 2000, linearised about the port pressure"
     suspect = "odd misfit that grows with speed and does not vanish with the gauge pressure"
     fixed = (f"{constants.atmosphere:g} Pa",)
@@ -93,6 +98,7 @@ class PressureDrop(Felt):
 class DeadBand(Felt):
     """The first P_th of the pressure only brings the bladder to the braid: max(P - P_th, 0)."""
 
+    title = "Dead band of the bladder"
     source = "Colbrunn et al. 2001; Sangian et al. 2015; Tondu 2012, 'working pressure'"
     suspect = "too much force at every pressure, by the same amount of pressure"
     P_th: jax.Array = parameter(1e4, "Pa", "threshold pressure", range=(0.0, 2e5))
@@ -107,6 +113,7 @@ class RadialGap(Felt):
     P_th is the pressure in a free thin tube of the outer radius r0 (1 - gap) when it has grown to r0.
     """
 
+    title = "Gap between bladder and braid"
     source = "Delson et al. 2005; Davis et al. 2003; Tondu 2012, beside fig. 8(a)"
     suspect = "as a dead band, where the bladder at rest is known to be loose in the braid"
     needs = ("wall_thickness", "shear_modulus")
@@ -128,6 +135,7 @@ class SeriesCompliance(Felt):
     muscle's own state.
     """
 
+    title = "Compliant fittings and rig"
     source = "rig property; statics of a spring in series"
     suspect = "misfit that grows with the square of the pressure and is largest near rest"
     states_rates = True
@@ -203,6 +211,7 @@ def _plain_root(equation: Callable[[jax.Array], jax.Array], guess: jax.Array) ->
 class Tip(Felt):
     """The ends do not open fully: the braid contracts k times as much as the muscle's length says."""
 
+    title = "Tip correction"
     source = "Tondu & Lopez 2000; Tondu 2012, 'Tip effects'"
     suspect = "even misfit proportional to pressure that grows with contraction; less stroke than the ideal law"
     family = "tip"
@@ -218,6 +227,7 @@ class TipPressure(Felt):
     a_k of either sign; 0 leaves the plain tip correction.
     """
 
+    title = "Tip correction that depends on pressure"
     source = "Tondu & Lopez 2000; Tondu 2012, 'Tip effects'"
     suspect = "as a tip correction that differs from pressure to pressure, most below 1 bar"
     family = "tip"
@@ -236,6 +246,7 @@ class StrandStretch(Felt):
     T = 2 pi r^2 P/(tan^2(alpha) cos(alpha)) is the tension of all strands of the unstretched cord, EA their stiffness.
     """
 
+    title = "Strands that stretch"
     source = "Davis et al. 2003; Tondu 2012, eqs 14 and 17"
     suspect = "even misfit that grows with the square of the pressure and hardly with contraction"
     EA: jax.Array = parameter(2e5, "N", "stiffness of all strands together", range=(1e4, 1e8))

@@ -30,6 +30,7 @@ def _speed(muscle: Muscle, state: State) -> jax.Array:
 class CoulombFriction(Lost):
     """Strands rub on each other in proportion to the load between them: size + f_s S P."""
 
+    title = "Coulomb friction of the strands"
     source = "Davis & Caldwell 2006; Tondu 2012, eq 36 with f_s standing for f_s/S_scale"
     suspect = "odd misfit proportional to pressure, the same at every speed"
     family = "friction"
@@ -43,6 +44,7 @@ class CoulombFriction(Lost):
 class TextileFriction(Lost):
     """Textile strands: friction grows less than the load, size + f_s L (S P / L)^beta with L = 1 kN."""
 
+    title = "Textile friction of the strands"
     source = "Howell, Mieszkis & Tabor 1959; Tondu 2012, eq 40"
     suspect = "hysteresis that is too wide at low pressure and too narrow at high pressure under Coulomb's law"
     family = "friction"
@@ -59,6 +61,7 @@ class TextileFriction(Lost):
 class HertzFriction(Lost):
     """Strands touch on small round spots that grow with the load: size + f_s S P / S_scale, as P^(4/3)."""
 
+    title = "Hertz friction of the strands"
     source = "Davis & Caldwell 2006; Tondu 2012, eqs 36-39"
     suspect = "hysteresis that is too narrow at high pressure under Coulomb's law"
     family = "friction"
@@ -77,6 +80,7 @@ class HertzFriction(Lost):
 class SchulteFriction(Lost):
     """The whole cylinder rubs, strand on strand and strand on bladder: size + 2 pi r l P f with f = f_s + f_st."""
 
+    title = "Schulte's friction of the cylinder"
     source = "Schulte 1961; Tondu 2012, eq 33"
     suspect = "odd misfit proportional to pressure that follows the cylinder's surface over contraction"
     family = "friction"
@@ -91,6 +95,7 @@ class SchulteFriction(Lost):
 class CrossingFriction(Lost):
     """Strands turn on each other where they cross: size + (4/3) pi mu_R P r / tan(alpha), whatever the length."""
 
+    title = "Friction at the crossings of strands"
     source = "virtual work of discs that turn on each other; effect 15 of the catalogue"
     suspect = "odd misfit proportional to pressure that does not grow with the muscle's length"
     family = "friction"
@@ -106,6 +111,7 @@ class CrossingFriction(Lost):
 class ConstantFriction(Lost):
     """Friction that does not know the pressure: size + F_c, beside whatever friction is there."""
 
+    title = "Constant friction"
     source = "Chou & Hannaford 1996"
     suspect = "odd misfit that is the same at every pressure, contraction and speed"
     gives = ("friction",)
@@ -118,6 +124,7 @@ class ConstantFriction(Lost):
 class BladderHysteresis(Lost):
     """The rubber gives back less than it took, at any speed: size + eta_b |pull of the rubber|."""
 
+    title = "Rubber hysteresis"
     source = "Vo-Minh et al. 2011; structural damping"
     suspect = "odd misfit without pressure, zero at rest, that follows the rubber over contraction"
     needs = ("rubber",)
@@ -131,6 +138,7 @@ class BladderHysteresis(Lost):
 class KineticFriction(Lost):
     """Friction changes with speed: size times ratio + (1 - ratio) exp(-|v|/v_s)."""
 
+    title = "Friction that depends on speed"
     source = "Tondu & Lopez 2000; Tondu 2012, eq 48 with |v|"
     suspect = "the width of the loops changes with speed"
     needs = ("friction",)
@@ -144,6 +152,7 @@ class KineticFriction(Lost):
 class Presliding(Lost, Memory):
     """After a reversal the strands first bend before they slip: direction z with dz/dx = (1 - sgn(dx) z)/x_s (Dahl)."""
 
+    title = "Presliding of the strands"
     source = "Canudas de Wit et al. 1995; Vo-Minh et al. 2011 (presliding in McKibben muscles)"
     suspect = "rounded corners after each reversal; minor loops thinner than major ones"
     family = "presliding"
@@ -169,6 +178,7 @@ class MaxwellSlip(Lost, Memory):
     is not local: after a nested loop it returns to where it left.
     """
 
+    title = "Stick and slip of the strands"
     source = "Al-Bender, Lampaert & Swevers 2005; Vo-Minh et al. 2011"
     suspect = "rounded corners after each reversal; minor loops that close on themselves"
     family = "presliding"
@@ -192,6 +202,7 @@ class MaxwellSlip(Lost, Memory):
 class ViscousDamping(Lost):
     """Drag in proportion to speed: B v."""
 
+    title = "Viscous damping"
     source = "Reynolds et al. 2003; Tondu 2012, eq 41"
     suspect = "odd misfit that grows with speed"
     B: jax.Array = parameter(200.0, "N s/m", "damping constant", range=(0.0, 1e5))
@@ -203,6 +214,7 @@ class ViscousDamping(Lost):
 class Hill(Lost):
     """Shortening costs force as in skeletal muscle: (F0 + a) v/(v + b), only while contracting."""
 
+    title = "Hill's law of shortening"
     source = "Hill 1938; Kerscher et al. 2006; Tondu 2012, eqs 43-46"
     suspect = "misfit of the contracting branch alone that grows with speed and levels off"
     gives = ("force-velocity curve",)
@@ -219,6 +231,7 @@ class Hill(Lost):
 class Creep(Lost, Memory):
     """A Maxwell branch: drag K1 (x - y) whose dashpot follows, tau dy/dt = x - y."""
 
+    title = "Creep"
     source = "Minh et al. 2010; the standard linear solid"
     suspect = "force drifts during a hold; the loop depends on speed, most at one speed"
     K1: jax.Array = parameter(500.0, "N/m", "stiffness of the branch", range=(0.0, 1e5))
@@ -241,6 +254,7 @@ class Mullins(Lost, Memory):
     `top` is the largest contraction so far; the share m of the rubber's pull is gone well below it.
     """
 
+    title = "Mullins effect of the rubber"
     source = "Mullins 1969; Ogden & Roxburgh 1999, after their damage function"
     suspect = "the first cycle differs from the next ones up to the same contraction"
     needs = ("rubber",)

@@ -10,6 +10,7 @@ from mckibben_jax.parameter import parameter
 class ForceGain(Read):
     """The load cell reads too much in proportion: F (1 + g)."""
 
+    title = "Wrong gain of the load cell"
     source = "instrument"
     suspect = "misfit proportional to the whole force, friction included; hides in the radius"
     g: jax.Array = parameter(0.01, "1", "relative error of the load cell", range=(-0.3, 0.3), starts=(0.0,))
@@ -21,6 +22,7 @@ class ForceGain(Read):
 class ForceOffset(Read):
     """The load cell does not read zero: F + F_off."""
 
+    title = "Wrong zero of the load cell"
     source = "instrument"
     suspect = "even misfit that is the same everywhere"
     F_off: jax.Array = parameter(2.0, "N", "reading at zero force", range=(-500.0, 500.0), starts=(0.0,))
@@ -32,6 +34,7 @@ class ForceOffset(Read):
 class TimeDelay(Read):
     """The force channel lags the others: it shows F(t - tau), straight between samples, the first one before them."""
 
+    title = "Delay of the force channel"
     source = "instrument"
     suspect = "loops that open with speed, their two branches crossing where the force turns"
     tau: jax.Array = parameter(0.01, "s", "delay of the force channel", range=(0.0, 1.0), starts=(2e-3, 0.03, 0.2))

@@ -16,6 +16,7 @@ from mckibben_jax.state import State
 class IdealCylinder(Energy):
     """The gas does work as the braided cylinder's volume grows: E = -P V, which is the ideal law (eq 10)."""
 
+    title = "Ideal cylinder"
     source = "Tondu & Lopez 1995, 2000; Tondu 2012, eqs 6, 7 and 10"
     suspect = "always there"
     family = "gas"
@@ -27,6 +28,7 @@ class IdealCylinder(Energy):
 class ConicalEnds(Energy):
     """The ends are cones, not a cylinder, and hold less gas: E = -P (V_cones - V_cylinder), cones k_c l0 eps long."""
 
+    title = "Conical ends"
     source = "shape of Tondu 2012, eq 25, by its volume"
     suspect = "even misfit proportional to pressure that grows with contraction, alike a tip correction"
     family = "ends"
@@ -41,6 +43,7 @@ class ConicalEnds(Energy):
 class ReducedLength(Energy):
     """The rounded ends take away active length as the muscle widens: V = pi r^2 (l - factor (r - r0))."""
 
+    title = "Rounded ends"
     source = "Kothera et al. 2009; Tondu 2012, 'Tip effects'"
     suspect = "even misfit proportional to pressure, already at rest, larger in short muscles"
     family = "ends"
@@ -55,6 +58,7 @@ class ReducedLength(Energy):
 class BladderNeoHookean(Energy):
     """The rubber wall is strained: a thick incompressible neo-Hookean tube, by its energy."""
 
+    title = "Rubber wall, neo-Hookean"
     source = "Treloar 1975; Klute & Hannaford 2000; Tondu 2012, eqs 21 and 29-32, exact thick wall"
     suspect = "even misfit that does not depend on pressure, zero at rest and growing with contraction"
     family = "bladder"
@@ -69,6 +73,7 @@ class BladderNeoHookean(Energy):
 class BladderMooneyRivlin(Energy):
     """The rubber wall is strained: a thick incompressible Mooney-Rivlin tube, by its energy."""
 
+    title = "Rubber wall, Mooney-Rivlin"
     source = "Klute & Hannaford 2000; Kothera et al. 2009; Tondu 2012, eqs 29-32, exact thick wall"
     suspect = "as the neo-Hookean bladder, with a wide range of contraction"
     family = "bladder"
@@ -84,6 +89,7 @@ class BladderMooneyRivlin(Energy):
 class BladderThinMooneyRivlin(Energy):
     """The rubber wall is strained: a Mooney-Rivlin wall that follows the braid through its whole thickness."""
 
+    title = "Rubber wall, thin Mooney-Rivlin"
     source = "Kothera et al. 2009; Hocking & Wereley 2013; Tondu 2012, eq 32 corrected"
     suspect = "as the thick Mooney-Rivlin bladder, for thin walls"
     family = "bladder"
@@ -101,6 +107,7 @@ class BladderThinMooneyRivlin(Energy):
 class BladderSchulte(Pulling):
     """The wall resists shortening and widening by two linear tensions, which have no common energy."""
 
+    title = "Rubber wall, Schulte"
     source = "Schulte 1961; Tondu 2012, eq 26 with l - l0 for l"
     suspect = "as the neo-Hookean bladder, when neither wall nor rubber were measured"
     family = "bladder"
@@ -119,6 +126,7 @@ class StrandBending(Energy):
     `alpha_f` (rad) is the angle at which the strands were formed; None, as at rest; 0 for straight strands.
     """
 
+    title = "Bending of the strands"
     source = "bending energy of a helix, (1/2) n EI L (change of curvature)^2; effect 30 of the catalogue"
     suspect = "even misfit without pressure, where there is hardly any rubber"
     c_b: jax.Array = parameter(20.0, "N", "bending stiffness n EI / r90^2", range=(0.0, 1e3))
@@ -134,6 +142,7 @@ class StrandBending(Energy):
 class LinearSpring(Energy):
     """A spring in parallel pulls back in proportion to the stroke: K l0 eps."""
 
+    title = "Spring in parallel"
     source = "Hooke's law; Tondu 2012, eq 41"
     suspect = "even misfit without pressure that grows in a straight line from rest"
     K: jax.Array = parameter(300.0, "N/m", "stiffness in parallel", range=(0.0, 1e6))
@@ -145,6 +154,7 @@ class LinearSpring(Energy):
 class Weight(Energy):
     """Dead weight hangs between the muscle and the load cell: m g less."""
 
+    title = "Dead weight"
     source = "rig property; standard gravity"
     suspect = "even misfit that is the same everywhere, and changes sides when the rig is turned over"
     fixed = (f"{constants.g:g} m/s^2",)
@@ -157,6 +167,7 @@ class Weight(Energy):
 class EndStop(Energy):
     """The bladder jams near the end of the stroke: a spring K that acts beyond the contraction eps_s."""
 
+    title = "End stop"
     source = "Davis et al. 2003 (minimum angle); Delson et al. 2005; effect 28 of the catalogue"
     suspect = "even misfit without pressure that starts sharply late in the stroke"
     K: jax.Array = parameter(5e3, "N/m", "stiffness of the stop", range=(0.0, 1e6))
@@ -170,6 +181,7 @@ class EndStop(Energy):
 class WallShielding(Pulling):
     """The printed law of a wall that carries nothing, as a difference to the ideal cylinder (eq 18); breaks energy."""
 
+    title = "Wall that carries nothing (as printed)"
     source = "Ferraresi et al. 2001; Tondu 2012, eq 18"
     suspect = "only to compare with the review: less force near rest in proportion to pressure and wall"
     needs = ("wall_thickness",)
@@ -187,6 +199,7 @@ class WallShielding(Pulling):
 class ConicalEndsPrinted(Pulling):
     """The printed law of conical ends, as a difference to the ideal cylinder (eq 25); breaks energy conservation."""
 
+    title = "Conical ends (as printed)"
     source = "Tondu 2012, eq 25"
     suspect = "only to compare with the review"
     family = "ends"
@@ -204,6 +217,7 @@ class ConicalEndsPrinted(Pulling):
 class BladderAxialPrinted(Pulling):
     """The printed law of a thin wall, axial stress alone and of the wrong sign (eq 28); not the slope of its energy."""
 
+    title = "Thin wall under axial stress (as printed)"
     source = "Tondu 2012, eqs 27 and 28"
     suspect = "only to compare with the review"
     family = "bladder"

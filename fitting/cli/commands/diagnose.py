@@ -35,6 +35,7 @@ def command(propose: bool, **options: Any) -> None:
     from fitting.report.text.proposal import proposal_result, proposal_text
     from fitting.report.text.warnings import comparison_warnings
     from fitting.study.diagnosing import candidates_of, diagnose_task, following, in_newtons
+    from fitting.study.preview import before_and_after
 
     candidates = candidates_of(run.task, run.request.candidates, run.request.rivals)
     if propose:
@@ -43,6 +44,7 @@ def command(propose: bool, **options: Any) -> None:
         found, compared = diagnose_task(run.task, candidates, progress)
         planned = following(run.task, found, progress)
         form = proposed(found, progress) if propose else None
+        stages = before_and_after(in_newtons(run.task), compared, found, progress) if run.request.html else ()
     run.print(lines("WARNING", comparison_warnings(compared), "yellow"))
     run.print(diagnosis_report(found, compared.unit))
     notes = [*of_force(run.task.experiments)[1], *motion_notes(found, run.task.experiments)]
@@ -58,6 +60,8 @@ def command(propose: bool, **options: Any) -> None:
     if run.request.html:
         from fitting.report.page.page import write_page
 
-        write_page(run.request.html, in_newtons(run.task), compared, found, planned=planned)
+        write_page(
+            run.request.html, in_newtons(run.task), compared, found, stages, chosen=0, planned=planned, following=after
+        )
         run.print([line("PAGE", run.request.html)])
     run.end(found.baseline.converged)

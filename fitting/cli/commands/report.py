@@ -51,19 +51,21 @@ def command(no_diagnosis: bool, **options: Any) -> None:
     with run.progress("comparing") as progress:
         task = run.task
         if no_diagnosis:
-            diagnosis, planned = None, None
+            diagnosis, planned, stages = None, None, ()
             compared = compare(as_known(run.task)[0], run.task.experiments)
         else:
             from fitting.study.diagnosing import candidates_of, diagnose_task, following, in_newtons
+            from fitting.study.preview import before_and_after
 
             candidates = candidates_of(run.task, run.request.candidates, run.request.rivals)
             diagnosis, compared = diagnose_task(run.task, candidates, progress)
             planned = following(run.task, diagnosis, progress)
             task = in_newtons(run.task)
+            stages = before_and_after(task, compared, diagnosis, progress)
     run.print([line("VERDICT", verdict_text(diagnosis), "bold")] if diagnosis else [])
     run.print([line("RESULT", judgement(compared))])
     sampled = _posterior(run, compared.fit)
-    write_page(str(run.request.html), task, compared, diagnosis, planned=planned, posterior=sampled)
+    write_page(str(run.request.html), task, compared, diagnosis, stages, chosen=0, planned=planned, posterior=sampled)
     run.print([line("WRITTEN", str(run.request.html))])
     run.write(diagnosis_result(diagnosis, compared, planned) if diagnosis else comparison_result(compared))
     run.end(compared.fit.converged)

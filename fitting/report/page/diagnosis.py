@@ -6,6 +6,7 @@ from fitting import units
 from fitting.comparison.compare import Comparison
 from fitting.diagnosis.outcomes import NOTHING_MISSING
 from fitting.diagnosis.record import Diagnosis, Evidence
+from fitting.report.page.names import Names
 from fitting.report.page.parts import Grid, Line, Section
 from fitting.report.page.similar_groups import groups, groups_html, named_by
 from fitting.report.pictures import figures, maps
@@ -40,7 +41,7 @@ def meanings(d: Diagnosis, task: Task) -> list[tuple[str, str]]:
     return [(name, f"{first_sentence(meaning(task.library[name]))}.") for name in known]
 
 
-def effects(d: Diagnosis, c: Comparison) -> Section:
+def effects(d: Diagnosis, c: Comparison, names: Names) -> Section:
     """What each effect would do, as bars and as a table."""
     unit = UNIT
     floor = c.floor if c.unit == unit else d.noise_floor
@@ -58,9 +59,9 @@ def effects(d: Diagnosis, c: Comparison) -> Section:
                     for some in (helping, idle))  # fmt: skip
     unseen = Grid(("cannot be seen", "why"), tuple(Line((", ".join(v), k)) for k, v in blind.items()), words=(1,))
     return Section(
-        "Which effects could explain it",
+        "Which effects could explain the misfit",
         sentences=(p_value_text(d), *substitutes_text(d)),
-        picture=effect_bars(d, floor, unit) if helping or idle else "",
+        picture=effect_bars(d, floor, unit, names.html) if helping or idle else "",
         terms=TERMS,
         tables=(grid,) if helping else (),
         folded=tuple(table for table in (others, unseen) if table.rows),
@@ -101,8 +102,8 @@ def _evidence(e: Evidence, unit: str) -> tuple[str, ...]:
     )
 
 
-def alike(d: Diagnosis) -> Section | None:
-    """Which effects leave nearly the same trace in these data."""
+def alike(d: Diagnosis, names: Names, number: int = 0) -> Section | None:
+    """Which effects leave nearly the same trace in these data; `number` is that of the model, and names the picture."""
     if not maps.alike_names(d):
         return None
     found = groups(d)
@@ -114,8 +115,8 @@ def alike(d: Diagnosis) -> Section | None:
     return Section(
         "Which effects are similar in these data",
         sentences=words if found else ("Every effect that leaves a trace in these data leaves one of its own.",),
-        picture=groups_html(found, named_by(d)) if found else "",
-        folded_picture=figures.as_svg(maps.alike_map(d), "alike"),
+        picture=groups_html(found, named_by(d), names.html) if found else "",
+        folded_picture=figures.as_svg(maps.alike_map(d, names.plain), f"alike{number}"),
         folded_title="The same as a map, pair by pair: 1 is the same change, 0 has nothing in common",
     )
 

@@ -1,36 +1,28 @@
 """Results as one HTML page that opens from disk, needs no network, and prints."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from fitting.comparison.compare import Comparison
-from fitting.comparison.compare import Table as ErrorTable
 from fitting.diagnosis.outcomes import NOTHING_MISSING
 from fitting.diagnosis.record import Diagnosis
 from fitting.least_squares.record import Fit
-from fitting.report.page import top
-from fitting.report.page.diagnosis import alike, effects, errors_grid, limits, meanings, tried_table
-from fitting.report.page.parts import Grid, Line, Section, pictures_style, render_page
-from fitting.report.pictures import figures, maps
-from fitting.report.pictures.fall import fall_html
-from fitting.report.pictures.loops import frame, key, loops_html, thinning_text
-from fitting.report.pictures.overview import overview_html
-from fitting.report.pictures.panels import panels
+from fitting.report.page import misfit, steps, top
+from fitting.report.page.diagnosis import alike, effects, errors_grid, limits, tried_table
+from fitting.report.page.models import ShownModel, models_of, short_name
+from fitting.report.page.names import Names
+from fitting.report.page.parts import Grid, Line, Section, as_sentence, pictures_style, render_page
+from fitting.report.pictures import figures
 from fitting.report.pictures.readings import estimated_channels, readings_picture
 from fitting.report.results import provenance, shown_names
-from fitting.report.text.amounts import amount
-from fitting.report.text.attempts import held_text, why_not_kept
-from fitting.report.text.comparison import error_cells, error_text, kind_text, worst_text
-from fitting.report.text.diagnosis import effect_set, measurement_text
-from fitting.report.text.fit import fit_warnings, range_cells, value_cells
+from fitting.report.text.comparison import error_text
+from fitting.report.text.diagnosis import measurement_text
+from fitting.report.text.fit import range_cells, value_cells
 from fitting.report.text.instruments import HEADS, channel_cells, channel_lines
 from fitting.report.text.search import search_text
-from fitting.report.text.stages import stage_text
 from fitting.report.text.stated_sizes import measured_cells, rests_on_texts
 from fitting.report.text.study import data_text
-from fitting.report.text.warnings import comparison_warnings
 from fitting.study.practice import ENOUGH
 from fitting.study.stages import Stage
 from fitting.study.task import Task
@@ -47,12 +39,15 @@ def write_page(
     d: Diagnosis | None = None,
     stages: Sequence[Stage] = (),
     *,
+    chosen: int = -1,
     planned: "NextMeasurement | None" = None,
     posterior: Sequence[Section] = (),
     enough: float = ENOUGH,
+    following: tuple[str, str] | None = None,
 ) -> None:
     """Write the page of a comparison, with what else there is: diagnosis, steps, next measurement, posterior."""
-    write_text(path, page(task, c, d, stages, planned=planned, posterior=posterior, enough=enough))
+    options = {"chosen": chosen, "planned": planned, "posterior": posterior, "enough": enough, "following": following}
+    write_text(path, page(task, c, d, stages, **options))
 
 
 def page(
@@ -61,145 +56,82 @@ def page(
     d: Diagnosis | None = None,
     stages: Sequence[Stage] = (),
     *,
+    chosen: int = -1,
     planned: "NextMeasurement | None" = None,
     posterior: Sequence[Section] = (),
     enough: float = ENOUGH,
+    following: tuple[str, str] | None = None,
 ) -> str:
-    """The page as text; `posterior` holds the sections that show one, `enough` is the share that may be left."""
-    headline = top.verdict(c, d, task, stages)
-    steps = steps_with_models(c, stages)
+    """The page as text.
+
+    `stages` are the models that it shows, of which the reader chooses one at a time; `chosen` is the one that the page
+    is of, counted as in a list: later ones show what would come of it. `posterior` holds the sections that show one,
+    `enough` is the share of full scale that may be left, `following` what to do next and the command for it, where the
+    caller knows better than the results say.
+    """
+    models, names = models_of(c, d, stages, chosen), Names(task.library)
+    here = steps.chosen_of(models)
     sections = [
-        _fall(c, d, stages, chosen=len(steps) > 1),
-        _overview(c, task, steps),
-        _loops(c, task, steps),
-        _where(c),
-        *([] if d is None else [limits(d), effects(d, c), alike(d)]),
-        _parameters(c.fit),
-        _instruments(c, d),
+        steps.fall(models, c, d, stages, names.html),
+        misfit.overview(models, task),
+        *misfit.where(models),
+        misfit.loops(models, task),
+        *_of_diagnoses(models, names),
+        *_of_each(models, lambda m: _parameters(m.comparison.fit)),
+        *_of_each(models, lambda m: _instruments(m.comparison, m.diagnosis)),
         _estimates(task),
         *([] if planned is None else [_planned(planned)]),
         *posterior,
-        _provenance(task, c, d),
+        _provenance(task, models, d),
     ]
     return render_page(
-        title=f"{', '.join(e.name for e in task.experiments)}: {headline}",
-        about=f"{data_text(task.experiments)}. Model: {' + '.join(task.names)}.",
-        verdict=headline,
-        meanings=[] if d is None else meanings(d, task),
-        lead=top.lead(c, d, stages, enough),
-        typed=top.next_command(c, d, task),
-        cards=top.cards(c, d),
-        warnings=[*fit_warnings(c.fit), *comparison_warnings(c)],
+        title=names.plain(f"{', '.join(e.name for e in task.experiments)}: {top.verdict(here, models)}"),
+        about=f"{data_text(task.experiments)}.",
+        heads=[top.head(model, models, task, enough) for model in models],
+        choices=steps.choices(models, names.plain),
+        noise=steps.noise_mark(models),
+        typed=following or top.next_command(here, models, task),
         sections=[section for section in sections if section is not None],
         style=pictures_style(),
-        steps=len(steps),
+        named=names.html,
     )
 
 
-def _fall(c: Comparison, d: Diagnosis | None, stages: Sequence[Stage], chosen: bool) -> Section:
-    shown = stages or _stages(c, d)
-    bars = fall_html(shown, c.floor, c.unit, choose="step" if chosen else "")
-    rows = tuple(
-        Line((stage_text(s), amount(s.rmse, c.unit), amount(s.held_out_rmse, c.unit), s.verdict)) for s in shown
-    )
-    judged_ones = len(shown) > 1 and any(s.verdict for s in shown)
-    tables = (Grid(("added", "RMS", "on held-out runs", "verdict then"), rows, words=(3,)),) if judged_ones else ()
-    words = ("Choose a bar: the loops below show the model with the effects up to there.",) if chosen else ()
-    words += tuple(line for s in shown for line in held_text(s.held))
-    folded = tuple(_attempts(stage, c.unit) for stage in shown if stage.attempts)
-    title = "Larger models that were tried and not kept" if folded else ""
-    return Section(
-        "The error, down to the noise", sentences=words, picture=bars, tables=tables, folded=folded, folded_title=title
-    )
+def _of_each(models: Sequence[ShownModel], made: Callable[[ShownModel], Section]) -> list[Section]:
+    """The same part for every model; it shows when its model is chosen."""
+    if len(models) == 1:
+        return [made(models[0])]
+    return [replace(made(model), model=model.number) for model in models]
 
 
-def _attempts(stage: Stage, unit: str) -> Grid:
-    """The larger models that were tried after one step of a discovery."""
-    rows = tuple(
-        Line((" + ".join(a.effects), amount(a.rmse, unit), amount(a.held_out_rmse, unit), why_not_kept(a)))
-        for a in stage.attempts
-    )
-    heads = ("tried", "RMS", "on held-out runs", "why it is not kept")
-    return Grid(heads, rows, title=f"After {stage_text(stage)}", words=(0, 3))
+def _of_diagnoses(models: Sequence[ShownModel], names: Names) -> list[Section]:
+    """What each diagnosis found. The only one of several models always shows, with its model in its titles."""
+    diagnosed = [model for model in models if model.diagnosis is not None]
+    several, found = len(diagnosed) > 1, list[Section]()
+    for model in diagnosed:
+        parts = _of_diagnosis(model, names)
+        if several:
+            found += [replace(part, model=model.number) for part in parts]
+        else:
+            found += [replace(part, title=_titled(part.title, model, len(models))) for part in parts]
+    return found
 
 
-def steps_with_models(c: Comparison, stages: Sequence[Stage]) -> list[np.ndarray]:
-    """The residual of every step, if each is known on the same samples; else that of the last model alone."""
-    known = [stage.residual for stage in stages if stage.residual is not None]
-    if stages and len(known) == len(stages) and all(len(r) == len(c.fit.residual) for r in known):
-        return known
-    return [c.fit.residual]
+def _titled(title: str, model: ShownModel, count: int) -> str:
+    """A title with the name of its model, where the page has several."""
+    return f"Model '{short_name(model, count)}': {title[:1].lower()}{title[1:]}" if count > 1 else title
 
 
-def _overview(c: Comparison, task: Task, steps: Sequence[np.ndarray]) -> Section | None:
-    """The misfit of the runs on one pair of axes; None where they have no axis in common."""
-    picture = overview_html(panels(task.experiments, c.fit.samples, steps[0]), steps)
-    if not picture:
-        return None
-    pale = (
-        " The lines of the model that is chosen above are strong, those of the others pale." if len(steps) > 1 else ""
-    )
-    words = f"Model minus measured, run by run, each line averaged over short parts of the axis.{pale}"
-    return Section("The misfit of all runs at once", sentences=(words,), picture=picture)
-
-
-def _loops(c: Comparison, task: Task, steps: Sequence[np.ndarray]) -> Section:
-    shown = panels(task.experiments, c.fit.samples, steps[0])
-    frames = [frame(panel, k, steps) for k, panel in enumerate(shown)]
-    runs = sum(len(recording.runs) for e in task.experiments for recording in e.recordings)
-    picture = key(frames) + loops_html(frames, steps)
-    return Section("Measured and model", picture=picture, caption=thinning_text(frames, runs))
-
-
-def _stages(c: Comparison, d: Diagnosis | None) -> list[Stage]:
-    """Without a study: the model as it is, and what would explain it."""
-    first = Stage("model", c.rmse, None if d is None else d.held_out_rmse)
-    if d is None:
-        return [first]
-    best = [e for e in d.tried if set(e.effects) in [set(names) for names in d.explanations]] or list(d.nearest)
-    return [first, *(Stage(f"with {effect_set(e.effects)}", e.rmse, e.held_out_rmse) for e in best[:5])]
-
-
-def _where(c: Comparison) -> Section:
-    return Section(
-        "Where it fails",
-        sentences=(worst_text(c), _sentence(kind_text(c))),
-        picture="" if c.cells is None else _switched_maps(c),
-        folded=tuple(_errors_by(table, c.unit) for table in c.tables),
-        folded_title="Tables by pressure, contraction, branch, speed and run",
-    )
-
-
-def _switched_maps(c: Comparison) -> str:
-    """The misfit over contraction and pressure, by branch or by parity, as the reader switches."""
-    pairs = [("branch", maps.branch_maps(c)), ("parity", maps.parity_maps(c))]
-    pairs = [(name, drawn) for name, drawn in pairs if drawn]
-    words = {"branch": "by branch", "parity": "even and odd in the direction"}
-    buttons = "".join(
-        f'<label><input type="radio" name="map" id="map-{name}"{" checked" if not k else ""}> {words[name]}</label>'
-        for k, (name, _) in enumerate(pairs)
-    )
-    shown = "".join(
-        f'<div class="maps {name}">'
-        + "".join(f"<figure>{figures.as_svg(f, f'{name}{k}')}</figure>" for k, f in enumerate(drawn))
-        + "</div>"
-        for name, drawn in pairs
-    )
-    return (f'<fieldset class="switch">{buttons}</fieldset>' if len(pairs) > 1 else "") + shown
-
-
-def _sentence(text: str) -> str:
-    return text[:1].upper() + text[1:] + "."
-
-
-def _errors_by(table: ErrorTable, unit: str) -> Grid:
-    heads, cells = error_cells(table.rows, unit)
-    return Grid((table.title, *heads), tuple(Line(words) for words in cells))
+def _of_diagnosis(model: ShownModel, names: Names) -> list[Section]:
+    d = model.diagnosis
+    assert d is not None  # the caller has looked
+    parts = [limits(d), effects(d, model.comparison, names), alike(d, names, model.number)]
+    return [part for part in parts if part is not None]
 
 
 def _planned(planned: "NextMeasurement") -> Section:
     told = measurement_text(planned)
-    return Section("What to measure next", sentences=tuple(_sentence(text.rstrip(".")) for text in told))
+    return Section("What to measure next", sentences=tuple(as_sentence(text.rstrip(".")) for text in told))
 
 
 def _parameters(fit: Fit) -> Section:
@@ -210,7 +142,7 @@ def _parameters(fit: Fit) -> Section:
         "independent of the others, and is too small.",
         *rests_on_texts(fit),
     )
-    return Section("Parameters", sentences=words, tables=(Grid(heads, rows, words=(7, 8)),))
+    return Section("Parameters", sentences=words, tables=(Grid(heads, rows, words=(0, 7, 8)),))
 
 
 def _instruments(c: Comparison, d: Diagnosis | None) -> Section:
@@ -221,7 +153,7 @@ def _instruments(c: Comparison, d: Diagnosis | None) -> Section:
     explain = ", and what would explain the misfit" if d is not None and d.verdict not in NOTHING_MISSING else ""
     return Section(
         f"Instruments: what each may err by{explain if errors else ''}",
-        sentences=(*(_sentence(text) for text in channel_lines(c.channels)), words),
+        sentences=(*(as_sentence(text) for text in channel_lines(c.channels)), words),
         folded=(*errors, Grid(HEADS, by_recording, "Every recording", words=(0, 1, 3, 6, 7))),
         folded_title="Every error, recording and channel, one standard deviation each",
     )
@@ -243,8 +175,9 @@ def _parameter(fit: Fit, name: str) -> tuple[str, ...]:
     return name, *known, state, ", ".join(fit.tied.get(name, ()))
 
 
-def _provenance(task: Task, c: Comparison, d: Diagnosis | None) -> Section:
+def _provenance(task: Task, models: Sequence[ShownModel], d: Diagnosis | None) -> Section:
     known = provenance(task)
+    c = steps.chosen_of(models).comparison
     rows = [("command", known["command"]), ("model from", task.origin), ("seed", str(task.seed))]
     rows += [(f"data: {name}", f"{data['folder']}, sha256 {data['sha256']}") for name, data in known["data"].items()]
     rows += [(f"source: {e.name}", e.source["citation"]) for e in task.experiments if e.source.get("citation")]
@@ -253,7 +186,7 @@ def _provenance(task: Task, c: Comparison, d: Diagnosis | None) -> Section:
     grid = Grid(("", ""), tuple(Line(row) for row in rows), words=(1,))
     return Section(
         "Where this comes from",
-        sentences=(error_text(c),),
+        said=tuple((model.number, error_text(model.comparison)) for model in models),
         tables=(grid,),
         folded=() if d is None else (tried_table(d),),
         folded_title="" if d is None else f"All {len(d.tried)} sets of effects that were tried",

@@ -2,7 +2,7 @@
 
 import functools
 import io
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from importlib import resources
 from typing import Any
@@ -10,8 +10,13 @@ from typing import Any
 from fitting.report.pictures.overview import overview_style
 from fitting.writing import write_text
 
+Named = Callable[[str], str]  # of a text: the same as HTML, with the names of effects for readers
+
 # what the template may be without
-EMPTY: dict[str, Any] = {"meanings": (), "typed": (), "lead": (), "cards": (), "warnings": (), "style": "", "steps": 0}
+EMPTY: dict[str, Any] = {
+    "heads": (), "choices": (), "typed": (), "style": "", "verdict": "", "lead": (), "cards": (), "warnings": (),
+    "named": str,
+}  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -34,7 +39,11 @@ class Grid:
 
 @dataclass(frozen=True)
 class Section:
-    """A part of the page."""
+    """A part of the page.
+
+    `said` holds sentences about one model each, with its number; `model` is the number of the model that the whole part
+    is about, None where it is about all of them.
+    """
 
     title: str
     sentences: tuple[str, ...] = ()
@@ -46,6 +55,8 @@ class Section:
     plain: str = ""
     terms: tuple[tuple[str, str], ...] = ()  # words of the tables, explained
     folded_picture: str = ""
+    said: tuple[tuple[int, str], ...] = ()
+    model: int | None = None
 
 
 def write_text_page(path: str, title: str, shown: Iterable[Any], pictures: Sequence[Section] = ()) -> None:
@@ -58,6 +69,11 @@ def pictures_style() -> str:
     """Style of the pictures that are HTML."""
     written = resources.files("fitting.report.page").joinpath("pictures.css").read_text(encoding="utf-8")
     return written + overview_style()
+
+
+def as_sentence(text: str) -> str:
+    """The text with a capital letter and a full stop."""
+    return text[:1].upper() + text[1:] + "."
 
 
 def render_page(**content: Any) -> str:

@@ -1,7 +1,7 @@
 """Which effects look alike in some data, as groups with names: who could be taken for whom."""
 
 import html
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -47,12 +47,12 @@ def named_by(d: Diagnosis) -> list[str]:
     return list(dict.fromkeys(name for names in (*d.explanations, leading) for name in names))
 
 
-def groups_html(found: Sequence[Group], named: Sequence[str]) -> str:
-    """The groups as lists of names; what the verdict names stands out."""
-    return f'<ul class="alike">{"".join(_item(group, named) for group in found)}</ul>'
+def groups_html(found: Sequence[Group], of_verdict: Sequence[str], named: Callable[[str], str] = html.escape) -> str:
+    """The groups as lists of names; what the verdict names stands out. `named` makes HTML of the names of effects."""
+    return f'<ul class="alike">{"".join(_item(group, of_verdict, named) for group in found)}</ul>'
 
 
-def _item(group: Group, named: Sequence[str]) -> str:
-    words = (f"<b>{html.escape(n)}</b>" if n in named else f"<span>{html.escape(n)}</span>" for n in group.names)
+def _item(group: Group, of_verdict: Sequence[str], named: Callable[[str], str]) -> str:
+    words = (f"<b>{named(n)}</b>" if n in of_verdict else f"<span>{named(n)}</span>" for n in group.names)
     how = "the same trace" if group.least > 0.9995 else f"similarity of at least {group.least:.2f}"
     return f"<li>{' '.join(words)} <i>{how}</i></li>"

@@ -1,78 +1,151 @@
-"""The top of the page: the verdict, the sentences and the numbers below it, and the command to type next."""
+"""The top of the page: of each model the verdict, the sentences and the numbers below it, and what to type next."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 from fitting.comparison.compare import Comparison
+from fitting.diagnosis.outcomes import Verdict
 from fitting.diagnosis.record import Diagnosis
+from fitting.report.page.diagnosis import meanings
+from fitting.report.page.models import ShownModel
 from fitting.report.settings import ERROR_TEXT
 from fitting.report.text.amounts import amount, percent
-from fitting.report.text.comparison import judgement
+from fitting.report.text.comparison import fails, judgement, place_text
 from fitting.report.text.diagnosis import effect_set, leading_text, verdict_text
+from fitting.report.text.fit import fit_warnings
 from fitting.report.text.instrument_answers import explaining_text, odd_run_texts, rival_texts
 from fitting.report.text.next_step import after_comparison, after_diagnosis
 from fitting.report.text.practice import practice_text
 from fitting.report.text.stages import added_text
+from fitting.report.text.warnings import comparison_warnings
 from fitting.study.practice import practice
+from fitting.study.preview import suggested
 from fitting.study.stages import Stage
 from fitting.study.task import Task
 
 
-def verdict(c: Comparison, d: Diagnosis | None, task: Task, stages: Sequence[Stage]) -> str:
-    """The headline: the verdict of a diagnosis, or what the error is."""
-    return judgement(c) if d is None else _verdict(d, task, stages)
+@dataclass(frozen=True)
+class Head:
+    """What the top of the page says of one model."""
+
+    number: int
+    effects: str
+    verdict: str
+    meanings: tuple[tuple[str, str], ...]  # names of effects, and what each is
+    lead: tuple[str, ...]
+    cards: tuple[tuple[str, str], ...]  # numbers as text, and what each is
+    warnings: tuple[str, ...]
 
 
-def _verdict(d: Diagnosis, task: Task, stages: Sequence[Stage]) -> str:
-    """The verdict; what was missing may be in the model by now."""
-    if d.verdict == "missing" and _is_added(d, task):
-        names = d.explanations[0]
-        return f"{effect_set(names)} {'was' if len(names) == 1 else 'were'} missing, and is in the model now."
+def head(model: ShownModel, models: Sequence[ShownModel], task: Task, enough: float) -> Head:
+    """The top of the page for one of its models; `enough` is the share of full scale that may be left."""
+    diagnosed = _diagnosed(model, models)
+    return Head(
+        model.number,
+        " + ".join(model.effects),
+        verdict(model, models),
+        () if diagnosed is None else tuple(meanings(diagnosed, task)),
+        tuple(lead(model, models, enough)),
+        tuple(cards(model)),
+        (*fit_warnings(model.comparison.fit), *comparison_warnings(model.comparison)),
+    )
+
+
+def verdict(model: ShownModel, models: Sequence[ShownModel]) -> str:
+    """The headline: the verdict of the model's own diagnosis, or what became of the one before it."""
+    d, added = model.diagnosis, _added(model.stages)
+    if d is None:
+        return _undiagnosed(model, _diagnosed(model, models), added)
+    if _was_missing(d, model):
+        return _found(d)
     said = verdict_text(d)
-    added = " and ".join(added_text(stage) for stage in stages[1:] if stage.added)
     if not added:
         return said
-    before = "With" if stages[-1].verdict else "Before"  # a verdict on the last model, or on one before it
+    # a single model may carry the verdict on one before it, of which no more is known
+    before = "With" if model.stage.verdict or len(models) > 1 else "Before"
     return f"{before} {added} added: {said[:1].lower()}{said[1:]}"
 
 
-def _is_added(d: Diagnosis, task: Task) -> bool:
-    return any({*names} <= {*task.names} for names in d.explanations)
+def _undiagnosed(model: ShownModel, before: Diagnosis | None, added: str) -> str:
+    """A model that was not diagnosed itself: it has what was missing, or it is told by its error."""
+    if before is not None and _was_missing(before, model) and not model.is_preview:
+        return _found(before)
+    said = judgement(model.comparison)
+    return f"With {added} added: {said[:1].lower()}{said[1:]}" if added else said
 
 
-def next_command(c: Comparison, d: Diagnosis | None, task: Task) -> tuple[str, str] | None:
-    """What to do next, and the command for it."""
+def _found(d: Diagnosis) -> str:
+    names = d.explanations[0]
+    was, now = ("was", "is") if len(names) == 1 else ("were", "are")
+    return f"{effect_set(names)} {was} missing, and {now} in the model now."
+
+
+def _was_missing(d: Diagnosis, model: ShownModel) -> bool:
+    return d.verdict == Verdict.MISSING and any({*names} <= {*model.effects} for names in d.explanations)
+
+
+def _added(stages: Sequence[Stage]) -> str:
+    return " and ".join(added_text(stage) for stage in stages[1:] if stage.added)
+
+
+def _diagnosed(model: ShownModel, models: Sequence[ShownModel]) -> Diagnosis | None:
+    """The model's own diagnosis, else the last one before it."""
+    known = [each.diagnosis for each in models[: model.number + 1] if each.diagnosis is not None]
+    return known[-1] if known else None
+
+
+def next_command(model: ShownModel, models: Sequence[ShownModel], task: Task) -> tuple[str, str] | None:
+    """What to do next with the model that the page is of, and the command for it."""
     folders = [str(e.folder) for e in task.experiments]
+    d = _diagnosed(model, models)
+    tried = [set(attempt.effects) for attempt in model.stage.attempts]
+    if d is not None and set(suggested(d)) in tried:  # a discovery has tried it, and did not keep it
+        return None
     if d is None:
-        command = after_comparison(c, task.experiments, folders)
+        command = after_comparison(model.comparison, task.experiments, folders)
         return ("Which effect is missing?", command) if command else None
-    return None if _is_added(d, task) else after_diagnosis(d, folders)
+    return None if any({*names} <= {*task.names} for names in d.explanations) else after_diagnosis(d, folders)
 
 
-def lead(c: Comparison, d: Diagnosis | None, stages: Sequence[Stage], enough: float) -> list[str]:
+def lead(model: ShownModel, models: Sequence[ShownModel], enough: float) -> list[str]:
     """The sentences below the verdict."""
-    said = (
-        []
-        if d is None
-        else [
-            text
-            for text in (leading_text(d), *odd_run_texts(d), explaining_text(d), *rival_texts(d), judgement(c))
-            if text
-        ]
-    )
-    if len(stages) > 1:
-        first, last = stages[0].rmse, stages[-1].rmse
-        said.insert(0, practice_text(practice(stages, c, enough)))
-        said.append(f"The error fell from {amount(first, c.unit)} to {amount(last, c.unit)}.")
-    return said
+    c, stages = model.comparison, model.stages
+    said = _of_diagnosis(model.diagnosis, c) if model.diagnosis is not None else _of_test(model, models)
+    if len(stages) < 2:
+        return said
+    fell = f"The error fell from {amount(stages[0].rmse, c.unit)} to {amount(stages[-1].rmse, c.unit)}."
+    return [practice_text(practice(stages, c, enough)), *said, fell]
 
 
-def cards(c: Comparison, d: Diagnosis | None) -> list[tuple[str, str]]:
-    """The numbers on top, each with what it is."""
+def _of_diagnosis(d: Diagnosis, c: Comparison) -> list[str]:
+    place = f"It fails most at {place_text(c)}." if fails(c) else ""
+    texts = (leading_text(d), *odd_run_texts(d), explaining_text(d), *rival_texts(d), judgement(c), place)
+    return [text for text in texts if text]
+
+
+def _of_test(model: ShownModel, models: Sequence[ShownModel]) -> list[str]:
+    """What the test says of a model that was fitted in the diagnosis of the one before it."""
+    before = _diagnosed(model, models)
+    if before is None:
+        return []
+    said = [] if model.is_preview else [judgement(model.comparison)]  # a preview has it as its headline
+    if model.p_value is None:
+        return said
+    what = "finds nothing missing any more" if model.p_value >= before.level else "still finds something missing"
+    return [*said, f"In this model the sign-flip test {what} (p = {model.p_value:.2g}, level {before.level:g})."]
+
+
+def cards(model: ShownModel) -> list[tuple[str, str]]:
+    """The numbers on top, each with what it is; all are of this one model."""
+    c, stage, p_value = model.comparison, model.stage, model.p_value
     shown = [
         (amount(c.rmse, c.unit), "error, root mean square"),
         (percent(c.share), f"of full scale, {amount(c.full_scale, c.unit)}"),
         (amount(c.floor, c.unit), "noise, " + ("one reading" if c.noise_floor is None else "repeated loops")),
     ]
+    if stage.held_out_rmse is not None:
+        shown.insert(1, (amount(stage.held_out_rmse, c.unit), "error on held-out runs"))
     if c.fingerprint.odd_share is not None and c.rmse > ERROR_TEXT.near_floor * c.floor:
         shown.append((percent(c.fingerprint.odd_share), "of the misfit is odd: changes sign with the direction"))
-    return shown if d is None else [*shown, (f"{d.p_value:.2g}", "p in the test that nothing is missing")]
+    tested = "-" if p_value is None else f"{p_value:.2g}"
+    return [*shown, (tested, "p in the test that nothing is missing" + (": not tested" if p_value is None else ""))]

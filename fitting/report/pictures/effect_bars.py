@@ -1,6 +1,7 @@
 """What the error would be with each effect added, as bars in HTML: they stay readable on a narrow screen."""
 
 import html
+from collections.abc import Callable
 
 from fitting import units
 from fitting.diagnosis.record import Diagnosis, Evidence
@@ -11,15 +12,18 @@ from fitting.report.text.evidence import named_sets, sort_evidence
 MOST_HELPING, MOST_IDLE = 8, 2
 
 
-def effect_bars(d: Diagnosis, floor: float, unit: str) -> str:
-    """The model as it is, then the effects that help, best first, then the first of those that do not."""
+def effect_bars(d: Diagnosis, floor: float, unit: str, named: Callable[[str], str] = html.escape) -> str:
+    """The model as it is, then the effects that help, best first, then the first of those that do not.
+
+    `named` makes HTML of the names of effects.
+    """
     helping, idle, _ = sort_evidence(d)
     shown = [*helping[:MOST_HELPING], *idle[:MOST_IDLE]]
     several = named_sets(d)[:MOST_HELPING]
     top = 1.25 * max([d.held_out_rmse, floor, *(e.held_out_rmse or 0.0 for e in shown)]) or 1.0
     rows = [_row("model as it is", d.held_out_rmse, "now", floor, top, unit)]
-    rows += [_row(f"+ {effect_set(e.effects)}", e.held_out_rmse, "near", floor, top, unit) for e in several]
-    rows += [_row(f"+ {e.name}", e.held_out_rmse or 0.0, _kind(e, helping), floor, top, unit) for e in shown]
+    rows += [_row(named(f"+ {effect_set(e.effects)}"), e.held_out_rmse, "near", floor, top, unit) for e in several]
+    rows += [_row(named(f"+ {e.name}"), e.held_out_rmse or 0.0, _kind(e, helping), floor, top, unit) for e in shown]
     name, size = units.shown_in(unit, floor)
     words = f"RMS error on held-out runs; dashed: the noise, {floor / size:.2g} {name}"
     words += "; green: explains the data" if several or any(e.adequate for e in shown) else ""
@@ -31,9 +35,10 @@ def _kind(e: Evidence, helping: list[Evidence]) -> str:
 
 
 def _row(name: str, value: float, kind: str, floor: float, top: float, unit: str) -> str:
+    """One bar behind its name, which is HTML."""
     width = 100 * value / top
     return (
-        f'<div class="row"><span class="name">{html.escape(name)}</span>'
+        f'<div class="row"><span class="name">{name}</span>'
         f'<span class="track"><span class="bar {kind}" style="width:{width:.2f}%"></span>'
         f'<span class="floor" style="left:{100 * floor / top:.2f}%"></span>'
         f'<span class="value" style="left:{width:.2f}%">{amount(value, unit)}</span></span></div>'

@@ -1,7 +1,7 @@
 """How the error fell, as HTML: one bar per step, down to the noise; on a page each can be chosen without a script."""
 
 import html
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -12,10 +12,16 @@ from fitting.report.text.stages import stage_text
 from fitting.study.stages import Stage
 
 
-def fall_html(stages: Sequence[Stage], floor: float, unit: str, choose: str = "") -> str:
-    """The bars; with `choose`, the name of a group of radio buttons, each row is the label of one."""
+def fall_html(
+    stages: Sequence[Stage], floor: float, unit: str, choose: str = "", named: Callable[[str], str] = html.escape
+) -> str:
+    """The bars; with `choose`, each row is the label of the radio button of that name and the number of the step.
+
+    `named` makes HTML of the names of effects.
+    """
     top = 1.45 * max(max(stage.rmse, _left(stage), floor) for stage in stages) or 1.0
-    rows = "".join(_row(stage, k, len(stages), floor, top, unit, choose) for k, stage in enumerate(stages))
+    rows = "".join(_row(named(stage_text(s)), s, floor, top, unit, f"{choose}{k}" * bool(choose))
+                   for k, s in enumerate(stages))  # fmt: skip
     name, size = units.shown_in(unit, floor)
     words = f"RMS error; dashed: the noise, {floor / size:.2g} {name}"
     words += "; orange mark: on held-out runs" if any(stage.held_out_rmse is not None for stage in stages) else ""
@@ -26,7 +32,8 @@ def _left(stage: Stage) -> float:
     return stage.held_out_rmse if stage.held_out_rmse is not None and np.isfinite(stage.held_out_rmse) else 0.0
 
 
-def _row(stage: Stage, k: int, count: int, floor: float, top: float, unit: str, choose: str) -> str:
+def _row(name: str, stage: Stage, floor: float, top: float, unit: str, button: str) -> str:
+    """One step: its name as HTML, its bar, and the noise; the label of a `button` if there is one."""
     width, left = (100 * value / top for value in (stage.rmse, _left(stage)))
     near = " near" if stage.rmse <= ERROR_TEXT.near_floor * floor else ""
     mark = f'<span class="left" style="left:{left:.2f}%"></span>' if left else ""
@@ -36,9 +43,5 @@ def _row(stage: Stage, k: int, count: int, floor: float, top: float, unit: str, 
         f'<span class="floor" style="left:{100 * floor / top:.2f}%"></span>'
         f'<span class="value" style="left:{max(width, left):.2f}%">{value}</span></span>'
     )
-    name = html.escape(stage_text(stage))
-    if not choose:
-        return f'<div class="row"><span class="name">{name}</span>{bars}</div>'
-    chosen = " checked" if k == count - 1 else ""
-    button = f'<input type="radio" name="{choose}" id="{choose}{k}"{chosen}>'
-    return f'<label class="row" for="{choose}{k}"><span class="name">{button} {name}</span>{bars}</label>'
+    row = f'<span class="name">{name}</span>{bars}'
+    return f'<label class="row {button}" for="{button}">{row}</label>' if button else f'<div class="row">{row}</div>'

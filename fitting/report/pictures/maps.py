@@ -1,5 +1,7 @@
 """Maps: where the model pulls too much or too little, and which effects look alike. One function for each figure."""
 
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -8,7 +10,7 @@ from fitting import units
 from fitting.comparison.compare import PRESSURE_LED, Comparison, branch_name
 from fitting.diagnosis.record import Diagnosis
 from fitting.report.page.similar_groups import cosines
-from fitting.report.pictures.figures import BLUE, VERMILION, blank, settings
+from fitting.report.pictures.figures import BLUE, GREY, VERMILION, blank, settings
 from fitting.report.settings import FIGURE
 from fitting.report.text.amounts import places
 
@@ -17,40 +19,71 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-def branch_maps(c: Comparison) -> list["Figure"]:
+@dataclass(frozen=True)
+class Scale:
+    """The colours of the maps of all models on a page: steps of the misfit in multiples of the noise (N)."""
+
+    noise: float
+    steps: tuple[float, ...]
+
+    @property
+    def ends(self) -> np.ndarray:
+        """Where one colour ends and the next begins, in N."""
+        above = np.array(self.steps)
+        return self.noise * np.concatenate([-above[::-1], above])
+
+
+def scale_of(compared: Sequence[Comparison]) -> Scale:
+    """One scale for these models: from twice the noise up to the largest mean misfit of a cell."""
+    noise = max(compared[-1].floor, FIGURE.least_noise)
+    cells = [c.cells.mean[b] for c in compared if c.cells is not None for b in c.cells.mean]
+    largest = max((float(np.nanmax(np.abs(each))) for each in cells if np.isfinite(each).any()), default=0.0)
+    needed = 1 + sum(step < largest / noise for step in FIGURE.noise_steps)
+    return Scale(noise, FIGURE.noise_steps[: max(needed, 2)])
+
+
+def branch_maps(c: Comparison, scale: Scale | None = None) -> list["Figure"]:
     """The misfit over contraction and pressure, a small figure for each direction."""
     if c.cells is None:
         return []
     shown = {branch_name(b, _led_by(c)): c.cells.mean[b] for b in (1, -1, 0) if c.cells.count[b].any()}
-    return _small_maps(c, shown if len(shown) > 1 else {"all points": next(iter(shown.values()))})
+    return _small_maps(c, shown if len(shown) > 1 else {"all points": next(iter(shown.values()))}, scale)
 
 
-def parity_maps(c: Comparison) -> list["Figure"]:
+def parity_maps(c: Comparison, scale: Scale | None = None) -> list["Figure"]:
     """What of the misfit is the same in both directions (even), and what changes its sign (odd)."""
     if c.cells is None or c.cells.odd_share is None:
         return []
-    return _small_maps(c, {"even: the same in both directions": c.cells.even, "odd: changes its sign": c.cells.odd})
+    shown = {"even: the same in both directions": c.cells.even, "odd: changes its sign": c.cells.odd}
+    return _small_maps(c, shown, scale)
 
 
-def _small_maps(c: Comparison, shown: dict[str, np.ndarray]) -> list["Figure"]:
-    unit, size = units.shown_in("N")
-    top = max(float(np.nanmax(np.abs(values))) for values in shown.values()) / size or 1.0
+def _small_maps(c: Comparison, shown: dict[str, np.ndarray], scale: Scale | None) -> list["Figure"]:
     assert c.cells is not None  # the callers have looked
+    scale = scale or scale_of([c])
     drawn = []
     for title, values in shown.items():
         figure = blank(3.9, 0.95 + 0.22 * max(len(c.cells.pressure), 5))
         figure.set_layout_engine("constrained")
         with settings():
             axes = figure.add_subplot()
-            cells = np.ma.masked_invalid(values / size)
-            mesh = axes.pcolormesh(cells, cmap=_diverging(), vmin=-top, vmax=top, edgecolors="face", linewidth=0.2)
+            mesh = axes.pcolormesh(np.ma.masked_invalid(values), **_colours(scale), edgecolors="none")
             _label_cells(axes, c, True)
             axes.set_title(title, loc="left")
-            bar = figure.colorbar(mesh, ax=axes, shrink=0.9, aspect=18, pad=0.02)
-            bar.outline.set_visible(False)  # type: ignore[operator]
-            bar.set_label(f"model minus measured [{unit}]")
+            _colour_bar(figure, axes, mesh, scale)
         drawn.append(figure)
     return drawn
+
+
+def _colour_bar(figure: "Figure", axes: "Axes", mesh: Any, scale: Scale) -> None:
+    """The colours, with the misfit in multiples of the noise beside them."""
+    bar = figure.colorbar(mesh, ax=axes, shrink=0.9, aspect=18, pad=0.02, spacing="uniform", ticks=scale.ends)
+    every = 1 + len(scale.steps) // FIGURE.steps_labelled  # of many steps every second has room for its number
+    numbers = [f"{end / scale.noise:+.0f}" for end in scale.ends]
+    bar.ax.set_yticklabels([text if not k % every else "" for k, text in enumerate(numbers)])
+    bar.ax.tick_params(length=0)
+    bar.outline.set_visible(False)  # type: ignore[operator]
+    bar.set_label("misfit over noise")
 
 
 def alike_names(d: Diagnosis) -> list[str]:
@@ -59,20 +92,24 @@ def alike_names(d: Diagnosis) -> list[str]:
     return sorted(strongest, key=lambda name: -strongest[name])[: FIGURE.similar]
 
 
-def alike_map(d: Diagnosis) -> "Figure":
-    """How alike effects look in these data: the cosine between what each changes, once the model has given way."""
+def alike_map(d: Diagnosis, called: Callable[[str], str] = str) -> "Figure":
+    """How alike effects look in these data: the cosine between what each changes, once the model has given way.
+
+    `called` gives the name for readers of an effect.
+    """
     names = alike_names(d)
     values = cosines(d, names)
     size = 0.27 * len(names)
-    figure = blank(size + 3.1, size + 1.5)
+    words = [called(name) for name in names]
+    figure = blank(size + 3.9, size + 2.2)
     figure.set_layout_engine("constrained")
     with settings():
         axes = figure.add_subplot()
         shown = np.ma.masked_invalid(values)
         mesh = axes.pcolormesh(shown, cmap=_rising(), vmin=0, vmax=1, edgecolors="face", linewidth=0.2)
         at = np.arange(len(names)) + 0.5
-        axes.set_yticks(at, names)
-        axes.set_xticks(at, names, rotation=60, ha="right", rotation_mode="anchor")
+        axes.set_yticks(at, words)
+        axes.set_xticks(at, words, rotation=60, ha="right", rotation_mode="anchor")
         axes.invert_yaxis()
         axes.tick_params(length=0)
         for side in axes.spines.values():
@@ -103,11 +140,15 @@ def _label_cells(axes: "Axes", c: Comparison, first: bool) -> None:
         side.set_visible(False)
 
 
-def _diverging() -> Any:
-    from matplotlib.colors import LinearSegmentedColormap
+def _colours(scale: Scale) -> dict[str, Any]:
+    """Blue where the model pulls too little, vermilion where too much, the stronger the more; grey within the noise."""
+    from matplotlib.colors import BoundaryNorm, ListedColormap, to_rgba
 
-    colours = LinearSegmentedColormap.from_list("misfit", [BLUE, "#f2f2f2", VERMILION], N=41)  # few: no bitmap
-    return colours.with_extremes(bad="none")
+    strengths = np.linspace(0.35, 1.0, len(scale.steps))  # opacity: so a weak colour is weak on a dark page too
+    below = [to_rgba(BLUE, s) for s in strengths[::-1]]
+    above = [to_rgba(VERMILION, s) for s in strengths]
+    shades = ListedColormap([*below, to_rgba(GREY, 0.25), *above]).with_extremes(bad="none")
+    return {"cmap": shades, "norm": BoundaryNorm(scale.ends, shades.N, extend="both")}
 
 
 def _rising() -> Any:

@@ -10,7 +10,7 @@ from rich.text import Text
 
 from fitting import units
 from fitting.report.text.layout import line, lines
-from mckibben_jax.effect import Effect, name_of
+from mckibben_jax.effect import Effect, name_of, title_of
 from mckibben_jax.memory import Memory
 from mckibben_jax.parameter import Declaration, parameters
 
@@ -48,7 +48,8 @@ def effects_report(kinds: Sequence[type[Effect]]) -> list[RenderableType]:
 
 def effect_report(kind: type[Effect]) -> list[RenderableType]:
     """One effect in full: meaning, parameters, when to suspect it, source."""
-    shown: list[RenderableType] = [Text(name_of(kind), style="bold"), line("", meaning(kind))]
+    heading = Text.assemble((title_of(kind), "bold"), f" ({name_of(kind)})")
+    shown: list[RenderableType] = [heading, line("", meaning(kind))]
     shown += lines("SUSPECT", [kind.suspect] if kind.suspect else [])
     shown.append(line("STAGE", f"{kind.stage}: {STAGES[kind.stage]}"))
     shown += lines("MEMORY", [BEGINS] if issubclass(kind, Memory) else [])
@@ -75,6 +76,7 @@ def effects_result(kinds: Sequence[type[Effect]]) -> dict[str, Any]:
     """The same for machines."""
     return {
         name_of(kind): {
+            "title": title_of(kind),
             "stage": kind.stage,
             "meaning": meaning(kind),
             "suspect": kind.suspect,

@@ -18,11 +18,12 @@ from fitting.report.text.layout import columns, line, lines, spaced
 from fitting.report.text.limits import limits_lines, open_text, would_have_shown
 from fitting.report.text.measurement import purpose_text, what_text
 from fitting.report.text.reasons import why_text
+from fitting.study.preview import MOST
 
 if TYPE_CHECKING:
     from fitting.planning.next_measurement import NextMeasurement
 
-SOME, MOST = 0.05, 0.5  # of the squared error: what takes away less is not told, not added for its own sake
+SOME = 0.05  # of the squared error: what takes away less is not told
 FOUND = ("missing", "one of", "not in the library")
 
 
@@ -64,7 +65,7 @@ def _verdict(d: Diagnosis) -> str:
     if d.verdict == "within the instruments":
         return "Errors of the instruments within their accuracy explain all of the misfit."
     if d.verdict == "missing":
-        return f"{sets[0]} is missing." if len(d.explanations[0]) == 1 else f"Missing: {sets[0]}."
+        return f"{sets[0]} {'is' if len(d.explanations[0]) == 1 else 'are'} missing."
     if d.verdict == "one of":
         return f"One of these is missing, and these data cannot tell which: {'; '.join(sets)}."
     if d.verdict == "not in the library":

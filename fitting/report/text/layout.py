@@ -50,7 +50,9 @@ def lines(label: str, texts: Iterable[str], style: str = "") -> list[RenderableT
 
 
 class TextTable:
-    """A table without rules. Its cells are never split: where the terminal is narrow, columns that are spare go."""
+    """A table without rules. Where the terminal is narrow, columns that are spare go; if that is not enough, columns of
+    words are broken between words. A word or a number is never split.
+    """
 
     def __init__(self, heads: Sequence[str], words: Collection[int], spare: Sequence[int]):
         self.heads, self.words, self.spare = tuple(heads), words, spare
@@ -62,22 +64,26 @@ class TextTable:
 
     def __rich_console__(self, console: Console, options: ConsoleOptions) -> RenderResult:
         """The table with as many of its columns as there is room for."""
+        unbounded = options.update(width=LAYOUT.unbounded)
+        fits = lambda table: Measurement.get(console, unbounded, table).minimum <= options.max_width  # noqa: E731
         shown = list(range(len(self.heads)))
         for column in self.spare:
-            if (
-                Measurement.get(console, options.update(width=LAYOUT.unbounded), self._table(shown)).minimum
-                <= options.max_width
-            ):
+            if fits(self._table(shown)):
                 break
             shown.remove(column)
-        yield self._table(shown)
+        table = self._table(shown)
+        yield table if fits(table) else self._table(shown, broken=True)
 
-    def _table(self, shown: Sequence[int]) -> Table:
+    def _table(self, shown: Sequence[int], broken: bool = False) -> Table:
+        """The columns that are shown; `broken`: those of words may be as narrow as their longest word."""
         table = Table(box=None, pad_edge=False, padding=(0, 2))
         for number in shown:
             side, last = ("left" if number in self.words else "right"), number == len(self.heads) - 1
-            widest = max(cell_len(str(cell)) for cell in (self.heads[number], *(row[number] for row, _ in self.rows)))
+            cells = [self.heads[number], *(str(row[number]) for row, _ in self.rows)]
+            widest = max(map(cell_len, cells))
             least = min(widest, LAYOUT.note) if last else widest
+            if broken and number in self.words:
+                least = max(cell_len(word) for cell in cells for word in cell.split() or [""])
             table.add_column(self.heads[number], justify=side, header_style="dim", min_width=least, overflow="fold")
         for cells, style in self.rows:
             table.add_row(*(cells[number] for number in shown), style=style)

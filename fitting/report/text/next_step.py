@@ -8,7 +8,7 @@ from fitting.comparison.compare import Comparison
 from fitting.diagnosis.record import Diagnosis
 from fitting.recordings.records import Experiment
 from fitting.report.text.comparison import fails
-from fitting.report.text.diagnosis import MOST
+from fitting.study.preview import suggested
 
 ADD = "Put it into the model:"
 
@@ -45,12 +45,9 @@ def after_diagnosis(d: Diagnosis, data: Sequence[str], proposed: bool = False) -
     """The effect to add, a form for what none explains (unless one was `proposed` already), what to record where the
     data say too little; else None.
     """
-    if d.verdict in ("missing", "one of") and d.explanations:
-        first = d.leading.effects if d.leading is not None else ()
-        chosen = next((names for names in d.explanations if names == first[:1]), d.explanations[0])
-        return NextStep(ADD, f"mckibben add {shell_words(data)} {' '.join(chosen)}")
-    if d.leading is not None and d.leading.share > MOST:
-        return NextStep(ADD, f"mckibben add {shell_words(data)} {d.leading.effects[0]}")
+    names = suggested(d)
+    if names:
+        return NextStep(ADD, f"mckibben add {shell_words(data)} {' '.join(names)}")
     if d.verdict == "not in the library":
         return (
             None if proposed else NextStep("Look for a form of it:", f"mckibben diagnose {shell_words(data)} --propose")

@@ -1,0 +1,153 @@
+"""The models of one page: every number is of one model, and all models share the colours of one map."""
+
+import dataclasses
+import re
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+from small_muscle import loops, write
+from studied import as_read, headings, off_by, two_steps
+
+from fitting.cli.main import main
+from fitting.diagnosis.findings import Attempt
+from fitting.report.page import top
+from fitting.report.page.models import models_of
+from fitting.report.page.page import page
+from fitting.report.page.steps import choices, chosen_of
+from fitting.report.pictures import figures, maps
+from fitting.report.text.amounts import amount
+from fitting.study.preview import before_and_after, p_value_with, suggested
+from fitting.study.stages import Stage
+
+
+def test_every_model_has_its_own_errors_and_p_value(study, diagnosis):
+    _, c = study
+    before, after = models_of(c, diagnosis, two_steps(c, diagnosis))
+    for model, p_value in ((before, "0.001"), (after, "0.37")):
+        numbers = [value for value, _ in top.cards(model)]
+        assert numbers[0] == amount(model.comparison.rmse, "N")
+        assert numbers[1] == amount(model.stage.held_out_rmse, "N")
+        assert numbers[-1] == p_value
+    assert before.diagnosis is diagnosis
+    assert after.diagnosis is None
+
+
+def test_bars_sentences_and_cards_say_the_same_error(study, diagnosis):
+    """Of all samples, though the diagnosis of a step has looked at fewer."""
+    task, c = study
+    first, last = two_steps(c, diagnosis)
+    text = as_read(page(task, c, diagnosis, [first, dataclasses.replace(last, rmse=0.987 * c.rmse)]))
+    assert amount(0.987 * c.rmse, "N") not in text
+    assert f"The error fell from {amount(first.rmse, 'N')} to {amount(c.rmse, 'N')}." in text
+
+
+def test_a_model_that_was_not_tested_borrows_no_p_value(study, diagnosis):
+    _, c = study
+    stages = [dataclasses.replace(stage, diagnosis=None, p_value=None, verdict="") for stage in two_steps(c, diagnosis)]
+    for model in models_of(c, None, stages):
+        assert top.cards(model)[-1] == ("-", "p in the test that nothing is missing: not tested")
+
+
+def test_steps_of_which_one_is_not_known_are_no_models_to_choose(study, diagnosis):
+    _, c = study
+    known, unknown = two_steps(c, diagnosis)[0], Stage("", 0.3, 0.31, added=("it",))
+    models = models_of(c, diagnosis, [known, unknown])
+    assert [model.number for model in models] == [0]
+    assert choices(models, str) == []
+
+
+def test_the_table_of_steps_has_the_test_and_the_sizes_of_every_model(study, diagnosis):
+    task, c = study
+    text = page(task, c, diagnosis, two_steps(c, diagnosis))
+    table = text.split("The error, down to the noise</h2>")[1].split("</table>")[0]
+    heads, *rows = [re.findall(r"<t[hd][^>]*>(.*?)</t[hd]>", row) for row in table.split("</tr>")[:3]]
+    assert heads[3] == "p"
+    assert [row[3] for row in rows] == ["0.001", "0.37"]
+    sizes = [name for name in c.fit.free if name.startswith("muscle.")]
+    assert len(heads) == 5 + len(sizes)
+    assert sizes
+    assert all(cell for row in rows for cell in row[4:-1])
+
+
+def test_a_diagnosis_shows_what_would_come_of_it_and_stays_with_its_own_model(study, diagnosis):
+    task, c = study
+    before, after = before_and_after(task, c, diagnosis, lambda *_: None)
+    assert after.rmse < 0.2 * before.rmse  # the spring was put into the data
+    assert after.p_value == 0.4  # of the same set of effects in the diagnosis
+    text = page(task, c, diagnosis, [before, after], chosen=0)
+    assert re.findall(r'id="step(\d)" checked', text) == ["0"]
+    first, second = headings(text)
+    assert first == "Spring in parallel linear_spring is missing."
+    assert second.startswith("With Spring in parallel linear_spring added: the model describes these data")
+    assert "is in the model now" not in text
+    assert "In this model the sign-flip test finds nothing missing any more (p = 0.4, level 0.01)." in text
+    assert "mckibben add" in text
+
+
+def test_a_diagnosis_that_suggests_nothing_has_no_model_to_show(study, diagnosis):
+    task, c = study
+    unsure = dataclasses.replace(diagnosis, verdict="inconclusive", explanations=(), leading=None)
+    assert suggested(unsure) == ()
+    assert before_and_after(task, c, unsure, lambda *_: None) == ()
+    assert p_value_with(diagnosis, ("end_stop",)) is None
+
+
+def test_what_a_discovery_did_not_keep_is_not_proposed(study, diagnosis):
+    task, c = study
+    stages = two_steps(c, diagnosis)[:1]
+    tried = dataclasses.replace(stages[0], attempts=(Attempt(("linear_spring",), 1.0, 9.0, ()),))
+    for given, proposed in ((stages, True), ([tried], False)):
+        models = models_of(c, diagnosis, given)
+        assert (top.next_command(chosen_of(models), models, task) is not None) is proposed
+
+
+def test_the_map_shows_where_the_first_model_failed_and_that_the_last_does_not(study, diagnosis):
+    task, c = study
+    text = page(task, off_by(c, 0), diagnosis, two_steps(c, diagnosis))
+    where = text.split("Where it fails</h2>")[1].split("</section>")[0]
+    assert where.count('<div class="maps model m0">') == where.count('<div class="maps model m1">') == 2
+    assert "below twice the noise, " in as_read(where)
+
+
+@pytest.mark.parametrize(
+    ("times", "colour"),
+    [
+        (0.0, figures.GREY),
+        (1.9, figures.GREY),
+        (2.1, figures.VERMILION),
+        (-2.1, figures.BLUE),
+        (9e2, figures.VERMILION),
+    ],
+)
+def test_a_cell_is_grey_within_the_noise_and_takes_the_colour_of_its_sign(study, times, colour):
+    from matplotlib.colors import to_rgb
+
+    _, c = study
+    cells = dataclasses.replace(c.cells, mean={b: np.full_like(v, times * c.floor) for b, v in c.cells.mean.items()})
+    drawn = maps.branch_maps(dataclasses.replace(c, cells=cells), maps.scale_of([c]))[0]
+    mesh = drawn.axes[0].collections[0]
+    faces = mesh.to_rgba(mesh.get_array()).reshape(-1, 4)
+    assert np.allclose(faces[:, :3], to_rgb(colour), atol=0.01)
+
+
+def test_all_models_are_drawn_on_one_scale_of_colours(study):
+    _, c = study
+    small = dataclasses.replace(c, cells=dataclasses.replace(c.cells, mean={b: 0 * v for b, v in c.cells.mean.items()}))
+    assert maps.scale_of([c, small]) == maps.scale_of([small, c])
+    assert len(maps.scale_of([small]).steps) == 2
+    assert np.allclose(maps.scale_of([small]).ends, c.floor * np.array([-5, -2, 2, 5]))
+
+
+def test_the_page_of_an_addition_asks_on_with_the_model_that_was_saved(tmp_path):
+    folder = write(tmp_path / "small", loops(lambda eps, *_: 400 * eps, repeats=2))
+    saved, place = tmp_path / "own.toml", tmp_path / "page.html"
+    words = ["add", str(folder), "linear_spring", "--baseline", "--save", str(saved), "--html", str(place)]
+    result = CliRunner().invoke(main, words)
+    assert result.exit_code == 0, result.output
+    text = place.read_text(encoding="utf-8")
+    following = re.search(r"<p>Is anything still missing\? <code>(.*?)</code></p>", text)
+    assert following is not None
+    assert following[1] == f"mckibben diagnose {folder} --model {saved}"
+    assert re.findall(r'id="step(\d)" checked', text) == ["1"]
+    assert "verdict then" not in text
