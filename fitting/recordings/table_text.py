@@ -7,7 +7,7 @@ from fitting.errors import InputError
 from fitting.recordings.settings import TABLES
 
 OTHER_KINDS = {
-    b"PK\x03\x04": ("this is a spreadsheet, not a CSV", "save the sheet as CSV (UTF-8)"),
+    b"PK\x03\x04": ("this is a spreadsheet, not a CSV", "save the sheet as CSV (UTF-8), or name the file .xlsx"),
     b"\xd0\xcf\x11\xe0": ("this is a spreadsheet, not a CSV", "save the sheet as CSV (UTF-8)"),
     b"\x1f\x8b": ("this is a packed file, not a CSV", "unpack it first, for example with gunzip"),
 }  # by their first bytes
@@ -16,7 +16,7 @@ _CONTROL = re.compile(r"[\x00-\x08\x0b\x0c\x0e-\x1f\x7f-\x84\x86-\x9f]")  # an e
 
 def text_of(path: Path) -> tuple[str, bytes]:
     """The file's text and its bytes; InputError where it is missing, too large or no text."""
-    raw = _raw(path)
+    raw = bytes_of(path)
     for begins, (problem, cure) in OTHER_KINDS.items():
         if raw.startswith(begins):
             raise InputError(problem, path, cure=cure)
@@ -29,7 +29,8 @@ def text_of(path: Path) -> tuple[str, bytes]:
     return text, raw
 
 
-def _raw(path: Path) -> bytes:
+def bytes_of(path: Path) -> bytes:
+    """The bytes of a recording; InputError where it is missing or too large."""
     try:
         if not path.is_file():  # a folder, or a device that never ends
             raise OSError

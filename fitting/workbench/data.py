@@ -11,6 +11,7 @@ from typing import Any
 import tomlkit
 
 from fitting.errors import InputError
+from fitting.recordings.kinds import ENDINGS, is_recording, recordings_in
 from fitting.recordings.muscle_file import REQUIRED
 from fitting.recordings.records import TESTS
 from fitting.recordings.tables import COLUMNS, USUAL, plain_name, read_heads, split_head
@@ -21,7 +22,7 @@ from mckibben_jax.muscle import quantities
 
 IGNORED = "not used"
 ASKED = (*REQUIRED, "wall_thickness", "shear_modulus")  # of the muscle: needed always, needed by most effects
-SUFFIXES = (".csv", ".toml")
+SUFFIXES = (*ENDINGS, ".toml")
 PLACE = "mckibben_workbench_"  # how the folder begins in which a session keeps what is dropped
 
 
@@ -36,7 +37,7 @@ class Column:
 
 @dataclass(frozen=True)
 class Dropped:
-    """A folder of CSV files that lacks a muscle.toml, with guesses for what is request."""
+    """A folder of recordings that lacks a muscle.toml, with guesses for what is request."""
 
     folder: Path
     tests: dict[str, str]  # file -> most likely kind of test
@@ -48,13 +49,14 @@ def keep(files: Sequence[tuple[str, bytes]], folder: Path) -> Path:
     names = [Path(name.replace("\\", "/")).name for name, _ in files]
     for name in names:
         if Path(name).suffix.lower() not in SUFFIXES:
-            raise InputError("this is no CSV file and no muscle.toml", name, cure="drop the files of one data set")
+            cure = f"drop the files of one data set: muscle.toml and {', '.join(ENDINGS)}"
+            raise InputError("this is no recording and no muscle.toml", name, cure=cure)
     for name in {name for name in names if names.count(name) > 1}:
         raise InputError("two of the files have one name", name, cure="drop one data set at a time")
     for name, (_, content) in zip(names, files, strict=True):
         write_whole(folder / name, partial(_write_bytes, content=content))
-    if not any(Path(name).suffix.lower() == ".csv" for name in names):
-        raise InputError("there is no CSV file among them", ", ".join(names), cure="drop the recordings as well")
+    if not any(is_recording(Path(name)) for name in names):
+        raise InputError("there is no recording among them", ", ".join(names), cure="drop the recordings as well")
     return folder
 
 
@@ -80,7 +82,7 @@ def is_described(folder: Path) -> bool:
 def guess(folder: Path) -> Dropped:
     """What the files most likely are, as `mckibben init` guesses it."""
     entries = {entry["file"]: entry for entry in tomllib.loads(muscle_file(folder)).get("recording", [])}
-    files = sorted(path for path in folder.iterdir() if path.suffix.lower() == ".csv")
+    files = recordings_in(folder)
     columns = {path.name: _columns(path, entries.get(path.name, {})) for path in files}
     return Dropped(folder, {p.name: entries.get(p.name, {}).get("test", TESTS[0]) for p in files}, columns)
 
