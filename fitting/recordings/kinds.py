@@ -8,9 +8,9 @@ from fitting.recordings.source import Source
 from fitting.recordings.table_cells import cells_of, heads_of, lines_of, separator_of
 from fitting.recordings.table_text import text_of
 
-MATLAB, SHEETS = (".mat",), (".xlsx", ".xlsm")
-ENDINGS = (".csv", *MATLAB, *SHEETS)
-INSIDE = {"sheet": SHEETS, "variable": MATLAB}  # options that say which part of a file is meant
+MATLAB, SHEETS, BAGS = (".mat",), (".xlsx", ".xlsm"), (".mcap",)
+ENDINGS = (".csv", *MATLAB, *SHEETS, *BAGS)
+INSIDE = {"sheet": SHEETS, "variable": MATLAB, "topic": BAGS}  # options that say which part of a file is meant
 
 
 def is_recording(path: Path) -> bool:
@@ -24,7 +24,7 @@ def recordings_in(folder: Path) -> list[Path]:
 
 
 def open_source(path: Path, inside: Mapping[str, str], is_head: Callable[[str], bool]) -> Source:
-    """Open a recording; `inside` may hold `sheet` or `variable`, `is_head` says whether a head is one of ours."""
+    """Open a recording; `inside` may hold an option of `INSIDE`, `is_head` says whether a head is one of ours."""
     ending = path.suffix.lower()
     _check_inside(inside, ending, path)
     if ending in SHEETS:
@@ -35,6 +35,10 @@ def open_source(path: Path, inside: Mapping[str, str], is_head: Callable[[str], 
         from fitting.recordings.mat_file import mat_source
 
         return mat_source(path, inside.get("variable"))
+    if ending in BAGS:
+        from fitting.recordings.bag import bag_source
+
+        return bag_source(path, inside.get("topic"))
     return _csv_source(path, is_head)
 
 
@@ -48,6 +52,10 @@ def parts_of(path: Path) -> list[dict[str, str]]:
         from fitting.recordings.mat_file import struct_names
 
         return _choices("variable", struct_names(path))
+    if path.suffix.lower() in BAGS:
+        from fitting.recordings.bag import measured_topic
+
+        return [{"topic": name} for name in measured_topic(path)] or [{}]
     return [{}]
 
 
@@ -59,7 +67,7 @@ def _choices(option: str, names: Iterable[str]) -> list[dict[str, str]]:
 def _check_inside(inside: Mapping[str, str], ending: str, path: Path) -> None:
     for option in inside:
         if ending not in INSIDE[option]:
-            of = {"sheet": "an Excel file", "variable": "a MATLAB file"}[option]
+            of = {"sheet": "an Excel file", "variable": "a MATLAB file", "topic": "a ROS 2 bag"}[option]
             raise InputError(f"only {of} has a {option}", path, value=inside[option], cure=f"leave {option} out")
 
 

@@ -84,7 +84,7 @@ def _numbers(path: Path, array: np.ndarray) -> Iterator[tuple[Path, pd.Series | 
         return
     if array.dtype.kind == "c":
         yield path, Unread.COMPLEX
-    elif array.dtype.kind not in "biuf" or array.ndim > 2 or min(array.shape, default=1) > WIDEST:
+    elif array.dtype.kind not in "biuf" or array.ndim > 2 or (array.ndim == 2 and min(array.shape) > WIDEST):
         yield path, Unread.WIDE
     elif array.ndim < 2 or min(array.shape) == 1:
         yield path, pd.Series(array.ravel().astype(float))

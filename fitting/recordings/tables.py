@@ -38,7 +38,7 @@ class _Place(NamedTuple):
 class Table:
     """Columns in SI by the program's names, the line of the file that each row stands in, and what was noticed.
 
-    In a sheet a line is a row as the spreadsheet counts; in a MATLAB file it is the place in its variables, from 1.
+    In a sheet a line is a row as the spreadsheet counts; in MATLAB files and bags it is the place in a column, from 1.
     """
 
     file: str
@@ -69,8 +69,8 @@ def read_table(
 ) -> Table:
     """Read and check a recording; `called` maps names to what the file calls them, `given_units` states units.
 
-    `inside` may hold `sheet` (of an Excel file) or `variable` (of a MATLAB file). InputError with file, row, column,
-    value and cure where anything cannot be used.
+    `inside` may hold `sheet` (of an Excel file), `variable` (of a MATLAB file) or `topic` (of a ROS 2 bag).
+    InputError with file, row, column, value and cure where anything cannot be used.
     """
     source = open_source(path, inside or {}, _is_head)
     heads, called, given_units = source.heads, called or {}, given_units or {}
