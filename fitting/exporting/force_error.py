@@ -8,7 +8,7 @@ import numpy as np
 from fitting import units
 from fitting.exporting.settings import EXPORT
 from fitting.least_squares.record import Fit
-from fitting.recordings.records import Experiment
+from fitting.recordings.records import FORCE_TESTS, Experiment
 
 
 @dataclass(frozen=True)
@@ -33,16 +33,24 @@ def force_error(fit: Fit, experiments: Sequence[Experiment], covariance: np.ndar
     at = fit.problem.of_force(fit.samples)
     if not np.any(at):
         return unknown_error("the recordings of this muscle measure positions, no force")
-    misfit = float(np.quantile(np.abs(fit.residual[at]), EXPORT.misfit_share))
+    misfit = float(np.quantile(np.abs(fit.residual[at]), EXPORT.misfit_share, method="higher"))
     spread = EXPORT.deviations * float(np.max(_deviations(fit, covariance)[at], initial=0.0))
     sentence = (
-        f"Largest force error to expect, {misfit + spread:.3g} N, is the sum of two: {misfit:.3g} N, within which "
-        f"{100 * EXPORT.misfit_share:g} % of the {int(np.sum(at)):,} fitted force readings agree with the model, and "
-        f"{spread:.3g} N, which is {EXPORT.deviations:g} times the largest standard deviation of the force that "
+        f"Largest force error to expect, {misfit + spread:.3g} N, is the sum of two: {misfit:.3g} N, "
+        f"{_share(int(np.sum(at)))}, and {spread:.3g} N, which is {EXPORT.deviations:g} times the largest standard "
+        f"deviation of the force that "
         f"follows from the uncertainty of the parameters ({origin}). "
         f"It holds where was measured: {_range(experiments)}."
     )
     return ForceError(misfit + spread, sentence)
+
+
+def _share(readings: int) -> str:
+    """What the misfit is, for so many readings."""
+    if readings * (1 - EXPORT.misfit_share) < 1:
+        return f"the largest difference between the model and the {readings} fitted force readings"
+    share = f"{100 * EXPORT.misfit_share:g} % of the {readings:,} fitted force readings"
+    return f"within which {share} agree with the model"
 
 
 def _deviations(fit: Fit, covariance: np.ndarray) -> np.ndarray:
@@ -53,8 +61,9 @@ def _deviations(fit: Fit, covariance: np.ndarray) -> np.ndarray:
 
 
 def _range(experiments: Sequence[Experiment]) -> str:
-    """Pressures and contractions of the readings that count."""
-    runs = [run for experiment in experiments for recording in experiment.recordings for run in recording.runs]
+    """Pressures and contractions of the force readings that count."""
+    recordings = [recording for experiment in experiments for recording in experiment.recordings]
+    runs = [run for recording in recordings if recording.test in FORCE_TESTS for run in recording.runs]
     pressure, contraction = (
         np.concatenate([np.asarray(getattr(run, name))[np.asarray(run.weight) > 0] for run in runs])
         for name in ("pressure", "contraction")

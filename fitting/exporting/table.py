@@ -64,8 +64,8 @@ def write_table(path: Path, columns: dict[str, np.ndarray], source: str, error: 
         frame.attrs = {"force_error_N": error.newtons, "force_error": error.sentence}
         _write_parquet(frame, path)
         return
-    head = f"# Force of slow motion on both branches. Written by mckibben {program_version()} from {source}\n"
-    head += f"# force_error_N = {error.newtons:.6g}. {error.sentence}\n"
+    head = f"# Force of slow motion on both branches. Written by mckibben {program_version()} from {source}. "
+    head += f"force_error_N = {error.newtons:.6g}. {error.sentence}\n"
     write_text(path, head + frame.to_csv(index=False, float_format="%.10g", lineterminator="\n"))
 
 
