@@ -153,7 +153,7 @@ def test_what_is_to_be_chosen_is_said(tmp_path):
 def test_init_guesses_the_topic_of_the_force(tmp_path):
     (tmp_path / "b.mcap").write_bytes(bag(several_topics()))
     assert 'topic = "/load_cell"' in write_muscle_file(tmp_path).read_text()
-    assert read_heads(tmp_path / "b.mcap", {"topic": "/load_cell"})[0] == "time"
+    assert read_heads(tmp_path / "b.mcap", {"topic": "/load_cell"})[0] == "time [s]"
 
 
 def test_without_mcap_the_message_says_what_to_install(tmp_path, monkeypatch):

@@ -78,6 +78,16 @@ def test_one_sheet_of_several_is_named(tmp_path):
     assert "did you mean 'Tuesday'" in refused(tmp_path, content, 'sheet = "tuesdy"')
 
 
+def test_a_sheet_of_notes_is_passed_by(tmp_path):
+    content = workbook({"Notes": [["operator", "A B"], ["room", 21.5]], "Loops": rows_of()})
+    (run,) = read(tmp_path, content).recordings[0].runs
+    assert run.measured[0] == 200
+    (tmp_path / "muscle.toml").unlink()
+    text = write_muscle_file(tmp_path).read_text()
+    assert text.count("[[recording]]") == 1
+    assert "# loops.xlsx, sheet Notes, is left out" in text
+
+
 def test_init_writes_a_recording_for_every_sheet(tmp_path):
     (tmp_path / "monday.xlsx").write_bytes(workbook({"loops": rows_of(), "more loops": rows_of()}))
     text = write_muscle_file(tmp_path).read_text()

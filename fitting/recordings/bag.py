@@ -26,14 +26,14 @@ Topic = list[tuple[float, float, Fields]]  # when each message was recorded and 
 
 
 def bag_source(path: Path, topic: str | None) -> Source:
-    """The messages of one topic as rows, with columns of the other topics; `time` counts from the first message."""
+    """The messages of one topic as rows, with columns of the other topics; the time counts from the first message."""
     raw = bytes_of(path, FEWER)
     topics = _topics(raw, path)
     name = _chosen([*topics], topic, path)
     clock = _clock([topics[name], *(rows for other, rows in topics.items() if other != name)])
     times = {each: clock(rows) for each, rows in topics.items()}
     start = min(values[0] for values in times.values())
-    columns: dict[str, Any] = {"time": times[name] - start}
+    columns: dict[str, Any] = {"time [s]": times[name] - start}
     for each, rows in topics.items():
         numbers = _numbers(rows)
         columns[each] = numbers if each == name else _between(times[each], numbers, times[name])

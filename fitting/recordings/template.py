@@ -104,6 +104,9 @@ def _recording_lines(path: Path, inside: dict[str, str]) -> Iterator[str]:
         yield f"# {path.name} is left out: {error.problem}. {error.cure}"
         return
     called = _columns(heads)
+    if inside and not called:
+        yield f"# {path.name}, {' '.join((*inside, *inside.values()))}, is left out: none of its columns is known"
+        return
     if "load" in called and "force" not in called and _is_reading(path, called["load"], inside):
         called["force"] = called.pop("load")
     unused = [head for head in heads if head not in called.values()]

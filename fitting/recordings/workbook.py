@@ -25,7 +25,7 @@ def sheet_source(path: Path, sheet: str | None, is_head: Callable[[str], bool]) 
     """One sheet as a recording; `sheet` may be left out where only one has cells."""
     raw = bytes_of(path)
     sheets = {name: rows for name, rows in _sheets(raw, path, sheet) if rows or sheet is not None}
-    name = _chosen(sheets, sheet, path)
+    name = _chosen(sheets, sheet, is_head, path)
     (header_row, header), *body = _without_remarks(sheets[name], is_head, path)
     heads = [_text(cell) for cell in header]
     if not body:
@@ -107,20 +107,25 @@ def _filled(sheet: Any, path: Path) -> Rows:
 # ------------------------------------------------------------------------------------------------ which sheet and rows
 
 
-def _chosen(sheets: dict[str, Rows], sheet: str | None, path: Path) -> str:
+def _chosen(sheets: dict[str, Rows], sheet: str | None, is_head: Callable[[str], bool], path: Path) -> str:
+    """The sheet that was named, or the only one with cells, or the only one with heads that are ours."""
     if not sheets:
         raise InputError("the workbook is empty", path, cure="begin with a header: 'time [s]', 'pressure [kPa]', ...")
     if sheet is not None:
         if sheet not in sheets:
             raise unknown_name("sheet", sheet, sheets, path)
         return sheet
-    if len(sheets) > 1:
-        names = ", ".join(f"'{name}'" for name in sheets)
-        cure = (
-            f'add sheet = "{next(iter(sheets))}" below file in muscle.toml; every sheet is a [[recording]] of its own'
-        )
+    known = [name for name, rows in sheets.items() if _most_heads(rows, is_head) > 1]
+    if len(sheets) > 1 and len(known) != 1:
+        names, first = ", ".join(f"'{name}'" for name in sheets), (known or [*sheets])[0]
+        cure = f'add sheet = "{first}" below file in muscle.toml; every sheet is a [[recording]] of its own'
         raise InputError(f"the workbook has {len(sheets)} sheets with cells: {names}", path, cure=cure)
-    return next(iter(sheets))
+    return (known or [*sheets])[0]
+
+
+def _most_heads(rows: Rows, is_head: Callable[[str], bool]) -> int:
+    """How many heads of ours stand in one row near the top."""
+    return max(sum(map(is_head, map(_text, cells))) for _, cells in rows[: TABLES.lines_before_header])
 
 
 def _without_remarks(rows: Rows, is_head: Callable[[str], bool], path: Path) -> Rows:
