@@ -6,9 +6,12 @@ import numpy as np
 import pytest
 import scipy.io
 from click.testing import CliRunner
+from other_files import rows_of, workbook
 from small_muscle import loops, write
 
 from fitting.cli.main import main
+from fitting.recordings.experiment import read_experiment
+from fitting.workbench.data import describe, guess, keep
 
 
 def as_mat(folder):
@@ -42,3 +45,16 @@ def test_a_damaged_file_ends_with_status_2_and_one_message(tmp_path):
     told = " ".join(done.output.split())
     assert "this is no MATLAB file, or it is damaged or breaks off. Cure: save it again" in told
     assert "Traceback" not in done.output
+
+
+def test_files_that_are_dropped_into_the_workbench_may_be_of_any_kind(tmp_path):
+    """One workbook with two sheets of readings: the first one is taken, and its name is written down."""
+    pytest.importorskip("openpyxl", reason="openpyxl is not installed: pip install 'mckibben-jax[files]'")
+    (tmp_path / "place").mkdir()
+    content = workbook({"Monday": rows_of(), "Tuesday": rows_of()})
+    dropped = guess(keep([("loops.xlsx", content)], tmp_path / "place"))
+    columns = {file: [(c.meaning, c.unit) for c in found] for file, found in dropped.columns.items()}
+    muscle = {"length": "300 mm", "radius": "7 mm", "braid_angle": "20 deg"}
+    folder = describe(dropped, "A", muscle, dropped.tests, columns)
+    assert 'sheet = "Monday"' in (folder / "muscle.toml").read_text()
+    assert len(read_experiment(folder).recordings[0].runs[0]) == 202

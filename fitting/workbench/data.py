@@ -3,7 +3,7 @@
 import re
 import tomllib
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -11,7 +11,7 @@ from typing import Any
 import tomlkit
 
 from fitting.errors import InputError
-from fitting.recordings.kinds import ENDINGS, is_recording, recordings_in
+from fitting.recordings.kinds import ENDINGS, INSIDE, is_recording, recordings_in
 from fitting.recordings.muscle_file import REQUIRED
 from fitting.recordings.records import TESTS
 from fitting.recordings.tables import COLUMNS, USUAL, plain_name, read_heads, split_head
@@ -42,6 +42,7 @@ class Dropped:
     folder: Path
     tests: dict[str, str]  # file -> most likely kind of test
     columns: dict[str, tuple[Column, ...]]
+    inside: dict[str, dict[str, str]] = field(default_factory=dict)  # file -> which sheet, variable or topic of it
 
 
 def keep(files: Sequence[tuple[str, bytes]], folder: Path) -> Path:
@@ -81,16 +82,18 @@ def is_described(folder: Path) -> bool:
 
 def guess(folder: Path) -> Dropped:
     """What the files most likely are, as `mckibben init` guesses it."""
-    entries = {entry["file"]: entry for entry in tomllib.loads(muscle_file(folder)).get("recording", [])}
+    found = tomllib.loads(muscle_file(folder)).get("recording", [])
+    entries = {entry["file"]: entry for entry in reversed(found)}  # of several sheets the first
+    inside = {file: {key: entry[key] for key in INSIDE if key in entry} for file, entry in entries.items()}
     files = recordings_in(folder)
-    columns = {path.name: _columns(path, entries.get(path.name, {})) for path in files}
-    return Dropped(folder, {p.name: entries.get(p.name, {}).get("test", TESTS[0]) for p in files}, columns)
+    columns = {p.name: _columns(p, entries.get(p.name, {}), inside.get(p.name, {})) for p in files}
+    return Dropped(folder, {p.name: entries.get(p.name, {}).get("test", TESTS[0]) for p in files}, columns, inside)
 
 
-def _columns(path: Path, entry: dict[str, Any]) -> tuple[Column, ...]:
+def _columns(path: Path, entry: dict[str, Any], inside: dict[str, str]) -> tuple[Column, ...]:
     called = {head: name for name, head in entry.get("columns", {}).items()}
     found = []
-    for head in read_heads(path):
+    for head in read_heads(path, inside):
         meaning = called.get(head) or (plain_name(head) if plain_name(head) in COLUMNS else IGNORED)
         found.append(Column(head, meaning, split_head(head)[1] or ""))
     return tuple(found)
@@ -124,15 +127,18 @@ def describe(
     document["muscle"] = {key: text.strip() for key, text in muscle.items() if text.strip()}
     recordings = tomlkit.aot()
     for file, found in dropped.columns.items():
-        recordings.append(_recording(file, tests[file], found, columns[file]))
+        recordings.append(_recording(file, tests[file], found, columns[file], dropped.inside.get(file, {})))
     document["recording"] = recordings
     write_text(dropped.folder / "muscle.toml", tomlkit.dumps(document))
     return dropped.folder
 
 
-def _recording(file: str, test: str, found: Sequence[Column], filled: Sequence[tuple[str, str]]) -> Any:
+def _recording(
+    file: str, test: str, found: Sequence[Column], filled: Sequence[tuple[str, str]], inside: Mapping[str, str]
+) -> Any:
     table = tomlkit.table()
     table["file"], table["test"] = file, test
+    table.update(inside)
     called, given = {}, {}
     for column, (meaning, unit) in zip(found, filled, strict=True):
         if meaning == IGNORED:
