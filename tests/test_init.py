@@ -39,7 +39,7 @@ def test_init_writes_a_file_to_fill_in_and_never_overwrites(tmp_path):
 
 
 def test_init_in_a_folder_without_recordings(tmp_path):
-    with pytest.raises(InputError, match="no CSV file"):
+    with pytest.raises(InputError, match="no recording"):
         write_muscle_file(tmp_path)
     with pytest.raises(InputError, match="no such folder"):
         write_muscle_file(tmp_path / "gone")

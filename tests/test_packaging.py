@@ -20,7 +20,7 @@ ROOT = Path(__file__).parents[1]
 PACKAGES = ("mckibben_jax", "fitting")
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
 EXTRAS = PROJECT["project"]["optional-dependencies"]
-CALLED = {"sklearn": "scikit-learn"}  # imported by one name, installed by another
+CALLED = {"sklearn": "scikit-learn", "mcap_ros2": "mcap-ros2-support"}  # imported by one name, installed by another
 FOR_OTHERS = {"flatbuffers"}  # jax writes exported programs with it, and does not bring it
 COME_ALONG = {"cloudpickle": "distributed", "uvicorn": "marimo"}  # what brings it
 

@@ -275,9 +275,9 @@ def test_what_is_not_filled_in_is_named(tmp_path):
 @pytest.mark.parametrize(
     ("files", "words"),
     [
-        ([("evil.py", b"print()")], "no CSV file and no muscle.toml"),
+        ([("evil.py", b"print()")], "no recording and no muscle.toml"),
         ([("a/x.csv", b""), ("b/x.csv", b"")], "one name"),
-        ([("muscle.toml", b"")], "no CSV file among them"),
+        ([("muscle.toml", b"")], "no recording among them"),
     ],
 )
 def test_other_files_are_not_taken(tmp_path, files, words):

@@ -8,9 +8,19 @@ from typing import Any
 
 import click
 
-from fitting.study.request import CANDIDATES, DATA, MODEL, OUTPUT, SAVE, SEARCH, SHOOTING, Request, names_of, option_of
+from fitting.study.request import (
+    CANDIDATES,
+    DATA,
+    MODEL,
+    OUTPUT,
+    SAVE,
+    SEARCH,
+    SHOOTING,
+    Request,
+    names_of,
+    option_of,
+)
 
-CHAINS = "posterior.chains"  # beside the data: what `posterior` keeps, and `report` shows
 Decorator = Callable[[Callable], Callable]
 
 

@@ -23,7 +23,8 @@ if TYPE_CHECKING:
     from fitting.study.task import Task
 
 NOT_CONVERGED = 3
-NO_RESULT = (".csv", ".tsv", ".toml", ".py")  # what people write, and no command hands out where it likes
+# what people write, and no command hands out where it likes
+NO_RESULT = (".csv", ".tsv", ".toml", ".py", ".xlsx", ".xlsm", ".mat", ".mcap")
 
 
 @dataclass(frozen=True)

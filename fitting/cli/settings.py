@@ -5,12 +5,11 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class WorkSettings:
-    """Work that is handed out to processes and computers, and chains that a report shows."""
+    """Work that is handed out to processes and computers."""
 
     ahead: int = 2  # pieces in flight for each thread of the workers; chosen
     patience: int = 20  # failures of one piece before it is given up; chosen
     maps: int = 30_000  # of a process's memory; XLA makes some for each program, Linux allows 65,530; chosen
-    fewest_steps: int = 100  # of chains: fewer were not begun with this model, or hardly; chosen
 
 
 WORK = WorkSettings()

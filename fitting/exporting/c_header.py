@@ -4,25 +4,33 @@ from string import Template
 
 import numpy as np
 
+from fitting.exporting.c_family import family_in_c, undefined_in_c
 from fitting.exporting.c_operations import HELPERS
 from fitting.exporting.c_source import c_source
-from fitting.exporting.laws import RIG, laws, memory_shapes, title
+from fitting.exporting.draws import LENGTH, Draws
+from fitting.exporting.laws import NOTHING, RIG, Told, laws, memory_shapes, title
 from mckibben_jax.model import Model
 
 
-def c_header(whole: Model, source: str, name: str = "muscle") -> str:
+def c_header(whole: Model, source: str, name: str = "muscle", told: Told = NOTHING) -> str:
     """The text of a header whose functions begin with `name`; `source` says where the model is from."""
-    shapes = memory_shapes(whole)
+    shapes, draws = memory_shapes(whole), told.draws
     sizes = {**dict.fromkeys((*RIG, "direction"), 1), **{key: int(np.prod(shape)) for key, shape in shapes.items()}}
     count = sum(sizes.values())
+    names, kind = ((), "law") if draws is None else (draws.names, "drawn")
     own = [
-        law.source(whole, "C", lambda law_name, *rest: c_source(f"{name}_law{law_name}", *rest)) for law in laws(whole)
+        law.source(whole, "C", lambda law_name, *rest: c_source(f"{name}_{kind}{law_name}", *rest))
+        for law in laws(whole, names)
     ]
     return _TEMPLATE.substitute(
-        title="\n".join(f" * {line}".rstrip() for line in title(whole, source).replace("*/", "* /").splitlines()),
+        title="\n".join(f" * {line}".rstrip() for line in title(whole, source, told).replace("*/", "* /").splitlines()),
         n=name,
         N=name.upper(),
-        length=repr(float(whole.muscle.length)),
+        length=_length(whole, name, draws),
+        error=f"(({name}_real){told.error.newtons!r})" if np.isfinite(told.error.newtons) else "NAN",
+        family="" if draws is None else family_in_c(whole, name, draws),
+        undefine="" if draws is None else undefined_in_c(name),
+        kept="kept between calls" if draws is None else "kept between calls but the choice of a draw",
         memories="".join(f"\n    {name}_real {key}{_size(shape)}; /* remembered */" for key, shape in shapes.items()),
         remembered=max(sum(sizes[key] for key in shapes), 1),
         count=count,
@@ -32,6 +40,12 @@ def c_header(whole: Model, source: str, name: str = "muscle") -> str:
         laws="\n\n".join(own),
         helpers=HELPERS,
     )
+
+
+def _length(whole: Model, name: str, draws: Draws | None) -> str:
+    if draws is not None and LENGTH in draws.names:
+        return f"({name}_now[{draws.names.index(LENGTH)}])"
+    return f"(({name}_real){float(whole.muscle.length)!r})"
 
 
 def _size(shape: tuple[int, ...]) -> str:
@@ -52,7 +66,7 @@ _TEMPLATE = Template("""/* A McKibben muscle in C99: step, force, stiffness, lin
 $title
  *
  * Compile as it is for double, with -D${N}_FLOAT for float; not with -ffast-math. No memory is allocated, nothing is
- * kept between calls: what a muscle remembers is in the ${n}_state that you hand in.
+ * $kept: what a muscle remembers is in the ${n}_state that you hand in.
  *
  * Signs: contraction is (l0 - l)/l0 and displacement l0 - l, both positive when shorter; force is positive when
  * pulling. direction is the way of the braid: 1 contracting, -1 elongating, 0 at rest without friction.
@@ -82,9 +96,11 @@ typedef double ${n}_real;
 #define MK_REAL ${n}_real
 #define MK_C(x) ((MK_REAL)(x))
 
-#define ${N}_LENGTH ((${n}_real)$length) /* m, at rest */
+#define ${N}_LENGTH $length /* m, at rest */
 #define ${N}_HIGHEST_PRESSURE ((${n}_real)1e6) /* Pa: pressures are looked for from 0 to here */
-
+/* N, the largest force error to expect: what it is and how it was found stands above. NAN: not known. */
+#define ${N}_FORCE_ERROR $error
+$family
 /* What one step leaves to the next. direction is that of friction, kept while the muscle stands. */
 typedef struct {
     ${n}_real contraction;
@@ -218,7 +234,7 @@ static inline MK_REAL ${n}_pressure_for_step(const ${n}_state *state, MK_REAL fo
     return (low + high) / 2;
 }
 
-#undef mk_square
+$undefine#undef mk_square
 #undef mk_sign
 #undef mk_max
 #undef mk_min

@@ -16,6 +16,7 @@ from xml.sax.saxutils import escape
 from fitting.errors import InputError
 from fitting.exporting.c_header import c_header
 from fitting.exporting.fmu_source import FMU_SOURCE
+from fitting.exporting.laws import NOTHING, Told
 from fitting.version import program_version
 from mckibben_jax.model import Model
 
@@ -35,6 +36,7 @@ VARIABLES = (
         "Pa",
         "pressure for the wanted force at the end of the next step; NaN if there is none",
     ),
+    ("force_error", "output", "N", "the largest force error to expect, always the same; NaN if it is not known"),
 )
 UNITS = {
     "Pa": 'kg="1" m="-1" s="-2"', "m": 'm="1"', "N": 'kg="1" m="1" s="-2"', "N/m": 'kg="1" s="-2"', "1": ""
@@ -42,11 +44,11 @@ UNITS = {
 HEADERS = ("fmi2Functions.h", "fmi2FunctionTypes.h", "fmi2TypesPlatform.h")
 
 
-def write_fmu(whole: Model, source: str, file: Path, name: str) -> None:
+def write_fmu(whole: Model, source: str, file: Path, name: str, told: Told = NOTHING) -> None:
     """Write an FMU of this name, compiled for this machine, its sources with it for every other."""
-    header = c_header(whole, source, "muscle")
+    header = c_header(whole, source, "muscle", told)
     texts = {
-        "modelDescription.xml": model_description(name, header),
+        "modelDescription.xml": model_description(name, header, told.error.sentence),
         "sources/muscle.h": header,
         "sources/fmu.c": f'#define FMU_GUID "{guid(header)}"\n{FMU_SOURCE}',
         **{f"sources/{each}": text for each, text in _fmi_headers().items()},
@@ -104,8 +106,8 @@ def _compile(source: Path, library: Path) -> None:
         raise InputError(f"the C compiler refuses: {said}", value=compiler, cure="name another one in CC")
 
 
-def model_description(name: str, header: str) -> str:
-    """The XML that says what goes in and what comes out."""
+def model_description(name: str, header: str, sentence: str) -> str:
+    """The XML that says what goes in and what comes out; `sentence` says how far the force may be wrong."""
     rows = []
     for number, (variable, causality, unit, words) in enumerate(VARIABLES):
         start = ' start="0"' if causality == "input" else ""
@@ -118,6 +120,7 @@ def model_description(name: str, header: str) -> str:
     return _DESCRIPTION.substitute(
         name=name,
         guid=guid(header),
+        sentence=escape(sentence, {'"': "&quot;"}),
         version=program_version(),
         units="\n".join(f'    <Unit name="{unit}"><BaseUnit {base}/></Unit>' for unit, base in UNITS.items()),
         variables="\n".join(rows),
@@ -126,7 +129,7 @@ def model_description(name: str, header: str) -> str:
 
 
 _DESCRIPTION = Template("""<?xml version="1.0" encoding="UTF-8"?>
-<fmiModelDescription fmiVersion="2.0" modelName="$name" guid="$guid" description="A McKibben muscle"
+<fmiModelDescription fmiVersion="2.0" modelName="$name" guid="$guid" description="A McKibben muscle. $sentence"
     generationTool="mckibben $version" variableNamingConvention="flat">
   <CoSimulation modelIdentifier="$name" canHandleVariableCommunicationStepSize="true" canGetAndSetFMUstate="true"
       canBeInstantiatedOnlyOncePerProcess="false">

@@ -8,7 +8,7 @@ FMU_SOURCE = r"""/* A McKibben muscle as an FMU: FMI 2.0, co-simulation. The mus
 #include "muscle.h"
 
 enum { PRESSURE, DISPLACEMENT, WANTED_FORCE, INPUTS };
-enum { FORCE = INPUTS, PULL, FRICTION, DIRECTION, STIFFNESS, NEXT_PRESSURE };
+enum { FORCE = INPUTS, PULL, FRICTION, DIRECTION, STIFFNESS, NEXT_PRESSURE, FORCE_ERROR };
 
 typedef struct {
     double inputs[INPUTS];
@@ -80,6 +80,7 @@ static double output(Muscle *muscle, fmi2ValueReference which) {
     case PULL: return muscle->pull;
     case FRICTION: return muscle->friction;
     case DIRECTION: return state->direction;
+    case FORCE_ERROR: return MUSCLE_FORCE_ERROR;
     case STIFFNESS: return muscle_stiffness(state->contraction, state->pressure, state->direction);
     default: return muscle_pressure_for_step(state, muscle->inputs[WANTED_FORCE], muscle->inputs[DISPLACEMENT],
                                              muscle->step);
@@ -89,7 +90,7 @@ static double output(Muscle *muscle, fmi2ValueReference which) {
 fmi2Status fmi2GetReal(fmi2Component c, const fmi2ValueReference vr[], size_t n, fmi2Real value[]) {
     Muscle *muscle = c;
     for (size_t i = 0; i < n; ++i) {
-        if (vr[i] > NEXT_PRESSURE) return fmi2Error;
+        if (vr[i] > FORCE_ERROR) return fmi2Error;
         value[i] = vr[i] < INPUTS ? muscle->inputs[vr[i]] : output(muscle, vr[i]);
     }
     return fmi2OK;

@@ -1,5 +1,6 @@
 """What a muscle computes, as functions that jax can trace: every language writes these, and nothing else."""
 
+import textwrap
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -10,6 +11,8 @@ import numpy as np
 
 from fitting import units
 from fitting.errors import InputError, unknown_name
+from fitting.exporting.draws import Draws, with_parameters
+from fitting.exporting.force_error import ForceError, unknown_error
 from fitting.exporting.settings import EXPORT
 from fitting.exporting.traced import UnknownOperation
 from fitting.version import program_version
@@ -20,6 +23,7 @@ from mckibben_jax.muscle import quantities
 from mckibben_jax.parameter import parameters
 from mckibben_jax.state import State
 
+WIDTH = 112  # of a line of words in the head of a file
 RIG = ("contraction", "pressure", "rate", "pressure_rate", "time")  # what a state knows of the rig
 
 
@@ -41,8 +45,32 @@ class Law:
             raise InputError(problem, cure=cure) from None
 
 
-def laws(whole: Model) -> tuple[Law, ...]:
+NO_DATA = unknown_error("no data were given")
+
+
+@dataclass(frozen=True)
+class Told:
+    """What is known of a model besides its values: the force error to expect, and draws of its parameters."""
+
+    error: ForceError = NO_DATA
+    draws: Draws | None = None
+
+    def lines(self) -> list[str]:
+        """In words."""
+        words = [self.error.sentence]
+        if self.draws is not None:
+            each = ", ".join(self.draws.names)
+            words.append(f"{len(self.draws.values)} draws of {each} are from {self.draws.origin}.")
+        return [line for text in words for line in textwrap.wrap(text, WIDTH)]
+
+
+NOTHING = Told()
+
+
+def laws(whole: Model, names: Sequence[str] = ()) -> tuple[Law, ...]:
     """The laws of a muscle: start, step, parts (pull and dry friction of a step), force, linearised.
+
+    The parameters in `names` are their first arguments; all others are written as the numbers that they are.
 
     The state goes in and comes out as numbers in this order: those of `RIG`, the direction of friction, the memories.
     InputError where an instrument looks back, which a single step cannot.
@@ -63,21 +91,31 @@ def laws(whole: Model) -> tuple[Law, ...]:
     def flat(after: Carried) -> list[jax.Array]:
         return [*(getattr(after.rig, name) for name in RIG), after.direction, *jax.tree.leaves(after.memories)]
 
-    def advance(*given: jax.Array) -> list[jax.Array]:
+    def advance(whole: Model, *given: jax.Array) -> list[jax.Array]:
         after, force = step(whole, carried(given), *given[-3:])
         return [*flat(after), force]
 
-    def parts(*given: jax.Array) -> list[jax.Array]:
+    def parts(whole: Model, *given: jax.Array) -> list[jax.Array]:
         after, pull, friction = step_parts(whole, carried(given), *given[-3:])
         return [*flat(after), pull, friction]
 
+    def law(name: str, function: Callable, arguments: dict[str, Any]) -> Law:
+        count, given = len(names), {argument_name(each): one for each in names}
+        drawn = lambda *at: function(with_parameters(whole, names, at[:count]), *at[count:])  # noqa: E731
+        return Law(name, drawn, given | arguments)
+
     return (
-        Law("_start", lambda *at: jax.tree.leaves(begin(whole, *at).memories), place),
-        Law("_step", advance, stepped),
-        Law("_parts", parts, stepped),
-        Law("_force", lambda *at: [slow_force(whole, *at)], way),
-        Law("_linearised", lambda *at: linearised(whole, *at), way),
+        law("_start", lambda m, *at: jax.tree.leaves(begin(m, *at).memories), place),
+        law("_step", advance, stepped),
+        law("_parts", parts, stepped),
+        law("_force", lambda m, *at: [slow_force(m, *at)], way),
+        law("_linearised", lambda m, *at: linearised(m, *at), way),
     )
+
+
+def argument_name(name: str) -> str:
+    """How a parameter is called in a law that has it as an argument."""
+    return "p_" + name.replace(".", "_")
 
 
 def memory_shapes(whole: Model) -> dict[str, tuple[int, ...]]:
@@ -111,14 +149,14 @@ def _refuse_what_looks_back(whole: Model) -> None:
             )
 
 
-def title(whole: Model, source: str) -> str:
-    """Where a muscle is from, its sizes and the parameters of its effects, for the head of a file."""
+def title(whole: Model, source: str, told: Told = NOTHING) -> str:
+    """Where a muscle is from, its sizes, the parameters of its effects and what is known of them, for a file's head."""
     measured = {name: unit for name, (unit, _) in quantities().items() if getattr(whole.muscle, name) is not None}
     lines = [f"muscle.{name} = {units.show(float(getattr(whole.muscle, name)), u)}" for name, u in measured.items()]
     for effect in whole.effects:
         own = [f"{p.name} = {units.show(float(getattr(effect, p.name)), p.unit)}" for p in parameters(effect)]
         lines.append(f"{name_of(effect)}: {', '.join(own) or 'no parameters'} ({effect.source})")
-    text = "\n".join(["", *(f"    {line}" for line in lines), ""])
+    text = "\n".join(["", *(f"    {line}" for line in lines), "", *told.lines(), ""])
     written = f"Written by mckibben {program_version()} from {source}"
     return f"{written}. All values are SI: Pa (gauge), m, N, s, rad.\n{text}".replace("\\", "/").replace('"""', "'''")
 

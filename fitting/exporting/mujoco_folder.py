@@ -6,14 +6,14 @@ from string import Template
 import numpy as np
 from scipy import constants
 
-from fitting.exporting.laws import RIG, memory_shapes
+from fitting.exporting.laws import NOTHING, RIG, Told, memory_shapes
 from fitting.exporting.python_module import python_module
 from fitting.exporting.settings import EXPORT
 from fitting.exporting.table import forces
 from mckibben_jax.model import Model
 
 
-def mujoco_files(whole: Model, source: str) -> dict[str, str]:
+def mujoco_files(whole: Model, source: str, told: Told = NOTHING) -> dict[str, str]:
     """The texts of the folder's files, by their names; `source` says where the model is from."""
     length, radius = float(whole.muscle.length), EXPORT.pulley * float(whole.muscle.length)
     contraction = np.array([0.0, EXPORT.middle])
@@ -29,13 +29,24 @@ def mujoco_files(whole: Model, source: str) -> dict[str, str]:
         "arm": length,
         "weight": f"{EXPORT.joint_load * bent * radius / length / constants.g:.4g}",
         "friction": _FRICTION,
+        "error": _error(told.error.newtons),
+        "told": told.error.sentence.replace("--", "-"),
+        "users": 1 if told.draws is None else 2,
+        "draw": "" if told.draws is None else " -1",
+        "chosen": "" if told.draws is None else "; its second number the draw of the parameters, -1: the fitted ones",
     }
     return {
-        "muscle.py": python_module(whole, source),
+        "muscle.py": python_module(whole, source, told),
         "muscle_mujoco.py": _CALLBACKS,
         "lift.xml": _LIFT.substitute(given),
         "joint.xml": _JOINT.substitute(given),
     }
+
+
+def _error(newtons: float) -> str:
+    """The largest force error to expect (N) as a number of the scene; none where it is not known."""
+    numeric = f'<numeric name="force_error" data="{newtons:.6g}"/>'
+    return f"  <custom>{numeric}</custom>\n" if np.isfinite(newtons) else ""
 
 
 def write_folder(folder: Path, files: dict[str, str]) -> None:
@@ -50,8 +61,9 @@ _FRICTION = 'frictionloss="1" solreffriction="0.002 1" solimpfriction="0.9999 0.
 
 _LIFT = Template("""<mujoco model="a McKibben muscle lifts a load">
   <option timestep="0.001" integrator="implicitfast" gravity="0 0 -$gravity"/>
-  <size nuser_actuator="1"/>
-  <worldbody>
+  <size nuser_actuator="$users"/>
+  <!-- $told -->
+$error  <worldbody>
     <light pos="0 -1 1.5"/>
     <geom type="box" size="0.1 0.1 0.01" pos="0 0 $height" rgba="0.5 0.5 0.5 1"/>
     <site name="top" pos="0 0 $height"/>
@@ -68,16 +80,17 @@ _LIFT = Template("""<mujoco model="a McKibben muscle lifts a load">
     </spatial>
   </tendon>
   <actuator>
-    <!-- ctrl is the pressure in Pa; user is what is added to the tendon's length (m) to have that of the muscle -->
-    <general name="muscle" tendon="muscle" dyntype="user" biastype="user" gainprm="0" actdim="$states" user="0"/>
+    <!-- ctrl is the pressure in Pa; user is added to the tendon's length (m) to have that of the muscle$chosen -->
+    <general name="muscle" tendon="muscle" dyntype="user" biastype="user" gainprm="0" actdim="$states" user="0$draw"/>
   </actuator>
 </mujoco>
 """)
 
 _JOINT = Template("""<mujoco model="a joint between two McKibben muscles">
   <option timestep="0.001" integrator="implicitfast" gravity="0 0 -$gravity"/>
-  <size nuser_actuator="1"/>
-  <worldbody>
+  <size nuser_actuator="$users"/>
+  <!-- $told -->
+$error  <worldbody>
     <light pos="0 -1 1.5"/>
     <body name="arm" pos="0 0 $height">
       <joint name="elbow" type="hinge" axis="0 -1 0"/>
@@ -91,9 +104,9 @@ _JOINT = Template("""<mujoco model="a joint between two McKibben muscles">
     <fixed name="down" $friction><joint joint="elbow" coef="$radius"/></fixed>
   </tendon>
   <actuator>
-    <!-- ctrl is the pressure in Pa; user is the muscle's length (m) where the joint stands at 0 -->
-    <general name="up" tendon="up" dyntype="user" biastype="user" gainprm="0" actdim="$states" user="$middle"/>
-    <general name="down" tendon="down" dyntype="user" biastype="user" gainprm="0" actdim="$states" user="$middle"/>
+    <!-- ctrl is the pressure in Pa; user is the muscle's length (m) where the joint stands at 0$chosen -->
+    <general name="up" tendon="up" dyntype="user" biastype="user" gainprm="0" actdim="$states" user="$middle$draw"/>
+    <general name="down" tendon="down" dyntype="user" biastype="user" gainprm="0" actdim="$states" user="$middle$draw"/>
   </actuator>
 </mujoco>
 """)
@@ -167,13 +180,22 @@ def muscles(model):
     return np.flatnonzero(model.actuator_dyntype == mujoco.mjtDyn.mjDYN_USER)
 
 
+def choose(model, i):
+    """Let muscle.py be the draw that muscle number `i` asks for, where it has draws: the second number of its user."""
+    if hasattr(muscle, "use"):
+        draw = int(model.actuator_user[i, 1]) if model.nuser_actuator > 1 else -1
+        muscle.use(draw if draw >= 0 else None)
+
+
 def displacement(model, data, i):
     """How much shorter muscle number `i` is than at rest, m."""
+    choose(model, i)
     return muscle.LENGTH - (data.actuator_length[i] + model.actuator_user[i, 0])
 
 
 def state(model, data, i):
     """What muscle number `i` remembers, as muscle.py has it; of one that has stood here for long before its start."""
+    choose(model, i)
     first = model.actuator_actadr[i]
     kept = data.act[first : first + STATES]
     if not kept.any():

@@ -1,24 +1,35 @@
 """From what was typed after `export` to a file."""
 
+import math
+from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from fitting import units
 from fitting.errors import InputError
-from fitting.exporting.export import check_place, export
-from fitting.exporting.laws import without
+from fitting.exporting.export import DRAWN, check_place, export
+from fitting.exporting.force_error import ForceError
+from fitting.exporting.known import error_of, known_of
+from fitting.exporting.laws import Told, without
 from fitting.exporting.settings import EXPORT
 from fitting.exporting.table import BRANCHES, free_contraction
 from fitting.recordings.settings import TABLES
 from fitting.study.stored_model import stored_model
 from mckibben_jax.model import Model
 
+WORDS = {
+    "python": "in plain numpy", "c": "in C99", "fmu": "as an FMU, compiled for this machine",
+    "mujoco": "for MuJoCo, with two scenes", "simulink": "as an S-function in C", "arduino": "as a sketch for Arduino",
+}  # fmt: skip
 DEFAULT = {
     "python": "muscle.py",
     "table": "muscle.csv",
     "c": "muscle.h",
     "mujoco": "muscle_mujoco",
     "fmu": "muscle.fmu",
+    "simulink": "muscle_simulink",
+    "arduino": "muscle_arduino",
 }
 
 
@@ -28,33 +39,68 @@ def export_of(given: dict[str, Any]) -> tuple[Path, dict[str, Any], str]:
     check_place(file, form)
     whole, source = stored_model(given["model"], given["muscle"], given["effect_file"])
     whole = without(whole, given["without"])
-    result = {"file": str(file), "form": form, "effects": list(whole.names)}
-    if form == "python":
-        export(whole, file, source=str(source))
-        use = f"from {file.stem} import step; state, force = step(None, 3e5, 0.0, 1e-3)"
-        return file, result | {"use": use}, f"{' + '.join(whole.names)} in plain numpy"
-    if form == "c":
-        export(whole, file, source=str(source))
-        name = file.stem
-        use = f'#include "{file.name}"; {name}_state s = {name}_start(3e5, 0); force = {name}_step(&s, 3e5, 0, 1e-3);'
-        return file, result | {"use": use}, f"{' + '.join(whole.names)} in C99, float with -D{name.upper()}_FLOAT"
-    if form == "fmu":
-        export(whole, file, source=str(source))
-        use = "import it into OpenModelica, Simulink or another tool as FMI 2.0 for co-simulation; in Python: fmpy"
-        return file, result | {"use": use}, f"{' + '.join(whole.names)} as an FMU, compiled for this machine"
-    if form == "mujoco":
-        export(whole, file, source=str(source))
-        use = f"pip install mujoco, then in {file}: python muscle_mujoco.py lift.xml, or joint.xml"
-        return file, result | {"use": use}, f"{' + '.join(whole.names)} for MuJoCo, with two scenes"
-    ends = _ends_of_table(whole, given)
+    told = _told(given)
+    result = {"file": str(file), "form": form, "effects": list(whole.names), **_result_of(told)}
+    use, words = _use(form, file), f"{' + '.join(whole.names)} {WORDS.get(form, '')}".strip()
+    if form != "table":
+        export(whole, file, source=str(source), told=told, form=form)
+        float_too = f", float with -D{file.stem.upper()}_FLOAT" if form == "c" else ""
+        drawn = "" if told.draws is None else f", with {len(told.draws.values):,} draws of its parameters"
+        return file, result | {"use": use}, words + float_too + drawn
+    contractions, pressures = _ends_of_table(whole, given)
     points = _counts(given["points"])
-    export(whole, file, **ends, points=points, source=str(source))
+    export(whole, file, contractions=contractions, pressures=pressures, points=points, source=str(source), told=told)
     count = len(BRANCHES) * points[0] * points[1]
-    use = "columns pressure [kPa], contraction [1], branch, force [N]; a recording of the kind 'static'"
-    return file, result | {"use": use, "rows": count}, f"{count:,} rows, {' + '.join(whole.names)}"
+    return file, result | {"use": use, "rows": count}, f"{count:,} rows, {words}"
 
 
-def _ends_of_table(whole: Model, given: dict[str, Any]) -> dict[str, tuple[float, float]]:
+def _use(form: str, file: Path) -> str:
+    """The shortest way to use what was written."""
+    name = file.stem
+    return {
+        "python": f"from {name} import step; state, force = step(None, 3e5, 0.0, 1e-3)",
+        "c": f'#include "{file.name}"; {name}_state s = {name}_start(3e5, 0); force = {name}_step(&s, 3e5, 0, 1e-3);',
+        "fmu": "import it into OpenModelica, Simulink or another tool as FMI 2.0 for co-simulation; in Python: fmpy",
+        "mujoco": f"pip install mujoco, then in {file}: python muscle_mujoco.py lift.xml, or joint.xml",
+        "simulink": f"in MATLAB, in {file}: mex {name}_block.c; then the block S-Function with the sample time in s",
+        "arduino": f"open {file / name}.ino in the Arduino IDE and write the numbers of your sensors",
+        "table": "columns pressure [kPa], contraction [1], branch, force [N]; a recording of the kind 'static'",
+    }[form]
+
+
+def _told(given: dict[str, Any]) -> Told:
+    """What is known of the model from its data: the force error, and draws where they were asked for."""
+    if given["draws"] is None:
+        return Told(_of_whole(error_of(given), given["without"]))
+    if given["form"] not in DRAWN:
+        cure = f"take --to {', '.join(DRAWN)}"
+        raise InputError(f"--to {given['form']} holds no draws of the parameters", cure=cure)
+    known = known_of(given)
+    return Told(_of_whole(known.error(), given["without"]), known.draws(given["draws"], given["seed"]))
+
+
+def _of_whole(error: ForceError, left_out: Sequence[str]) -> ForceError:
+    """What was found of the model with all its effects, said to be so where some are left out."""
+    if not left_out or not math.isfinite(error.newtons):
+        return error
+    return replace(error, sentence=f"{error.sentence} It was found with {' + '.join(left_out)}, left out here.")
+
+
+def _result_of(told: Told) -> dict[str, Any]:
+    """The same for machines."""
+    newtons = told.error.newtons if math.isfinite(told.error.newtons) else None
+    found: dict[str, Any] = {"force_error_N": newtons, "force_error": told.error.sentence}
+    if told.draws is not None:
+        found["draws"] = {
+            "parameters": list(told.draws.names),
+            "count": len(told.draws.values),
+            "from": told.draws.origin,
+        }
+    return found
+
+
+def _ends_of_table(whole: Model, given: dict[str, Any]) -> tuple[tuple[float, float], tuple[float, float]]:
+    """From where to where a table goes: contractions, pressures (Pa)."""
     pressures = _ends(given["pressure"], "Pa", "--pressure")
     top = free_contraction(whole, pressures[1])
     contractions = _ends(given["contraction"], "1", "--contraction") if given["contraction"] else (0.0, top)
@@ -64,7 +110,7 @@ def _ends_of_table(whole: Model, given: dict[str, Any]) -> dict[str, tuple[float
         raise InputError(problem, value=given["contraction"], cure="for example --contraction 0,0.25")
     if pressures[0] < -units.ATMOSPHERE:
         raise InputError("--pressure goes below a vacuum", value=given["pressure"], cure="for example '0 bar,5 bar'")
-    return {"contractions": contractions, "pressures": pressures}
+    return contractions, pressures
 
 
 def _counts(text: str) -> tuple[int, int]:

@@ -2,18 +2,26 @@
 
 from string import Template
 
-from fitting.exporting.laws import laws, memory_names, title
-from fitting.exporting.numpy_source import numpy_source
+from fitting.exporting.laws import NOTHING, Told, laws, memory_names, title
+from fitting.exporting.numpy_source import constant, numpy_source
+from fitting.exporting.python_family import family_in_python
 from mckibben_jax.model import Model
 
 
-def python_module(whole: Model, source: str) -> str:
+def python_module(whole: Model, source: str, told: Told = NOTHING) -> str:
     """The text of a module of plain numpy that does what this model does; `source` says where the model is from."""
+    names, prefix = ((), "") if told.draws is None else (told.draws.names, "_drawn")
+    written = [
+        law.source(whole, "numpy", lambda name, *rest: numpy_source(f"{prefix}{name}", *rest))
+        for law in laws(whole, names)
+    ]
     return _TEMPLATE.substitute(
-        title=title(whole, source),
+        title=title(whole, source, told),
         length=repr(float(whole.muscle.length)),
+        error=constant(told.error.newtons),
+        family="" if told.draws is None else family_in_python(whole, told.draws),
         memories="".join(f"\n    {name}: np.ndarray  # remembered" for name in memory_names(whole)),
-        laws="\n\n\n".join(law.source(whole, "numpy", numpy_source) for law in laws(whole)),
+        laws="\n\n\n".join(written),
     )
 
 
@@ -32,7 +40,8 @@ import numpy as np
 
 LENGTH = $length  # m, at rest
 HIGHEST_PRESSURE = 1e6  # Pa: pressure_for looks from 0 to here
-
+FORCE_ERROR = $error  # N, the largest force error to expect: what it is and how it was found stands above
+$family
 
 class State(NamedTuple):
     """What one step leaves to the next. `direction` is that of friction, kept while the muscle stands."""

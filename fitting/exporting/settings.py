@@ -14,6 +14,10 @@ class ExportSettings:
     scene_pressure: float = 3e5  # Pa, for which the loads of the scenes are made; chosen
     scene_load: float = 0.3  # of the force at rest length at that pressure: the load that is lifted; chosen
     joint_load: float = 0.25  # of one muscle's torque at that pressure: the weight on the arm; chosen
+    misfit_share: float = 0.99  # of the readings, that differ from the model by less than its misfit; chosen
+    deviations: float = 2.0  # standard deviations of the force that parameters leave open; chosen
+    spread_draws: int = 4000  # of a posterior, whose covariance is taken; chosen
+    tries: int = 100  # rounds of draws, until enough lie within the ranges; chosen
     rows: int = 1_000_000  # of a table at most; chosen
 
 

@@ -10,6 +10,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from fitting.errors import InputError
+from fitting.exporting.force_error import ForceError
 from fitting.version import program_version
 from fitting.writing import write_text, write_whole
 from mckibben_jax.model import Model
@@ -54,15 +55,17 @@ def table(whole: Model, grid: Grid) -> dict[str, np.ndarray]:
     return {"pressure [kPa]": pressure / 1e3, "contraction [1]": contraction, "branch": branch, "force [N]": found}
 
 
-def write_table(path: Path, columns: dict[str, np.ndarray], source: str) -> None:
-    """Write a table as CSV or, by the file's ending, as Parquet."""
+def write_table(path: Path, columns: dict[str, np.ndarray], source: str, error: ForceError) -> None:
+    """Write a table as CSV or, by the file's ending, as Parquet; the force error to expect stands beside it."""
     import pandas as pd
 
     frame = pd.DataFrame(columns)
     if path.suffix == ".parquet":
+        frame.attrs = {"force_error_N": error.newtons, "force_error": error.sentence}
         _write_parquet(frame, path)
         return
-    head = f"# Force of slow motion on both branches. Written by mckibben {program_version()} from {source}\n"
+    head = f"# Force of slow motion on both branches. Written by mckibben {program_version()} from {source}. "
+    head += f"force_error_N = {error.newtons:.6g}. {error.sentence}\n"
     write_text(path, head + frame.to_csv(index=False, float_format="%.10g", lineterminator="\n"))
 
 

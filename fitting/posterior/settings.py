@@ -13,6 +13,7 @@ class SamplerSettings:
     spread: float = 2.0  # standard deviations over which walkers start: wider than the answer, so that R-hat can tell
     warm_up: int = 150  # steps from which the shape of the posterior is learnt; not kept
     burn_in: int = 4  # one step in so many, from the first on, is left out of the chains
+    fewest_steps: int = 100  # of kept chains: fewer were not begun with this model, or hardly; chosen
     first_check: int = 200  # steps before the first look at the chains
     check_growth: float = 1.3  # times as many steps before the next look
     stride: int = 50  # steps at most between looks at the clock

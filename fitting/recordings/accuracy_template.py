@@ -1,27 +1,22 @@
 """The lines of [recording.accuracy] that `mckibben init` leaves to fill in: what is presumed, in the file's units."""
 
-from collections.abc import Collection, Iterator, Mapping
-from pathlib import Path
+from collections.abc import Collection, Iterator
 
 import numpy as np
 
 from fitting import units
-from fitting.errors import InputError
 from fitting.recordings.accuracy_table import POSITIONS
 from fitting.recordings.presumed import PRESUMED
 from fitting.recordings.records import FORCE_TESTS
 from fitting.recordings.settings import ACCURACY
-from fitting.recordings.tables import Table, read_table
+from fitting.recordings.tables import Table
 
 
-def accuracy_lines(
-    path: Path, test: str, names: Collection[str], called: Mapping[str, str], given: Mapping[str, str]
-) -> Iterator[str]:
-    """Comments that become a table when their signs are taken away; `names` are the columns that the file has."""
-    try:
-        table = read_table(path, called, given)
-    except InputError:
-        table = None
+def accuracy_lines(table: Table | None, test: str, names: Collection[str]) -> Iterator[str]:
+    """Comments that become a table when their signs are taken away; `names` are the columns that the file has.
+
+    `table` holds the readings, or is None where they cannot be read yet.
+    """
     yield "# [recording.accuracy]   # what the data sheets of your instruments say, one standard deviation each;"
     yield "#                        # what is not stated is presumed as it stands here, and the noise is estimated"
     yield f'# pressure = {{ zero = "{_pressure_zero(table)}", gain = "{_share(PRESUMED.pressure_gain)}" }}'

@@ -15,6 +15,7 @@ from fitting.recordings.accuracy import Accuracy
 from fitting.recordings.accuracy_table import ACCURATE, accuracy_of
 from fitting.recordings.again import runs_of
 from fitting.recordings.channel_errors import found_errors
+from fitting.recordings.kinds import INSIDE, is_recording
 from fitting.recordings.muscle_file import muscle_of, name_of, read_muscle, read_toml, source_of
 from fitting.recordings.noise import one_load_cell
 from fitting.recordings.plausible import check_plausible, without_copies
@@ -30,7 +31,7 @@ TURNED_BY = {"loop": "length", "isometric": "pressure", "isotonic": "pressure"}
 MOST_NAMED = 8  # data sets in a message
 ONE_PRESSURE = 0.05  # share by which pressures differ that are one
 OWN_UNITS = ("set_pressure", "pressure", "length", "displacement", "force")  # columns that say what units people use
-OPTIONS = ("file", "test", "noise", "columns", "units", "valid", "pressure", "force_sign", "accuracy")
+OPTIONS = ("file", "test", "noise", "columns", "units", "valid", "pressure", "force_sign", "accuracy", *INSIDE)
 
 
 def read_experiment(folder: Path | str) -> Experiment:
@@ -43,7 +44,7 @@ def read_experiment(folder: Path | str) -> Experiment:
             "this is a file, not a folder", folder, cure="for one file give --muscle muscle.toml --test loop"
         )
     if not folder.is_dir():
-        raise InputError("no such folder", folder, cure="a data set is a folder with muscle.toml and CSV recordings")
+        raise InputError("no such folder", folder, cure="a data set is a folder with muscle.toml and recordings")
     path = folder / "muscle.toml"
     if not path.exists():
         _check_inside(folder)
@@ -80,10 +81,10 @@ def read_experiment(folder: Path | str) -> Experiment:
 
 def _check_inside(folder: Path) -> None:
     """Refuse a folder that is no data set but holds some, naming them."""
-    if any(path.suffix.lower() == ".csv" for path in folder.iterdir()):
+    if any(is_recording(path) for path in folder.iterdir()):
         return  # then its muscle.toml is what is missing
     inside = sorted(path.parent for path in folder.glob("*/muscle.toml"))
-    bare = sorted({path.parent for path in folder.glob("*/*.[cC][sS][vV]")} - {*inside})
+    bare = sorted({path.parent for path in folder.glob("*/*") if is_recording(path)} - {*inside})
     if inside:
         named = " ".join(shlex.quote(str(path)) for path in inside[:MOST_NAMED])
         more = f" (and {len(inside) - MOST_NAMED} more)" if len(inside) > MOST_NAMED else ""
@@ -91,18 +92,18 @@ def _check_inside(folder: Path) -> None:
         raise InputError(f"this folder is no data set, but {len(inside)} of its folders are", folder, cure=cure)
     if bare:
         cure = f"begin with 'mckibben init {shlex.quote(str(bare[0]))}', then name that folder"
-        raise InputError(f"this folder is no data set; {len(bare)} of its folders hold CSV files", folder, cure=cure)
+        raise InputError(f"this folder is no data set; {len(bare)} of its folders hold recordings", folder, cure=cure)
 
 
 def read_recording(path: Path | str, test: str, muscle: Muscle, options: Mapping[str, Any] | None = None) -> Recording:
-    """Read one CSV as a recording of this kind of test; `options` are the keys a `[[recording]]` may have."""
+    """Read one file as a recording of this kind of test; `options` are the keys a `[[recording]]` may have."""
     return _read(Path(path), test, muscle, dict(options or {}), Path(path).name)[0]
 
 
 def read_single(
     path: Path | str, muscle_file: Path | str, test: str, options: Mapping[str, Any] | None = None
 ) -> Experiment:
-    """A data set of one CSV, with the muscle of a muscle.toml that may stand elsewhere."""
+    """A data set of one file, with the muscle of a muscle.toml that may stand elsewhere."""
     path = Path(path)
     muscle, priors, name, source = read_muscle(muscle_file)
     recording, content = _read(path, test, muscle, dict(options or {}), path.name)
@@ -125,7 +126,8 @@ def _read(path: Path, test: str, muscle: Muscle, options: dict[str, Any], name: 
         test = kind_of(test)
     _check_options(options)
     accuracy = accuracy_of(options.get("accuracy"), test, float(muscle.length), _noise(options.get("noise"), test))
-    table = read_table(path, options.get("columns"), options.get("units"))
+    inside = {key: options[key] for key in INSIDE if key in options}
+    table = read_table(path, options.get("columns"), options.get("units"), inside)
     with units.spoken(units.own_units([_stated(table)])):  # what is wrong is said as the owner of the data would
         runs, notes, found = _checked_runs(table, test, muscle, options, accuracy)
     position = next(column for column in POSITIONS if column in table)
@@ -214,6 +216,11 @@ def _check_texts(key: str, value: Any) -> None:
             raise InputError(f"{key}: {name} is not text", value=text, cure=f'write {key} = {{ {name} = "..." }}')
 
 
+def _check_text(key: str, value: Any) -> None:
+    if not isinstance(value, str):
+        raise InputError(f"{key} is not text", value=value, cure=f'write {key} = "its name"')
+
+
 def _check_pressure(key: str, value: Any) -> None:
     if value not in ("gauge", "absolute"):
         raise InputError("pressure is neither gauge nor absolute", value=value, cure=f'write {key} = "gauge"')
@@ -227,7 +234,7 @@ def _check_sign(key: str, value: Any) -> None:
 
 CHECKS: dict[str, Callable[[str, Any], None]] = {
     "columns": _check_texts, "units": _check_texts, "valid": _check_table, "pressure": _check_pressure,
-    "force_sign": _check_sign,
+    "force_sign": _check_sign, **dict.fromkeys(INSIDE, _check_text),
 }  # fmt: skip
 
 

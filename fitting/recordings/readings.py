@@ -57,13 +57,13 @@ def _lacks(table: Table, test: str, what: str, names: tuple[str, ...]) -> InputE
         if like:
             return InputError(problem, table.file, table.header_row, head, cure=f"did you mean '{like}'?")
     unit = USUAL[str(COLUMNS[names[0]])]
+    rename = "" if table.header_row is None else f"head it '{names[0]} [{unit}]', or "
     return InputError(
         problem,
         table.file,
         table.header_row,
         value=", ".join([*table.heads.values(), *table.unused]),
-        cure=f"head it '{names[0]} [{unit}]', or say in muscle.toml which column it is: columns = "
-        f'{{ {names[0]} = "its name" }}',
+        cure=f'{rename}say in muscle.toml which column it is: columns = {{ {names[0]} = "its name" }}',
     )
 
 

@@ -8,6 +8,8 @@ class TableSettings:
     """Files that people write, and what a braided muscle and its rig can at most read."""
 
     csv_bytes: int = 100_000_000  # some two million samples, read within 2 GiB of memory; measured
+    unpacked_bytes: int = 1_000_000_000  # of a packed file: the text of a full sheet of ten columns; chosen
+    sheet_rows: int = 1_048_576  # of a sheet: Excel's own limit
     toml_bytes: int = 1_000_000  # of a file of some dozens of lines; chosen
     lines_before_header: int = 50  # about the rig, that a logger may put there; chosen
     largest_number: float = 1e30  # SI: what is squared and summed later stays finite; chosen

@@ -7,8 +7,9 @@ from fitting.errors import InputError
 from fitting.recordings.settings import TABLES
 
 OTHER_KINDS = {
-    b"PK\x03\x04": ("this is a spreadsheet, not a CSV", "save the sheet as CSV (UTF-8)"),
+    b"PK\x03\x04": ("this is a spreadsheet, not a CSV", "save the sheet as CSV (UTF-8), or name the file .xlsx"),
     b"\xd0\xcf\x11\xe0": ("this is a spreadsheet, not a CSV", "save the sheet as CSV (UTF-8)"),
+    b"SQLite format 3": ("this is a ROS 2 bag of the older kind", "write it as MCAP with 'ros2 bag convert'"),
     b"\x1f\x8b": ("this is a packed file, not a CSV", "unpack it first, for example with gunzip"),
 }  # by their first bytes
 _CONTROL = re.compile(r"[\x00-\x08\x0b\x0c\x0e-\x1f\x7f-\x84\x86-\x9f]")  # an escape sequence would reach the screen
@@ -16,7 +17,7 @@ _CONTROL = re.compile(r"[\x00-\x08\x0b\x0c\x0e-\x1f\x7f-\x84\x86-\x9f]")  # an e
 
 def text_of(path: Path) -> tuple[str, bytes]:
     """The file's text and its bytes; InputError where it is missing, too large or no text."""
-    raw = _raw(path)
+    raw = bytes_of(path)
     for begins, (problem, cure) in OTHER_KINDS.items():
         if raw.startswith(begins):
             raise InputError(problem, path, cure=cure)
@@ -29,14 +30,18 @@ def text_of(path: Path) -> tuple[str, bytes]:
     return text, raw
 
 
-def _raw(path: Path) -> bytes:
+def bytes_of(path: Path, fewer: str = "") -> bytes:
+    """The bytes of a recording; InputError where it is missing or too large: `fewer` says how to make it smaller."""
     try:
         if not path.is_file():  # a folder, or a device that never ends
             raise OSError
         size = path.stat().st_size
         if size > TABLES.csv_bytes:
             every = -(-size // TABLES.csv_bytes)
-            cure = f"keep every {every}th row, leave out columns that are not needed, or cut it into several recordings"
+            cure = (
+                fewer
+                or f"keep every {every}th row, leave out columns that are not needed, or cut it into several recordings"
+            )
             problem = f"the file is larger than {TABLES.csv_bytes / 1e6:g} MB"
             raise InputError(problem, path, value=f"{size / 1e6:.0f} MB", cure=cure)
         return path.read_bytes()

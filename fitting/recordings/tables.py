@@ -1,4 +1,4 @@
-"""CSV files as tables in SI: which column is what, its unit, and every cell checked before it becomes a number."""
+"""Recordings as tables in SI: which column is what, its unit, and every cell checked before it becomes a number."""
 
 import re
 from collections.abc import Mapping
@@ -11,9 +11,10 @@ import pandas as pd
 
 from fitting import units
 from fitting.errors import InputError, nearest, unknown_name
+from fitting.recordings.kinds import open_source
 from fitting.recordings.settings import TABLES
-from fitting.recordings.table_cells import NUMBER, cells_of, heads_of, lines_of, separator_of
-from fitting.recordings.table_text import text_of
+from fitting.recordings.source import FAILED, Source
+from fitting.recordings.table_cells import NUMBER
 
 # SI unit of every column; None: a label, "load": newtons or a mass
 COLUMNS = {"run": None, "time": "s", "pressure": "Pa", "set_pressure": "Pa", "contraction": "1", "length": "m",
@@ -24,22 +25,26 @@ _HEADER = re.compile(r"^(.*?)\s*(?:\[([^\]]*)\]|\(([^)]*)\))?$", re.DOTALL)
 
 
 class _Place(NamedTuple):
-    """Where cells stand: the file, the line of its header, the line of each row; and its decimal mark."""
+    """Where cells stand: the file, the row of its header (None: there is none), the number of each row; its decimal
+    mark."""
 
     path: Path
-    header_row: int
+    header_row: int | None
     rows: np.ndarray
     decimal: str
 
 
 @dataclass(frozen=True)
 class Table:
-    """Columns in SI by the program's names, the line of the file that each row stands in, and what was noticed."""
+    """Columns in SI by the program's names, the line of the file that each row stands in, and what was noticed.
+
+    In a sheet a line is a row as the spreadsheet counts; in MATLAB files and bags it is the place in a column, from 1.
+    """
 
     file: str
     columns: dict[str, np.ndarray]
     heads: dict[str, str]  # what the file calls each column
-    header_row: int
+    header_row: int | None
     row: np.ndarray  # line of the file, per row of the table
     unused: tuple[str, ...]  # heads of columns that are none of the program's
     raw: bytes
@@ -57,29 +62,48 @@ class Table:
 
 
 def read_table(
-    path: Path, called: Mapping[str, str] | None = None, given_units: Mapping[str, str] | None = None
+    path: Path,
+    called: Mapping[str, str] | None = None,
+    given_units: Mapping[str, str] | None = None,
+    inside: Mapping[str, str] | None = None,
 ) -> Table:
-    """Read and check a CSV; `called` maps names to what the file calls them, `given_units` states units."""
-    text, raw = text_of(path)
-    header_row, header, lines, rows = lines_of(text, path, _is_head)
-    separator = separator_of(header, path)
-    heads = heads_of(header, separator, path)
-    called, given_units = called or {}, given_units or {}
-    where, unused = _columns(heads, called, path, header_row)
-    cells, decimal = cells_of(lines, rows, heads, separator, path)
+    """Read and check a recording; `called` maps names to what the file calls them, `given_units` states units.
+
+    `inside` may hold `sheet` (of an Excel file), `variable` (of a MATLAB file) or `topic` (of a ROS 2 bag).
+    InputError with file, row, column, value and cure where anything cannot be used.
+    """
+    source = open_source(path, inside or {}, _is_head)
+    heads, called, given_units = source.heads, called or {}, given_units or {}
+    where, unused = _columns(heads, called, path, source.header_row)
+    cells, decimal = source.cells()
     _check_units_used(given_units, where, path)
-    place = _Place(path, header_row, rows, decimal)
+    rows = _common_rows(source, cells, where, path)
+    place = _Place(path, source.header_row, rows, decimal)
     given = {name: _unit_of(name, heads[at], called, given_units) for name, at in where.items()}
     columns = {name: _column(name, cells[at], heads[at], given[name], place) for name, at in where.items()}
     named = {name: heads[at] for name, at in where.items()}
     stated = {name: unit for name, unit in given.items() if unit and COLUMNS[name] is not None}
-    return Table(str(path), columns, named, header_row, rows, tuple(unused), raw, stated)
+    return Table(str(path), columns, named, source.header_row, rows, tuple(unused), source.raw, stated)
 
 
-def read_heads(path: Path) -> list[str]:
-    """The header cells of a CSV as they stand there."""
-    _, header, _, _ = lines_of(text_of(path)[0], path, _is_head)
-    return heads_of(header, separator_of(header, path), path)
+def read_heads(path: Path, inside: Mapping[str, str] | None = None) -> list[str]:
+    """What the columns of a recording are called, as it stands there; `inside` as in `read_table`."""
+    return open_source(path, inside or {}, _is_head).heads
+
+
+def _common_rows(source: Source, cells: list[pd.Series], where: Mapping[str, int], path: Path) -> np.ndarray:
+    """The numbers of the rows; columns that are used have to be of one length."""
+    for at in where.values():
+        if reason := source.unread.get(source.heads[at]):
+            raise InputError(f"the variable {reason}", path, column=source.heads[at], cure="save it as a vector")
+    lengths = {name: len(cells[at]) for name, at in where.items()}
+    longest = max(lengths, key=lambda name: (lengths[name], name == "time"), default=None)
+    for name, length in lengths.items():
+        if longest is not None and length != lengths[longest]:
+            problem = f"the column has {length} values, and '{source.heads[where[longest]]}' has {lengths[longest]}"
+            cure = "give every column a value for every reading, in MATLAB with repmat or interp1"
+            raise InputError(problem, path, column=source.heads[where[name]], cure=cure)
+    return source.rows if longest is None else source.rows[: lengths[longest]]
 
 
 # --------------------------------------------------------------------------------------------------- names and units
@@ -101,7 +125,9 @@ def _is_head(cell: str) -> bool:
     return plain_name(cell) in COLUMNS
 
 
-def _columns(heads: list[str], called: Mapping[str, str], path: Path, row: int) -> tuple[dict[str, int], list[str]]:
+def _columns(
+    heads: list[str], called: Mapping[str, str], path: Path, row: int | None
+) -> tuple[dict[str, int], list[str]]:
     """Which column of the file is which quantity, and what columns are none; a column that a recording may do without
     is not passed over when it is only misspelt."""
     for name in called:
@@ -159,8 +185,9 @@ def _column(name: str, cells: pd.Series, head: str, unit: str | None, place: _Pl
         return _labels(cells, head, place)
     numbers = _numbers(cells, head, place)
     if unit is None:
-        example = USUAL[si]
-        cure = f"write '{name} [{example}]' in the header, or in muscle.toml units = {{ {name} = \"{example}\" }}"
+        cure = f'write in muscle.toml units = {{ {name} = "{USUAL[si]}" }}'
+        if place.header_row is not None:
+            cure = f"write '{name} [{USUAL[si]}]' in the header, or {cure.replace('write ', '')}"
         raise InputError("the column has no unit", place.path, place.header_row, head, cure=cure)
     try:
         factor = units.load_factor(unit) if si == "load" else units.factor(unit, si)
@@ -219,6 +246,8 @@ def _number_cure(text: str, decimal: str, first: bool) -> str:
         return "write the time in seconds from the beginning of the test"
     if found := re.fullmatch(r"\s*[+-]?\d+\.?\d*\s*([A-Za-zµ°%]+[/\w]*)\s*", text):
         return f"write the number alone, and its unit in the header: [{found[1]}]"
+    if text in FAILED:
+        return "the formula in this cell has failed: mend it in the spreadsheet, or leave the cell empty"
     if first and not re.search(r"\d", text):
         return "if this row holds the units, write them in the header, as in 'force [N]', and delete the row"
     return "write a number; leave the cell empty where a reading is missing; begin comment lines with '#'"

@@ -1,4 +1,4 @@
-"""`mckibben init`: a muscle.toml to fill in, with what can be told from the CSV files of a folder."""
+"""`mckibben init`: a muscle.toml to fill in, with what can be told from the recordings of a folder."""
 
 import json
 from collections.abc import Iterator
@@ -8,9 +8,10 @@ import numpy as np
 
 from fitting.errors import InputError, nearest
 from fitting.recordings.accuracy_template import accuracy_lines
+from fitting.recordings.kinds import parts_of, recordings_in
 from fitting.recordings.muscle_file import REQUIRED
 from fitting.recordings.records import TESTS
-from fitting.recordings.tables import COLUMNS, plain_name, read_heads, read_table, split_head
+from fitting.recordings.tables import COLUMNS, Table, plain_name, read_heads, read_table, split_head
 from fitting.units import shown_in
 from fitting.writing import FULL, refused, text_replaced
 from mckibben_jax.muscle import quantities
@@ -46,9 +47,10 @@ def write_muscle_file(folder: Path | str) -> Path:
     """Write muscle.toml into a folder; an existing one is left alone, with an error that says so."""
     folder = Path(folder)
     if not folder.is_dir():
-        raise InputError("no such folder", folder, cure="make it and put the CSV files into it")
-    if not any(folder.glob("*.csv")):
-        raise InputError("no CSV file is in this folder", folder, cure="put the recordings into it first")
+        raise InputError("no such folder", folder, cure="make it and put the recordings into it")
+    if not recordings_in(folder):
+        cure = "put the recordings into it first: CSV, Excel (.xlsx), MATLAB (.mat) or ROS 2 (.mcap)"
+        raise InputError("no recording is in this folder", folder, cure=cure)
     path = folder / "muscle.toml"
     if path.exists():
         raise InputError("the file is there already and is left alone", path, cure="edit it, or rename it")
@@ -61,8 +63,8 @@ def write_muscle_file(folder: Path | str) -> Path:
 
 def muscle_file(folder: Path) -> str:
     """The text of a muscle.toml for this folder; a question mark stands where something is to be filled in."""
-    files = sorted((*folder.glob("*.csv"), *folder.glob("*.CSV")))
-    parts = [_muscle_part(folder), *(_recording_part(file) for file in dict.fromkeys(files))]
+    files = recordings_in(folder)
+    parts = [_muscle_part(folder), *(_recording_part(file, inside) for file in files for inside in parts_of(file))]
     if not files:
         parts.append('# [[recording]]\n# file = "loops.csv"\n# test = "loop"\n')
     return "\n".join([*parts, '[source]\ncitation = ""\nlicence  = ""\n'])
@@ -90,26 +92,32 @@ def _muscle_lines(folder: Path) -> Iterator[str]:
     yield '# cord_length = "? mm"       # with turns = "?" instead of braid_angle: one strand and its turns'
 
 
-def _recording_part(path: Path) -> str:
-    return "\n".join(_recording_lines(path)) + "\n"
+def _recording_part(path: Path, inside: dict[str, str]) -> str:
+    return "\n".join(_recording_lines(path, inside)) + "\n"
 
 
-def _recording_lines(path: Path) -> Iterator[str]:
+def _recording_lines(path: Path, inside: dict[str, str]) -> Iterator[str]:
     """One [[recording]]: the kind of test and the columns as far as they can be told."""
     try:
-        heads = read_heads(path)
+        heads = read_heads(path, inside)
     except InputError as error:
         yield f"# {path.name} is left out: {error.problem}. {error.cure}"
         return
     called = _columns(heads)
-    if "load" in called and "force" not in called and _is_reading(path, called["load"]):
+    if inside and not called:
+        yield f"# {path.name}, {' '.join((*inside, *inside.values()))}, is left out: none of its columns is known"
+        return
+    if "load" in called and "force" not in called and _is_reading(path, called["load"], inside):
         called["force"] = called.pop("load")
     unused = [head for head in heads if head not in called.values()]
     named = {name: head for name, head in called.items() if plain_name(head) != name}
     units = {name: "?" for name, head in called.items() if COLUMNS[name] is not None and not split_head(head)[1]}
-    test = _test(path, named, units, set(called))
+    any_units = {name: {"load": "N"}.get(name, str(COLUMNS[name])) for name in units}  # only whether readings differ
+    table = _table_of(path, named, any_units, inside)
+    test = _test(" ".join((path.stem, *inside.values())), table, set(called))
     yield "[[recording]]"
     yield f"file = {_quoted(path.name)}"
+    yield from (f"{option} = {_quoted(name)}" for option, name in inside.items())
     yield f'test = "{test}"   # a guess: {", ".join(TESTS)}'
     if named:
         yield f"columns = {_table(named)}   # a guess"
@@ -120,7 +128,7 @@ def _recording_lines(path: Path) -> Iterator[str]:
     yield '# noise = "0.5 N"        # standard deviation of one reading, if known'
     yield '# pressure = "absolute"  # gauge is presumed'
     yield "# force_sign = -1        # where the rig counts pulling as negative"
-    yield from accuracy_lines(path, test, called, named, units)
+    yield from accuracy_lines(_table_of(path, named, units, inside), test, called)
 
 
 def _table(entries: dict[str, str]) -> str:
@@ -160,9 +168,9 @@ def _by_letter(head: str) -> str | None:
     return LETTERS.get(plain_name(head))
 
 
-def _test(path: Path, named: dict[str, str], units: dict[str, str], names: set[str]) -> str:
-    """The kind of test: by the file's name, by the columns, by whether the length moves."""
-    words = path.stem.lower().replace("_", " ")
+def _test(name: str, table: Table | None, names: set[str]) -> str:
+    """The kind of test: by the name of file or sheet, by the columns, by whether the length moves."""
+    words = name.lower().replace("_", " ")
     for word, test in FILE_WORDS:
         if word in words:
             return test
@@ -170,22 +178,23 @@ def _test(path: Path, named: dict[str, str], units: dict[str, str], names: set[s
         return "step" if "set_pressure" in names else "isotonic"
     if "time" not in names:
         return "static"
-    return "isometric" if _length_is_held(path, named, units) else "loop"
+    return "isometric" if table is not None and _length_is_held(table) else "loop"
 
 
-def _is_reading(path: Path, head: str) -> bool:
+def _is_reading(path: Path, head: str, inside: dict[str, str]) -> bool:
     """Whether a column called load is what a load cell reads: weights that are hung on have few values."""
+    table = _table_of(path, {"load": head}, {} if split_head(head)[1] else {"load": "N"}, inside)
+    return table is not None and len(np.unique(table["load"])) > HUNG_LOADS
+
+
+def _table_of(path: Path, named: dict[str, str], units: dict[str, str], inside: dict[str, str]) -> Table | None:
+    """The readings, where they can be read."""
     try:
-        table = read_table(path, {"load": head}, {} if split_head(head)[1] else {"load": "N"})
+        return read_table(path, named, units, inside)
     except InputError:
-        return False
-    return len(np.unique(table["load"])) > HUNG_LOADS
+        return None
 
 
-def _length_is_held(path: Path, named: dict[str, str], units: dict[str, str]) -> bool:
-    try:  # any unit will do: only whether the readings differ is asked
-        table = read_table(path, named, {name: {"load": "N"}.get(name, str(COLUMNS[name])) for name in units})
-    except InputError:
-        return False
+def _length_is_held(table: Table) -> bool:
     position = next((table[name] for name in ("contraction", "length", "displacement") if name in table), None)
     return position is not None and len(np.unique(position)) <= min(HELD_LENGTHS, len(position) // 5)

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from fitting.errors import InputError
+from fitting.recordings.kinds import is_recording
 
 WILD = "*?["
 
@@ -28,7 +29,7 @@ class Sets:
 
 
 def data_sets(asked: Sequence[str], single: bool = False) -> Sets:
-    """The data sets of paths and patterns, each once. `single` says that a pattern may mean CSV files too."""
+    """The data sets of paths and patterns, each once. `single` says that a pattern may mean single recordings too."""
     found: dict[Path, str] = {}
     passed_by = 0
     for text in asked:
@@ -52,7 +53,7 @@ def _matches(text: str) -> list[str]:
 
 
 def _is_data(path: Path, single: bool) -> bool:
-    return (path / "muscle.toml").is_file() or (single and path.suffix.lower() == ".csv" and path.is_file())
+    return (path / "muscle.toml").is_file() or (single and is_recording(path) and path.is_file())
 
 
 def _names(places: Sequence[Path]) -> dict[Path, str]:

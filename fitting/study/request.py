@@ -9,6 +9,7 @@ from dataclasses import Field, dataclass, field, fields
 from typing import Any
 
 MODEL_FILE = "model.toml"  # beside the data, unless another is named
+CHAINS = "posterior.chains"  # beside the data: what `posterior` keeps, and `report` and `export` use
 MODEL, DATA, CANDIDATES, SEARCH, SHOOTING, SAVE, OUTPUT = (
     "model", "data", "candidates", "search", "shooting", "save", "output",
 )  # fmt: skip

@@ -3,7 +3,7 @@
 import re
 import tomllib
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -11,6 +11,7 @@ from typing import Any
 import tomlkit
 
 from fitting.errors import InputError
+from fitting.recordings.kinds import ENDINGS, INSIDE, is_recording, recordings_in
 from fitting.recordings.muscle_file import REQUIRED
 from fitting.recordings.records import TESTS
 from fitting.recordings.tables import COLUMNS, USUAL, plain_name, read_heads, split_head
@@ -21,7 +22,7 @@ from mckibben_jax.muscle import quantities
 
 IGNORED = "not used"
 ASKED = (*REQUIRED, "wall_thickness", "shear_modulus")  # of the muscle: needed always, needed by most effects
-SUFFIXES = (".csv", ".toml")
+SUFFIXES = (*ENDINGS, ".toml")
 PLACE = "mckibben_workbench_"  # how the folder begins in which a session keeps what is dropped
 
 
@@ -36,11 +37,12 @@ class Column:
 
 @dataclass(frozen=True)
 class Dropped:
-    """A folder of CSV files that lacks a muscle.toml, with guesses for what is request."""
+    """A folder of recordings that lacks a muscle.toml, with guesses for what is request."""
 
     folder: Path
     tests: dict[str, str]  # file -> most likely kind of test
     columns: dict[str, tuple[Column, ...]]
+    inside: dict[str, dict[str, str]] = field(default_factory=dict)  # file -> which sheet, variable or topic of it
 
 
 def keep(files: Sequence[tuple[str, bytes]], folder: Path) -> Path:
@@ -48,13 +50,14 @@ def keep(files: Sequence[tuple[str, bytes]], folder: Path) -> Path:
     names = [Path(name.replace("\\", "/")).name for name, _ in files]
     for name in names:
         if Path(name).suffix.lower() not in SUFFIXES:
-            raise InputError("this is no CSV file and no muscle.toml", name, cure="drop the files of one data set")
+            cure = f"drop the files of one data set: muscle.toml and {', '.join(ENDINGS)}"
+            raise InputError("this is no recording and no muscle.toml", name, cure=cure)
     for name in {name for name in names if names.count(name) > 1}:
         raise InputError("two of the files have one name", name, cure="drop one data set at a time")
     for name, (_, content) in zip(names, files, strict=True):
         write_whole(folder / name, partial(_write_bytes, content=content))
-    if not any(Path(name).suffix.lower() == ".csv" for name in names):
-        raise InputError("there is no CSV file among them", ", ".join(names), cure="drop the recordings as well")
+    if not any(is_recording(Path(name)) for name in names):
+        raise InputError("there is no recording among them", ", ".join(names), cure="drop the recordings as well")
     return folder
 
 
@@ -79,16 +82,18 @@ def is_described(folder: Path) -> bool:
 
 def guess(folder: Path) -> Dropped:
     """What the files most likely are, as `mckibben init` guesses it."""
-    entries = {entry["file"]: entry for entry in tomllib.loads(muscle_file(folder)).get("recording", [])}
-    files = sorted(path for path in folder.iterdir() if path.suffix.lower() == ".csv")
-    columns = {path.name: _columns(path, entries.get(path.name, {})) for path in files}
-    return Dropped(folder, {p.name: entries.get(p.name, {}).get("test", TESTS[0]) for p in files}, columns)
+    found = tomllib.loads(muscle_file(folder)).get("recording", [])
+    entries = {entry["file"]: entry for entry in reversed(found)}  # of several sheets the first
+    inside = {file: {key: entry[key] for key in INSIDE if key in entry} for file, entry in entries.items()}
+    files = recordings_in(folder)
+    columns = {p.name: _columns(p, entries.get(p.name, {}), inside.get(p.name, {})) for p in files}
+    return Dropped(folder, {p.name: entries.get(p.name, {}).get("test", TESTS[0]) for p in files}, columns, inside)
 
 
-def _columns(path: Path, entry: dict[str, Any]) -> tuple[Column, ...]:
+def _columns(path: Path, entry: dict[str, Any], inside: dict[str, str]) -> tuple[Column, ...]:
     called = {head: name for name, head in entry.get("columns", {}).items()}
     found = []
-    for head in read_heads(path):
+    for head in read_heads(path, inside):
         meaning = called.get(head) or (plain_name(head) if plain_name(head) in COLUMNS else IGNORED)
         found.append(Column(head, meaning, split_head(head)[1] or ""))
     return tuple(found)
@@ -122,15 +127,18 @@ def describe(
     document["muscle"] = {key: text.strip() for key, text in muscle.items() if text.strip()}
     recordings = tomlkit.aot()
     for file, found in dropped.columns.items():
-        recordings.append(_recording(file, tests[file], found, columns[file]))
+        recordings.append(_recording(file, tests[file], found, columns[file], dropped.inside.get(file, {})))
     document["recording"] = recordings
     write_text(dropped.folder / "muscle.toml", tomlkit.dumps(document))
     return dropped.folder
 
 
-def _recording(file: str, test: str, found: Sequence[Column], filled: Sequence[tuple[str, str]]) -> Any:
+def _recording(
+    file: str, test: str, found: Sequence[Column], filled: Sequence[tuple[str, str]], inside: Mapping[str, str]
+) -> Any:
     table = tomlkit.table()
     table["file"], table["test"] = file, test
+    table.update(inside)
     called, given = {}, {}
     for column, (meaning, unit) in zip(found, filled, strict=True):
         if meaning == IGNORED:

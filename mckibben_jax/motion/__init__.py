@@ -1,8 +1,10 @@
-"""Muscles that move a load: releases, steps of pressure, and slow sweeps under a hung load."""
+"""Muscles that move a load: releases, steps of pressure, slow sweeps under a hung load, and one step at a time."""
 
 from typing import TYPE_CHECKING, Any
 
+from mckibben_jax.motion.stepping import begin as begin
 from mckibben_jax.motion.stepping import slow_force as slow_force
+from mckibben_jax.motion.stepping import step_parts as step_parts
 
 if TYPE_CHECKING:
     from mckibben_jax.motion.motion import release as release

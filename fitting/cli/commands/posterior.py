@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from fitting.cli.options import CHAINS, Command, data_argument, fit_options, output_options, study_options
+from fitting.cli.options import Command, data_argument, fit_options, output_options, study_options
 from fitting.cli.run import CommandRun, check_place, check_places, start
+from fitting.study.request import CHAINS
 
 if TYPE_CHECKING:
     from fitting.least_squares.record import Fit

@@ -1,14 +1,11 @@
 """`mckibben report`: everything on one page."""
 
 import sqlite3
-import tempfile
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
 from fitting.cli.options import (
-    CHAINS,
     Command,
     candidate_options,
     data_argument,
@@ -17,8 +14,8 @@ from fitting.cli.options import (
     study_options,
 )
 from fitting.cli.run import CommandRun, start
-from fitting.cli.settings import WORK
 from fitting.errors import InputError
+from fitting.study.request import CHAINS
 
 if TYPE_CHECKING:
     from fitting.least_squares.record import Fit
@@ -76,21 +73,17 @@ def _posterior(run: CommandRun, fit: "Fit") -> "list[Section]":
     task, kept = run.task, run.task.experiments[0].folder / CHAINS
     if not kept.is_file():
         return []
-    from fitting.posterior.sample import sample
-    from fitting.posterior.store import copy_store
+    from fitting.posterior.stored import stored_posterior
     from fitting.report.page.posterior import posterior_sections
     from fitting.report.text.layout import line
 
-    steps = [0]
     try:
-        with tempfile.TemporaryDirectory() as folder, run.progress("reading the posterior"):
-            copy = copy_store(kept, Path(folder))
-            found = sample(fit, task.experiments, seed=task.seed, priors=task.priors, limit_s=0.0, chains=str(copy),
-                           progress=lambda done, _: steps.append(done))  # fmt: skip
+        with run.progress("reading the posterior"):
+            found = stored_posterior(kept, fit, task.experiments, seed=task.seed, priors=task.priors)
     except (InputError, OSError, sqlite3.Error) as error:  # the page is there without it
         run.print([line("NOTE", f"{kept} cannot be read, and no posterior stands on the page: {error}")])
         return []
-    if steps[-1] < WORK.fewest_steps:
+    if found is None:
         run.print([line("NOTE", f"{kept} holds no posterior of this model and these data: left out")])
         return []
     return posterior_sections(found)

@@ -1,0 +1,72 @@
+"""The largest force error to expect of a model: what it left unexplained, and what its parameters leave open."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from fitting import units
+from fitting.exporting.settings import EXPORT
+from fitting.least_squares.record import Fit
+from fitting.recordings.records import FORCE_TESTS, Experiment
+
+
+@dataclass(frozen=True)
+class ForceError:
+    """The number (N, NaN where it is not known) and the sentence that says what it is and how it was found."""
+
+    newtons: float
+    sentence: str
+
+
+def unknown_error(why: str) -> ForceError:
+    """Where no number can be had."""
+    return ForceError(float("nan"), f"The largest force error to expect is not known: {why}.")
+
+
+def force_error(fit: Fit, experiments: Sequence[Experiment], covariance: np.ndarray, origin: str) -> ForceError:
+    """Misfit and spread of the parameters at the readings that were fitted.
+
+    `covariance` is that of the free parameters (SI), `origin` says where it is from. The sum is cautious: both would
+    have to be at their worst in the same place.
+    """
+    at = fit.problem.of_force(fit.samples)
+    if not np.any(at):
+        return unknown_error("the recordings of this muscle measure positions, no force")
+    misfit = float(np.quantile(np.abs(fit.residual[at]), EXPORT.misfit_share, method="higher"))
+    spread = EXPORT.deviations * float(np.max(_deviations(fit, covariance)[at], initial=0.0))
+    sentence = (
+        f"Largest force error to expect, {misfit + spread:.3g} N, is the sum of two: {misfit:.3g} N, "
+        f"{_share(int(np.sum(at)))}, and {spread:.3g} N, which is {EXPORT.deviations:g} times the largest standard "
+        f"deviation of the force that "
+        f"follows from the uncertainty of the parameters ({origin}). "
+        f"It holds where was measured: {_range(experiments)}."
+    )
+    return ForceError(misfit + spread, sentence)
+
+
+def _share(readings: int) -> str:
+    """What the misfit is, for so many readings."""
+    if readings * (1 - EXPORT.misfit_share) < 1:
+        return f"the largest difference between the model and the {readings} fitted force readings"
+    share = f"{100 * EXPORT.misfit_share:g} % of the {readings:,} fitted force readings"
+    return f"within which {share} agree with the model"
+
+
+def _deviations(fit: Fit, covariance: np.ndarray) -> np.ndarray:
+    """Standard deviation of the force at every reading, N, to first order in the parameters."""
+    slopes = fit.slopes[: len(fit.samples)]
+    variance = np.einsum("ri,ij,rj->r", slopes, covariance, slopes)
+    return np.sqrt(np.maximum(variance, 0.0)) * fit.samples.sigma
+
+
+def _range(experiments: Sequence[Experiment]) -> str:
+    """Pressures and contractions of the force readings that count."""
+    recordings = [recording for experiment in experiments for recording in experiment.recordings]
+    runs = [run for recording in recordings if recording.test in FORCE_TESTS for run in recording.runs]
+    pressure, contraction = (
+        np.concatenate([np.asarray(getattr(run, name))[np.asarray(run.weight) > 0] for run in runs])
+        for name in ("pressure", "contraction")
+    )
+    ends = f"{units.show(float(pressure.min()), 'Pa')} to {units.show(float(pressure.max()), 'Pa')}"
+    return f"{ends}, contraction {contraction.min():.3g} to {contraction.max():.3g}"

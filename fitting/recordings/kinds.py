@@ -1,0 +1,79 @@
+"""The kinds of file that hold a recording, and which reader opens each."""
+
+from collections.abc import Callable, Iterable, Mapping
+from pathlib import Path
+
+from fitting.errors import InputError
+from fitting.recordings.source import Source
+from fitting.recordings.table_cells import cells_of, heads_of, lines_of, separator_of
+from fitting.recordings.table_text import text_of
+
+MATLAB, SHEETS, BAGS = (".mat",), (".xlsx", ".xlsm"), (".mcap",)
+ENDINGS = (".csv", *MATLAB, *SHEETS, *BAGS)
+INSIDE = {"sheet": SHEETS, "variable": MATLAB, "topic": BAGS}  # options that say which part of a file is meant
+
+
+def is_recording(path: Path) -> bool:
+    """Whether a file's name says that it holds a recording. Excel's own lock files (~$name) hold none."""
+    return path.suffix.lower() in ENDINGS and not path.name.startswith("~$")
+
+
+def recordings_in(folder: Path) -> list[Path]:
+    """The files of a folder that may hold recordings, by name."""
+    return sorted(path for path in folder.iterdir() if is_recording(path))
+
+
+def open_source(path: Path, inside: Mapping[str, str], is_head: Callable[[str], bool]) -> Source:
+    """Open a recording; `inside` may hold an option of `INSIDE`, `is_head` says whether a head is one of ours."""
+    ending = path.suffix.lower()
+    _check_inside(inside, ending, path)
+    if ending in SHEETS:
+        from fitting.recordings.workbook import sheet_source
+
+        return sheet_source(path, inside.get("sheet"), is_head)
+    if ending in MATLAB:
+        from fitting.recordings.mat_file import mat_source
+
+        return mat_source(path, inside.get("variable"))
+    if ending in BAGS:
+        from fitting.recordings.bag import bag_source
+
+        return bag_source(path, inside.get("topic"))
+    return _csv_source(path, is_head)
+
+
+def parts_of(path: Path) -> list[dict[str, str]]:
+    """What `inside` may be for each recording that a file holds; one empty choice where there is nothing to choose."""
+    if path.suffix.lower() in SHEETS:
+        from fitting.recordings.workbook import sheet_names
+
+        return _choices("sheet", sheet_names(path))
+    if path.suffix.lower() in MATLAB:
+        from fitting.recordings.mat_file import struct_names
+
+        return _choices("variable", struct_names(path))
+    if path.suffix.lower() in BAGS:
+        from fitting.recordings.bag import measured_topic
+
+        return [{"topic": name} for name in measured_topic(path)] or [{}]
+    return [{}]
+
+
+def _choices(option: str, names: Iterable[str]) -> list[dict[str, str]]:
+    found = [{option: name} for name in names]
+    return found if len(found) > 1 else [{}]
+
+
+def _check_inside(inside: Mapping[str, str], ending: str, path: Path) -> None:
+    for option in inside:
+        if ending not in INSIDE[option]:
+            of = {"sheet": "an Excel file", "variable": "a MATLAB file", "topic": "a ROS 2 bag"}[option]
+            raise InputError(f"only {of} has a {option}", path, value=inside[option], cure=f"leave {option} out")
+
+
+def _csv_source(path: Path, is_head: Callable[[str], bool]) -> Source:
+    text, raw = text_of(path)
+    header_row, header, lines, rows = lines_of(text, path, is_head)
+    separator = separator_of(header, path)
+    heads = heads_of(header, separator, path)
+    return Source(heads, header_row, rows, raw, lambda: cells_of(lines, rows, heads, separator, path))
