@@ -10,6 +10,8 @@ from test_export_c import COMPILER, numpy_muscle
 from trajectory import STEP, trajectory
 
 from fitting.exporting.export import export
+from fitting.exporting.force_error import ForceError
+from fitting.exporting.laws import Told
 from fitting.exporting.python_module import python_module
 from mckibben_jax.effects import BladderNeoHookean, Creep, IdealCylinder, TextileFriction
 from mckibben_jax.model import model
@@ -117,3 +119,12 @@ def test_the_command_writes_one_and_says_what_is_missing(tmp_path, monkeypatch):
     assert told.exit_code == 2
     assert "no-such-compiler" in told.output
     assert not (tmp_path / "other.fmu").exists()
+
+
+def test_it_states_the_force_error(tmp_path):
+    file = tmp_path / "arm.fmu"
+    export(WHOLE, file, told=Told(ForceError(1.5, 'Largest force error to expect, 1.5 N, "as <told>".')))
+    described = fmpy.read_model_description(str(file))
+    assert 'expect, 1.5 N, "as <told>".' in described.description
+    found = fmpy.simulate_fmu(str(file), stop_time=0.01, output=["force_error"], start_values={"pressure": 2e5})
+    assert set(found["force_error"]) == {1.5}
