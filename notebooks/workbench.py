@@ -109,13 +109,13 @@ def _(attempt, open_folder, place, set_dropped):
         placeholder="/path/to/folder", label="A folder on this machine", on_change=open_named, full_width=True
     )
     files = mo.ui.file(
-        multiple=True, kind="area", on_change=take, label="Drop a data set here: its CSV files, and muscle.toml if any"
+        multiple=True, kind="area", on_change=take, label="Drop a data set here: its recordings, and muscle.toml if any"
     )
     return files, open_named, path, shipped
 
 
 @app.cell
-def _(open_named, session):
+def _(open_named, opened_once, session):
     given = launch_options()["data"] if mo.running_in_notebook() else None
     if given and session() is None and not opened_once:
         opened_once.append(given)

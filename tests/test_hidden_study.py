@@ -87,6 +87,7 @@ def test_a_share_of_the_study(tmp_path):
     """Two in a hundred of the plan, as `make hidden` runs it: no crash, few false names."""
     from hidden.study.run import study
 
-    found = by_measure(study(tmp_path / "share.jsonl", 0.02, 2, quiet=True))
+    told = study(tmp_path / "share.jsonl", 0.02, 2, quiet=True)
+    found = {score.measure: score for score in tables.scores(told)}
     assert found["cases that crashed or took too long"].value == 0
     assert found["a wrong effect named uniquely, in the library"].low < 0.05

@@ -7,6 +7,7 @@ import pytest
 from test_flips import samples
 
 from fitting.diagnosis import omnibus, working_noise
+from fitting.diagnosis.candidate_fit import CandidateFit
 from fitting.diagnosis.flip_groups import flip_groups
 from fitting.diagnosis.instrument_answers import likeliest_size
 from fitting.diagnosis.instrument_errors import (
@@ -20,7 +21,6 @@ from fitting.diagnosis.instrument_errors import (
 from fitting.diagnosis.missing_effect import Ground, missing_effect_test
 from fitting.diagnosis.nuisance import Nuisance
 from fitting.diagnosis.settings import INSTRUMENTS, NOISE
-from fitting.diagnosis.universe import CandidateFit
 from fitting.recordings.accuracy import Accuracy, Channel, ChannelAccuracy
 
 S = samples()

@@ -8,6 +8,7 @@ import pytest
 from small_muscle import loops, write
 
 from fitting.diagnosis.lay_out import universe
+from fitting.diagnosis.signatures import signatures
 from fitting.least_squares.fit import fit
 from fitting.least_squares.search import rows_and_slopes
 from fitting.recordings.experiment import read_experiment
@@ -78,7 +79,7 @@ def test_the_best_of_several_starts_is_kept(world, base):
 def test_signatures_are_slopes_of_the_rows_along_a_switch(world, base):
     """Against a small step of the switch; a rival goes out as far as the new one comes in."""
     wanted = [("tip", {}), ("force_offset", {}), ("textile_friction", {})]
-    found = world.signatures(base, wanted)
+    found = signatures(world, base, wanted)
     step = 1e-5
 
     def rows(switched):
@@ -98,7 +99,7 @@ def test_signatures_are_slopes_of_the_rows_along_a_switch(world, base):
 def test_slopes_two_at_a_time_are_those_of_all_together(world, base, more):
     """An odd and an even number of what varies; behind it stands what only fills the standard size."""
     effects = world.with_added(more)
-    subset = world._subset(effects, world.layout.at(world.free(effects)), base.vector)
+    subset = world.subset(effects, world.layout.at(world.free(effects)), base.vector)
     place, count = subset.place(subset.full), int(subset.varying)
     rows, slopes = rows_and_slopes(world.problem, subset, place)
     alike, together = rows_and_slopes(world.problem, replace(subset, varying=None, beside=None), place)

@@ -2,6 +2,7 @@
 
 import ast
 import os
+import re
 import subprocess
 import sys
 import time
@@ -112,7 +113,7 @@ def test_from_a_bad_file_to_an_error_that_has_fallen(visit, folder, tmp_path):
     assert model.values["linear_spring.K"] == pytest.approx(STIFFNESS, rel=0.1)
     report = download(page, "report page", tmp_path).read_text(encoding="utf-8")
     assert 'id="step1" checked' in report
-    assert "linear_spring was missing, and is in the model now." in report
+    assert "linear_spring was missing, and is in the model now." in " ".join(re.sub(r"<[^>]+>", "", report).split())
     assert "mckibben_workbench_" not in report
     ast.parse(download(page, "session as a script", tmp_path).read_text(encoding="utf-8"))
     assert download(page, "muscle.toml", tmp_path).read_bytes() == (folder / "muscle.toml").read_bytes()

@@ -11,12 +11,13 @@ from functools import partial
 import numpy as np
 from threadpoolctl import threadpool_limits
 
+from fitting.diagnosis.candidate_fit import CandidateFit
 from fitting.diagnosis.examine import Examiner
 from fitting.diagnosis.lay_out import universe
 from fitting.diagnosis.record import Diagnosis
 from fitting.diagnosis.search import Progress, Search, SearchResult
 from fitting.diagnosis.settings import DIAGNOSIS, DiagnosisSettings
-from fitting.diagnosis.universe import CandidateFit, Universe, confined
+from fitting.diagnosis.universe import Universe, confined
 from fitting.diagnosis.verdict import diagnosis_of
 from fitting.errors import InputError
 from fitting.least_squares.fit import fit_problem

@@ -5,13 +5,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from fitting.diagnosis.candidate_fit import CandidateFit
 from fitting.diagnosis.diagnose import Progress, concluded, library_candidates, one_thread, prepared
 from fitting.diagnosis.findings import Attempt, Objection
 from fitting.diagnosis.outcomes import NOTHING_MISSING, Verdict
 from fitting.diagnosis.record import Diagnosis
 from fitting.diagnosis.search import Search, SearchResult
 from fitting.diagnosis.step_rules import RULES, Fitted, StepRules, denied_sizes, objections
-from fitting.diagnosis.universe import CandidateFit, Universe
+from fitting.diagnosis.universe import Universe
 from fitting.least_squares import held_out
 from fitting.problem.varying import Varying
 from fitting.recordings.records import Experiment

@@ -4,11 +4,12 @@ from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
+from fitting.diagnosis.candidate_fit import CandidateFit
 from fitting.diagnosis.examine import Examiner
 from fitting.diagnosis.record import Leading
 from fitting.diagnosis.settings import VERDICT, VerdictSettings
 from fitting.diagnosis.stated_sizes import believable
-from fitting.diagnosis.universe import CandidateFit, Universe
+from fitting.diagnosis.universe import Universe
 from fitting.full_names import owner_of
 from fitting.least_squares import held_out
 

@@ -4,7 +4,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from fitting.diagnosis.universe import CandidateFit, Universe
+from fitting.diagnosis.candidate_fit import CandidateFit
+from fitting.diagnosis.universe import Universe
 from fitting.least_squares.uncertainty import clusters, covariances
 from fitting.problem.estimate import Estimate
 

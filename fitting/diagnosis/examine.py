@@ -7,6 +7,7 @@ import numpy as np
 
 from fitting.diagnosis import omnibus
 from fitting.diagnosis.adequacy import AdequacyTest
+from fitting.diagnosis.candidate_fit import CandidateFit
 from fitting.diagnosis.channel_signals import errors_felt
 from fitting.diagnosis.findings import RestsOn
 from fitting.diagnosis.flip_groups import flip_groups
@@ -15,7 +16,8 @@ from fitting.diagnosis.missing_effect import Ground, MissingEffectTest, missing_
 from fitting.diagnosis.nuisance import Nuisance
 from fitting.diagnosis.outcomes import Reason, Why
 from fitting.diagnosis.settings import DIAGNOSIS, DiagnosisSettings
-from fitting.diagnosis.universe import CandidateFit, Universe
+from fitting.diagnosis.signatures import signatures
+from fitting.diagnosis.universe import Universe
 from fitting.diagnosis.working_noise import Kinds, Noise
 from fitting.full_names import owner_of
 from fitting.least_squares import held_out
@@ -98,13 +100,13 @@ class Examiner:
         brings the error far down. The signatures of candidates are costly: what the bases that know no effect reject,
         or what is not adequate for another reason, is not tested against them (unless `limits` are wanted).
         """
-        names, signatures = [], np.zeros((len(self.world.samples), 0))
-        test = None if limits else self._tested(fit, signatures, errors=errors)
+        names, columns = [], np.zeros((len(self.world.samples), 0))
+        test = None if limits else self._tested(fit, columns, errors=errors)
         if test is None or self._why_not(added, fit, test, bettered) is None:
-            names, signatures = self.columns(fit, fits)
-            test = self._tested(fit, signatures, limits, errors)
+            names, columns = self.columns(fit, fits)
+            test = self._tested(fit, columns, limits, errors)
         in_newtons = self.world.in_newtons
-        left = Nuisance.of(fit).project_out(signatures) * self.world.samples.sigma[:, None]
+        left = Nuisance.of(fit).project_out(columns) * self.world.samples.sigma[:, None]
         rms = np.sqrt(np.mean(left[in_newtons] ** 2, axis=0))
         noise = test.floor * float(np.sqrt(np.mean(self.world.samples.sigma[in_newtons] ** 2)))
         why = self._why_not(added, fit, test, bettered)
@@ -171,7 +173,7 @@ class Examiner:
             if candidate not in fit.effects and not self.world.lacking(after):
                 shapes = self._shapes(candidate, fits)
                 wanted += [(candidate, shape) for shape in ([shapes[0], *shapes[1:][-1:]] if glance else shapes)]
-        columns = self.world.signatures(fit, wanted)
+        columns = signatures(self.world, fit, wanted)
         usable = np.all(np.isfinite(columns), axis=0) & np.any(columns != 0, axis=0)
         return [name for (name, _), good in zip(wanted, usable, strict=True) if good], columns[:, usable]
 

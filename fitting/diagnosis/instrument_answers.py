@@ -3,13 +3,13 @@
 import numpy as np
 from scipy.optimize import minimize_scalar
 
+from fitting.diagnosis.candidate_fit import CandidateFit
 from fitting.diagnosis.examine import Examiner
 from fitting.diagnosis.findings import InstrumentAnswer, Source
 from fitting.diagnosis.instrument_errors import InstrumentErrors
 from fitting.diagnosis.missing_effect import Ground
 from fitting.diagnosis.nuisance import Nuisance
 from fitting.diagnosis.settings import INSTRUMENTS, InstrumentSettings
-from fitting.diagnosis.universe import CandidateFit
 from fitting.diagnosis.working_noise import Whitener, orthonormal
 from fitting.least_squares.decomposed import svd
 

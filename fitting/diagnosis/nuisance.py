@@ -4,8 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from fitting.diagnosis.candidate_fit import CandidateFit
 from fitting.diagnosis.instrument_errors import InstrumentErrors
-from fitting.diagnosis.universe import CandidateFit
 from fitting.least_squares.decomposed import lstsq
 
 

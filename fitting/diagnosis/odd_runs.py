@@ -10,6 +10,7 @@ from dataclasses import replace
 import numpy as np
 from scipy import stats
 
+from fitting.diagnosis.candidate_fit import CandidateFit
 from fitting.diagnosis.examine import Examiner
 from fitting.diagnosis.findings import OddRun, Source
 from fitting.diagnosis.missing_effect import Ground, missing_effect_test
@@ -17,7 +18,6 @@ from fitting.diagnosis.nuisance import Nuisance
 from fitting.diagnosis.omnibus import Basis
 from fitting.diagnosis.search import SearchResult
 from fitting.diagnosis.settings import ODD_RUNS, OddRunSettings
-from fitting.diagnosis.universe import CandidateFit
 from fitting.diagnosis.working_noise import Whitener
 from fitting.least_squares.decomposed import svd
 from fitting.recordings.accuracy import Channel

@@ -9,10 +9,11 @@ from math import comb
 import numpy as np
 
 from fitting.diagnosis.adequacy import AdequacyTest
+from fitting.diagnosis.candidate_fit import CandidateFit
 from fitting.diagnosis.examine import Examiner
 from fitting.diagnosis.nuisance import Nuisance
 from fitting.diagnosis.outcomes import Screened
-from fitting.diagnosis.universe import CandidateFit, Universe
+from fitting.diagnosis.universe import Universe
 from fitting.least_squares.decomposed import lstsq
 from fitting.least_squares.record import Fit
 

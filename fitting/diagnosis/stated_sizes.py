@@ -7,7 +7,8 @@ are therefore confined to two standard errors of what was stated, within which 9
 the effect is judged by what it does there.
 """
 
-from fitting.diagnosis.universe import CandidateFit, Universe
+from fitting.diagnosis.candidate_fit import CandidateFit
+from fitting.diagnosis.universe import Universe
 
 
 def believable(world: Universe, fit: CandidateFit) -> CandidateFit:

@@ -5,9 +5,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from fitting.diagnosis.candidate_fit import CandidateFit
 from fitting.diagnosis.estimates import estimate
 from fitting.diagnosis.findings import Objection, Reason
-from fitting.diagnosis.universe import CandidateFit, Universe
+from fitting.diagnosis.universe import Universe
 from fitting.full_names import owner_of
 from fitting.least_squares import held_out
 

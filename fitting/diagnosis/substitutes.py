@@ -4,10 +4,12 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from fitting.diagnosis.candidate_fit import CandidateFit
 from fitting.diagnosis.equivalent import plausible
 from fitting.diagnosis.nuisance import Nuisance
 from fitting.diagnosis.settings import VERDICT, VerdictSettings
-from fitting.diagnosis.universe import CandidateFit, Universe
+from fitting.diagnosis.signatures import signatures
+from fitting.diagnosis.universe import Universe
 from fitting.full_names import owner_of
 from fitting.least_squares import held_out
 
@@ -26,7 +28,7 @@ def substitutes(
     as few fitted numbers is one a substitute; with more it could be anything. `noise` in standard deviations.
     """
     wanted = [(name, shape) for name in unseen for shape in world.shapes(name)]
-    columns = world.signatures(base, wanted)
+    columns = signatures(world, base, wanted)
     copied = world.mimicking(base)
     found = []
     for mine in sorted(base.effects):

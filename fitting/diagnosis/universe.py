@@ -1,6 +1,6 @@
 """Every effect at once, switched: any subset of them is fitted by the same compiled function."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -10,6 +10,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from fitting.diagnosis.candidate_fit import CandidateFit
 from fitting.diagnosis.outcomes import Why
 from fitting.diagnosis.settings import FITS, FitSettings
 from fitting.least_squares.absent import as_good_as_absent
@@ -26,27 +27,6 @@ from mckibben_jax.effect import Effect
 from mckibben_jax.model import Model
 
 LOOK, NO_LOOK = np.array(True), np.array(False)  # arrays, so that they are not compiled in
-
-
-@dataclass(frozen=True, eq=False)  # one and the same fit is itself alone
-class CandidateFit:
-    """One set of effects, fitted: rows and slopes in standard deviations, of the measurements and of the priors."""
-
-    effects: frozenset[str]
-    vector: np.ndarray
-    free: tuple[str, ...]
-    rows: np.ndarray
-    slopes: np.ndarray
-    prior_rows: np.ndarray
-    prior_slopes: np.ndarray
-    at_bound: tuple[str, ...]
-    confined: bool = False  # to stated sizes, as in the universe where it was fitted
-    is_decided: bool = True  # whether the data hold what is `at_bound`; else it may as well be inside its range
-
-    @property
-    def cost(self) -> float:
-        """Sum of squares over all rows."""
-        return float(np.sum(self.rows**2) + np.sum(self.prior_rows**2))
 
 
 @dataclass(frozen=True)
@@ -137,7 +117,7 @@ class Universe:
         Unless it is to `decide`, whatever ends at its bound is taken to be held there: to ask the data takes a refit.
         """
         names = self.free(effects)
-        subset = self._subset(effects, self.layout.at(names), start)
+        subset = self.subset(effects, self.layout.at(names), start)
         begin = self._starts(subset, names, start, new)
         best = None
         for place in begin:  # one at a time: any number of starts is the same compiled function
@@ -151,7 +131,7 @@ class Universe:
         """The same fit, the data having been asked whether they hold what ends at its bound."""
         if fit.is_decided:
             return fit
-        subset = self._subset(fit.effects, self.layout.at(fit.free), fit.vector)
+        subset = self.subset(fit.effects, self.layout.at(fit.free), fit.vector)
         found = solve(self.problem, subset, subset.place(subset.full)[None], self.settings.steps, LOOK)
         return self._candidate(fit.effects, fit.free, subset, found, True)
 
@@ -198,7 +178,7 @@ class Universe:
         if not new.any():
             return self.fit(effects, smaller.vector)
         at = self.layout.at(names)
-        subset = self._subset(effects, at, smaller.vector)
+        subset = self.subset(effects, at, smaller.vector)
         entries = [self.layout.entries[i] for i in at]
 
         def search(alone: Subset, starts: jax.Array, look: np.ndarray) -> MultistartResult:
@@ -245,51 +225,9 @@ class Universe:
             rows[group == g] = rest.fit(fit.effects, fit.vector).rows[group == g] * LIGHT
         return rows
 
-    def signatures(self, fit: CandidateFit, wanted: Sequence[tuple[str, dict[str, float]]]) -> np.ndarray:
-        """How the rows would change if missing effects were switched on: d(rows)/d(switch) at 0, (rows, effects).
-
-        `wanted` names effects, each with the values of its shape. A rival in the model is switched off as much as the
-        new one is switched on. The slopes of many switches are found together: what one effect's shape is does not
-        matter to another's switch.
-        """
-        columns = np.full((len(self.samples), len(wanted)), np.nan)
-        waiting = dict(enumerate(wanted))
-        while waiting:
-            some: dict[str, int] = {}
-            for i, (added, _) in waiting.items():
-                if len(some) < self.settings.padded[0] and added not in some:
-                    some[added] = i
-            columns[:, list(some.values())] = self._slopes(fit, {name: wanted[i][1] for name, i in some.items()})
-            for i in some.values():
-                del waiting[i]
-        replaced = {name: self.with_added([name], fit.effects) for name, _ in wanted}
-        outgoing = {old for name in replaced for old in fit.effects - replaced[name]}
-        off = dict(zip(sorted(outgoing), self._slopes(fit, {key: {} for key in sorted(outgoing)}).T, strict=True))
-        for i, (added, _) in enumerate(wanted):
-            columns[:, i] -= sum((off[old] for old in fit.effects - replaced[added]), np.zeros(len(columns)))
-        return columns
-
-    def signature(self, fit: CandidateFit, added: str, shape: dict[str, float] | None = None) -> np.ndarray:
-        """The signature of one effect."""
-        return self.signatures(fit, [(added, shape or {})])[:, 0]
-
-    def _slopes(self, fit: CandidateFit, turned: Mapping[str, dict[str, float]]) -> np.ndarray:
-        """d(rows)/d(switch) of some effects, each at its own shape, beside the effects of a fit: (rows, effects)."""
-        if not turned:
-            return np.zeros((len(self.samples), 0))
-        vector = fit.vector.copy()
-        for shape in turned.values():
-            vector[self.layout.at(shape)] = list(shape.values())
-        first = len(vector) + 1
-        names = list(self.effects)
-        at = [first + names.index(name) for name in turned]
-        subset = self._subset(fit.effects, at, vector, beside=list(turned))
-        found = solve(self.problem, subset, subset.place(subset.full)[None], self.settings.steps, LOOK)
-        return np.asarray(found.slopes)[self.real][:, : len(turned)]
-
     def rows_at(self, fit: CandidateFit, problem: Problem, without: Iterable[str] = ()) -> np.ndarray:
         """The rows (rows,) of a fitted set on another problem of the same shape, some of its effects switched off."""
-        subset = self._subset(fit.effects - set(without), (), fit.vector)
+        subset = self.subset(fit.effects - set(without), (), fit.vector)
         found = solve(problem, subset, subset.place(subset.full)[None], self.settings.steps, LOOK)
         return np.asarray(found.rows)[self.real]
 
@@ -302,7 +240,7 @@ class Universe:
         default = dict(zip(names, own, strict=True))
         return [default, *(shape for shape in grid if shape != default)]
 
-    def _subset(
+    def subset(
         self, effects: frozenset[str], at: Sequence[int] | np.ndarray, start: np.ndarray, beside: Sequence[str] = ()
     ) -> Subset:
         """The effects of a set; free is what is `at`, each with the effect `beside` it evaluated but switched off.

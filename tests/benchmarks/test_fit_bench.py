@@ -23,6 +23,7 @@ from fitting.diagnosis.examine import Examiner
 from fitting.diagnosis.lay_out import universe
 from fitting.diagnosis.missing_effect import MissingEffectTest, missing_effect_test
 from fitting.diagnosis.nuisance import Nuisance
+from fitting.diagnosis.signatures import signatures
 from fitting.least_squares.fit import fit, starting_places
 from fitting.least_squares.search import solve
 from fitting.least_squares.subset import Subset, subset_of
@@ -289,7 +290,7 @@ class Screening:
         self.data = as_data(experiment, self.world.samples)
 
     def signatures(self) -> np.ndarray:
-        return self.world.signatures(self.base_fit, [(name, {}) for name in DOZEN])
+        return signatures(self.world, self.base_fit, [(name, {}) for name in DOZEN])
 
     def by_signatures(self) -> MissingEffectTest:
         return self.tested(self.signatures())

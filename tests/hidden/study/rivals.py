@@ -135,16 +135,18 @@ def pruned(names: Sequence[str], columns: np.ndarray, left: np.ndarray) -> set[s
 
 def regression(search: Any) -> tuple[list[str], np.ndarray, np.ndarray, np.ndarray]:
     """Unit signatures of every candidate beside the baseline's slopes, the misfit, and the loops."""
+    from fitting.diagnosis.signatures import signatures
+
     world, base = search.world, search.base
     possible = [name for name in world.candidates if not world.lacking(world.with_added([name]))]
     wanted = [(name, shape) for name in possible for shape in world.shapes(name)[:3]]
-    signatures = world.signatures(base, wanted)
-    fit = np.all(np.isfinite(signatures), axis=0) & np.any(signatures != 0, axis=0)
-    names, signatures = [name for (name, _), good in zip(wanted, fit, strict=True) if good], signatures[:, fit]
+    columns = signatures(world, base, wanted)
+    fit = np.all(np.isfinite(columns), axis=0) & np.any(columns != 0, axis=0)
+    names, columns = [name for (name, _), good in zip(wanted, fit, strict=True) if good], columns[:, fit]
     slopes = base.slopes[:, np.linalg.norm(base.slopes, axis=0) > 0]
     basis = np.linalg.qr(slopes)[0]
-    rest = signatures - basis @ (basis.T @ signatures)
-    seen = np.linalg.norm(rest, axis=0) > 1e-4 * np.linalg.norm(signatures, axis=0)
+    rest = columns - basis @ (basis.T @ columns)
+    seen = np.linalg.norm(rest, axis=0) > 1e-4 * np.linalg.norm(columns, axis=0)
     rest = rest[:, seen] / np.linalg.norm(rest[:, seen], axis=0)
     left = -(base.rows - basis @ (basis.T @ base.rows))
     loops = np.unique(np.stack([world.samples.run, world.samples.loop]), axis=1, return_inverse=True)[1]
