@@ -16,7 +16,6 @@ from click.testing import CliRunner
 from small_muscle import loops, write
 
 from fitting.cli.main import main
-from fitting.cli.options import CHAINS
 from fitting.errors import InputError
 from fitting.least_squares.fit import fit
 from fitting.model_files.writer import is_edited, write_model
@@ -25,6 +24,7 @@ from fitting.posterior.store import copy_store
 from fitting.recordings.experiment import read_experiment
 from fitting.recordings.template import write_muscle_file
 from fitting.report.results import write_json
+from fitting.study.request import CHAINS
 from fitting.workbench.data import keep
 from fitting.writing import write_replacing, write_text
 from mckibben_jax.effects import CoulombFriction, IdealCylinder
