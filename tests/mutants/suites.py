@@ -83,7 +83,10 @@ DIAGNOSIS = Suite(
             ("tests/test_diagnose.py",),
         ),
         "fitting/diagnosis/equivalent": (("tests/test_equivalent.py",), ("tests/test_search.py",)),
-        "fitting/diagnosis/universe": (("tests/test_universe.py",), ("tests/test_search.py",)),
+        **dict.fromkeys(
+            ("fitting/diagnosis/universe", "fitting/diagnosis/signatures"),
+            (("tests/test_universe.py",), ("tests/test_search.py",)),
+        ),
         **dict.fromkeys(
             ("fitting/diagnosis/flip_groups", "fitting/diagnosis/sign_flips", "fitting/diagnosis/missing_effect"),
             (("tests/test_verdict.py",), ("tests/test_flips.py",), ("tests/test_diagnose.py",)),
