@@ -4,8 +4,12 @@ import io
 
 import h5py
 import numpy as np
+import pytest
 import scipy.io
 from folders import MUSCLE, loop_columns
+
+from fitting.errors import InputError
+from fitting.recordings.experiment import read_experiment
 
 NAMES = {"time [s]": "time", "pressure [bar]": "pressure", "contraction [%]": "contraction", "force [N]": "force"}
 UNITS = 'units = { time = "s", pressure = "bar", contraction = "%", force = "N" }'
@@ -27,6 +31,21 @@ def described(folder, file, more=UNITS):
     """A muscle.toml beside the file."""
     (folder / "muscle.toml").write_text(f'{MUSCLE}\n[[recording]]\nfile = "{file}"\ntest = "loop"\n{more}\n')
     return folder
+
+
+def read_as(file, folder, content, more=UNITS):
+    """What is read where a file of this name holds these bytes."""
+    (folder / file).write_bytes(content)
+    return read_experiment(described(folder, file, more))
+
+
+def refused_as(file, folder, content, more=UNITS):
+    """The message with which such a file is refused; it names the file and a cure."""
+    with pytest.raises(InputError) as caught:
+        read_as(file, folder, content, more)
+    assert caught.value.cure, caught.value
+    assert file in str(caught.value)
+    return str(caught.value)
 
 
 def mat(variables, **options):

@@ -2,14 +2,14 @@
 
 import io
 import sys
+from functools import partial
 
 import numpy as np
 import pytest
 from folders import folder_of, loop_csv, only_run
-from other_files import described, vectors
+from other_files import read_as, refused_as, vectors
 
 from fitting.errors import InputError
-from fitting.recordings.experiment import read_experiment
 from fitting.recordings.tables import read_heads, read_table
 from fitting.recordings.template import write_muscle_file
 
@@ -88,17 +88,7 @@ def several_topics(stamped=True):
     }  # fmt: skip
 
 
-def read(folder, content, more=UNITS):
-    (folder / "loops.mcap").write_bytes(content)
-    return read_experiment(described(folder, "loops.mcap", more))
-
-
-def refused(folder, content, more=UNITS):
-    with pytest.raises(InputError) as caught:
-        read(folder, content, more)
-    assert caught.value.cure, caught.value
-    assert "loops.mcap" in str(caught.value)
-    return str(caught.value)
+read, refused = partial(read_as, "loops.mcap"), partial(refused_as, "loops.mcap")
 
 
 def test_a_topic_is_read_as_the_same_csv(tmp_path):

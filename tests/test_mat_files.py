@@ -3,6 +3,7 @@
 import io
 import zlib
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import h5py
@@ -10,11 +11,10 @@ import numpy as np
 import pytest
 import scipy.io
 from folders import folder_of, loop_csv, only_run
-from other_files import UNITS, described, mat, mat73, vectors
+from other_files import UNITS, mat, mat73, read_as, refused_as, vectors
 
 from fitting.errors import InputError
 from fitting.recordings import mat_elements, mat_hdf5
-from fitting.recordings.experiment import read_experiment
 from fitting.recordings.mat_elements import mat5_variables
 from fitting.recordings.mat_file import HDF5
 from fitting.recordings.mat_variables import Unread
@@ -26,17 +26,7 @@ pytestmark = pytest.mark.filterwarnings("error")
 VERSIONS = pytest.mark.parametrize("write", [mat, mat73], ids=["version 7", "version 7.3"])
 
 
-def read(folder, content, more=UNITS):
-    (folder / "loops.mat").write_bytes(content)
-    return read_experiment(described(folder, "loops.mat", more))
-
-
-def refused(folder, content, more=UNITS):
-    with pytest.raises(InputError) as caught:
-        read(folder, content, more)
-    assert caught.value.cure, caught.value
-    assert "loops.mat" in str(caught.value)
-    return str(caught.value)
+read, refused = partial(read_as, "loops.mat"), partial(refused_as, "loops.mat")
 
 
 def same_as_csv(folder, found):

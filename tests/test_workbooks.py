@@ -9,7 +9,7 @@ import zipfile
 import numpy as np
 import pytest
 from folders import folder_of, loop_csv, only_run
-from other_files import described, full_columns, rows_of, workbook
+from other_files import full_columns, read_as, refused_as, rows_of, workbook
 
 from fitting.errors import InputError
 from fitting.recordings.experiment import read_experiment
@@ -21,16 +21,11 @@ pytestmark = pytest.mark.filterwarnings("error")
 
 
 def read(folder, content, more=""):
-    (folder / "loops.xlsx").write_bytes(content)
-    return read_experiment(described(folder, "loops.xlsx", more))
+    return read_as("loops.xlsx", folder, content, more)
 
 
 def refused(folder, content, more=""):
-    with pytest.raises(InputError) as caught:
-        read(folder, content, more)
-    assert caught.value.cure, caught.value
-    assert "loops.xlsx" in str(caught.value)
-    return str(caught.value)
+    return refused_as("loops.xlsx", folder, content, more)
 
 
 def changed(at, cell, value):
