@@ -6,8 +6,6 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import islice, product
 
-import jax
-import jax.numpy as jnp
 import numpy as np
 
 from fitting.diagnosis.candidate_fit import CandidateFit
@@ -121,7 +119,7 @@ class Universe:
         begin = self._starts(subset, names, start, new)
         best = None
         for place in begin:  # one at a time: any number of starts is the same compiled function
-            found = solve(self.problem, subset, jnp.asarray(place)[None], self.settings.steps, NO_LOOK)
+            found = solve(self.problem, subset, place[None], self.settings.steps, NO_LOOK)
             if best is None or float(found.cost) < float(best.cost):
                 best = found
         assert best is not None
@@ -140,7 +138,7 @@ class Universe:
     ) -> CandidateFit:
         count, k = self._count, len(names)
         all_rows, all_slopes = np.asarray(found.rows), np.asarray(found.slopes)[:, :k]
-        vector = np.asarray(subset.vector(found.place))[: len(self.layout.names)]
+        vector = subset.vector(np.asarray(found.place))[: len(self.layout.names)]
         ends = at_bound(names, np.asarray(found.place)[:k])
         if decide:
             ends = tuple(name for name in ends if self._held(subset, names.index(name), found))
@@ -162,8 +160,8 @@ class Universe:
             return True  # a stated size that is denied; or what no refit could make up for
         place[at] += shift
         slot = len(self.layout.names)  # nothing reads it
-        free = jnp.where(jnp.arange(len(place)) == at, slot, subset.free)
-        rest = replace(subset, full=subset.vector(jnp.asarray(place)), free=free)
+        free = np.where(np.arange(len(place)) == at, slot, subset.free)
+        rest = replace(subset, full=subset.vector(place), free=free)
         again = solve(self.problem, rest, rest.place(rest.full)[None], self.settings.steps, NO_LOOK)
         return float(again.cost) > float(found.cost) + may_rise
 
@@ -181,11 +179,11 @@ class Universe:
         subset = self.subset(effects, at, smaller.vector)
         entries = [self.layout.entries[i] for i in at]
 
-        def search(alone: Subset, starts: jax.Array, look: np.ndarray) -> MultistartResult:
+        def search(alone: Subset, starts: np.ndarray, look: np.ndarray) -> MultistartResult:
             return solve(self.problem, alone, starts, self.settings.steps, LOOK if look[0] else NO_LOOK)
 
         place = as_good_as_absent(search, subset, entries, new, 1)
-        return self.fit(effects, np.asarray(subset.vector(jnp.asarray(place)))[: len(smaller.vector)])
+        return self.fit(effects, subset.vector(place)[: len(smaller.vector)])
 
     def confined(self) -> "Universe":
         """The same where no stated size can leave what was stated by more than a few of its standard errors."""
@@ -253,18 +251,18 @@ class Universe:
         evaluated = np.zeros((size, len(switches)), bool)
         for along, name in zip(evaluated, beside, strict=False):
             along[:] = self.switches([name]) > 0
-        behind = lambda values, slot, rest: jnp.asarray(np.concatenate([values, [slot], np.full(len(switches), rest)]))  # noqa: E731
+        behind = lambda values, slot, rest: np.concatenate([values, [slot], np.full(len(switches), rest)])  # noqa: E731
         return Subset(
-            jnp.asarray(np.concatenate([start, [0.5], switches])),
-            jnp.asarray(free),
-            jnp.asarray(switches),
-            jnp.asarray(switches > 0),
+            np.concatenate([start, [0.5], switches]),
+            free,
+            switches,
+            switches > 0,
             behind(self.layout.lower, 0.0, 0.0),
             behind(self.layout.upper, 1.0, 1.0),
             behind(self.layout.logarithmic, False, False),
             turned=len(switches),
-            varying=jnp.asarray(max(len(at), 1)),
-            beside=jnp.asarray(evaluated),
+            varying=np.array(max(len(at), 1)),
+            beside=evaluated,
         )
 
     def _starts(self, subset: Subset, names: tuple[str, ...], start: np.ndarray, new: Sequence[str]) -> np.ndarray:
@@ -276,9 +274,8 @@ class Universe:
                 for name, value in shape.items():
                     vector[self.layout.names.index(name)] = value
             vectors.append(vector)
-        rest = np.asarray(subset.full)[len(start) :]
-        whole = [jnp.asarray(np.append(vector, rest)) for vector in vectors or [start]]
-        return np.array([np.asarray(subset.place(vector)) for vector in whole])
+        rest = subset.full[len(start) :]
+        return np.array([subset.place(np.append(vector, rest)) for vector in vectors or [start]])
 
 
 def confined(layout: Unknowns, errors: float) -> Unknowns:

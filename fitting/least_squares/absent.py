@@ -7,7 +7,6 @@ place it cannot: every step of the search lowers the sum of squares.
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
-import jax.numpy as jnp
 import numpy as np
 
 from fitting.least_squares.search import MultistartResult
@@ -15,7 +14,7 @@ from fitting.least_squares.subset import Subset
 from fitting.problem.unknowns import Unknown
 
 Solve = Callable[
-    [Subset, jnp.ndarray, np.ndarray], MultistartResult
+    [Subset, np.ndarray, np.ndarray], MultistartResult
 ]  # of a subset, starts (count, free) and look (count,)
 NEUTRAL = (0.0, 1.0)  # values at which a sum or a product changes nothing
 
@@ -30,7 +29,7 @@ def as_good_as_absent(
     parameters alone goes on from the best. `solve` takes `count` starts, as the caller's own searches do, so that
     nothing is compiled for this.
     """
-    here = np.asarray(subset.place(subset.full))
+    here = subset.place(subset.full)
     places = _places(subset, here, entries, new)
     alone, look = _only(subset, new), np.ones(count, bool)
     costs = [
@@ -43,8 +42,8 @@ def as_good_as_absent(
 
 def _places(subset: Subset, here: np.ndarray, entries: Sequence[Unknown], new: np.ndarray) -> np.ndarray:
     """Places (n, free) to look at: the new parameters at their starts, then one after the other at a special value."""
-    at, full = [i for i, fresh in enumerate(new) if fresh], np.asarray(subset.full)
-    position = np.asarray(subset.free)
+    at, full = [i for i, fresh in enumerate(new) if fresh], subset.full
+    position = subset.free
     first = full.copy()
     first[position[at]] = [entries[i].start for i in at]
     vectors = [first]
@@ -54,17 +53,17 @@ def _places(subset: Subset, here: np.ndarray, entries: Sequence[Unknown], new: n
         for value in dict.fromkeys(special):
             vectors.append(first.copy())
             vectors[-1][position[i]] = value
-    places = np.array([np.asarray(subset.place(jnp.asarray(vector))) for vector in vectors])
+    places = np.array([subset.place(vector) for vector in vectors])
     return np.where(_padded(new, len(here)), places, here)
 
 
 def _only(subset: Subset, new: np.ndarray) -> Subset:
     """The same subset in which the range of every parameter that is not new has shrunk to the value that it has."""
-    position = np.asarray(subset.free)
+    position = subset.free
     still = position[: len(new)][~new]
-    lower, upper, full = (np.asarray(x).copy() for x in (subset.lower, subset.upper, subset.full))
+    lower, upper, full = (x.copy() for x in (subset.lower, subset.upper, subset.full))
     lower[still] = upper[still] = full[still]
-    return replace(subset, lower=jnp.asarray(lower), upper=jnp.asarray(upper))
+    return replace(subset, lower=lower, upper=upper)
 
 
 def _padded(mask: np.ndarray, size: int) -> np.ndarray:
@@ -76,6 +75,6 @@ def _parts(places: np.ndarray, count: int) -> list[np.ndarray]:
     return [places[i : i + count] for i in range(0, len(places), count)]
 
 
-def _filled(places: np.ndarray, count: int) -> jnp.ndarray:
+def _filled(places: np.ndarray, count: int) -> np.ndarray:
     """As many places as the compiled function takes, the last repeated."""
-    return jnp.asarray(np.concatenate([places, np.repeat(places[-1:], count - len(places), axis=0)]))
+    return np.concatenate([places, np.repeat(places[-1:], count - len(places), axis=0)])

@@ -3,7 +3,6 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-import jax.numpy as jnp
 import numpy as np
 from scipy.stats import qmc
 
@@ -45,7 +44,7 @@ SETTINGS = FitSettings()
 def constrained_names(given: Problem, subset: Subset, names: Sequence[str]) -> tuple[str, ...]:
     """Those of the free names that the data constrain: along which the rows of the measurements change at all."""
     count = sum(int(block.keep.size) for block in given.blocks)
-    _, slopes = rows_and_slopes(given, subset, jnp.clip(subset.place(subset.full), 0.01, 0.99))
+    _, slopes = rows_and_slopes(given, subset, np.clip(subset.place(subset.full), 0.01, 0.99))
     moves = np.linalg.norm(np.nan_to_num(np.asarray(slopes)[:count], posinf=0.0, neginf=0.0), axis=0)
     least = SETTINGS.blind * max(moves.max(), 1e-300)
     return tuple(name for name, move in zip(names, moves, strict=True) if move > least)
@@ -54,7 +53,7 @@ def constrained_names(given: Problem, subset: Subset, names: Sequence[str]) -> t
 def starting_places(layout: Unknowns, subset: Subset, names: Sequence[str], count: int, seed: int) -> np.ndarray:
     """Where to begin: at the declared starts, then spread over the effects' ranges; the muscle as it was measured."""
     at = layout.at(names)
-    first = np.asarray(subset.full).copy()
+    first = subset.full.copy()
     for i in at:
         first[i] = layout.entries[i].starts[0]
     declared = [first]
@@ -62,7 +61,7 @@ def starting_places(layout: Unknowns, subset: Subset, names: Sequence[str], coun
         for other in layout.entries[i].starts[1:]:
             declared.append(first.copy())
             declared[-1][i] = other
-    places = [np.asarray(subset.place(jnp.asarray(vector))) for vector in [np.asarray(subset.full), *declared]]
+    places = [subset.place(vector) for vector in [subset.full, *declared]]
     spread = qmc.Sobol(max(len(at), 1), rng=seed).random_base2(6) if len(at) else np.zeros((0, 0))
     own = np.array([layout.entries[i].name.startswith("muscle.") for i in at], bool)
     more = [np.where(own, places[0], SETTINGS.spread_from + SETTINGS.spread * row) for row in spread]
@@ -131,14 +130,14 @@ def fit_problem(
         begin = begin_by_shooting(search, subset, begin, shooting)
         search_from = SearchSummary(stretches=shooting, shooting_starts=starts)
     none = np.zeros(len(begin), bool)
-    result = on_the_host(solve(search, subset, jnp.asarray(begin), look=none))
+    result = on_the_host(solve(search, subset, np.asarray(begin), look=none))
     ends, moves = result.ends, any(block.steps for block in given.blocks)
     if moves and np.isfinite(result.cost):
         result = _search_further(usual.problem, subset, result, len(begin))
         result = _no_higher(usual.problem, subset, first, result) if known else result
     summary, failures = _summary(ends, search_from), _failures(usual, subset, samples, ends, begin)
     if not np.isfinite(result.cost):
-        lost = _not_fitted(layout, given, samples, np.asarray(subset.vector(jnp.asarray(begin[0]))), held)
+        lost = _not_fitted(layout, given, samples, subset.vector(np.asarray(begin[0])), held)
         return replace(lost, converged=False, search=summary, failures=failures)
     best, converged = result.best.at(usual.rows), _converged(result)
     fit = record_fit(layout, given, samples, subset, names, best, held=held, converged=converged, search=summary)
@@ -151,7 +150,7 @@ def _search_further(given: Problem, subset: Subset, result: MultistartResult, co
 
     Of `count` searches all but the first only look, so that nothing is compiled again.
     """
-    again = jnp.asarray(np.broadcast_to(result.place, (count, len(result.place))))
+    again = np.broadcast_to(result.place, (count, len(result.place)))
     looked = np.arange(count) > 0
     result = on_the_host(solve(given, subset, again, look=looked))
     return replace(result, ends=replace(result.ends, converged=result.ends.converged & ~looked))
@@ -172,7 +171,7 @@ def _from_known(
 
 def _no_higher(given: Problem, subset: Subset, first: np.ndarray, result: MultistartResult) -> MultistartResult:
     """The end of a search that looked around with long steps or by shooting, or a lower one near where it began."""
-    again = jnp.asarray(np.broadcast_to(first, (len(result.ends.cost), len(first))))
+    again = np.broadcast_to(first, (len(result.ends.cost), len(first)))
     there = solve(given, subset, again, look=np.ones(len(again), bool))
     if not float(there.cost) < float(result.cost):
         return result
@@ -190,7 +189,7 @@ def _constrained_somewhere(
     found = set(constrained_names(given, subset, asked))
     if len(found) < len(asked):
         for place in starting_places(layout, subset, asked, SETTINGS.looks, seed)[1:]:
-            found |= set(constrained_names(given, replace(subset, full=subset.vector(jnp.asarray(place))), asked))
+            found |= set(constrained_names(given, replace(subset, full=subset.vector(np.asarray(place))), asked))
     return tuple(name for name in asked if name in found)
 
 
@@ -241,7 +240,7 @@ def _failures(
     """The starts from which the search met no finite numbers."""
     failed = []
     for i in np.flatnonzero(~np.isfinite(ends.cost)):
-        rows, _ = rows_and_slopes(given.problem, subset, jnp.asarray(begin[i]))
+        rows, _ = rows_and_slopes(given.problem, subset, np.asarray(begin[i]))
         bad = np.flatnonzero(~np.isfinite(np.asarray(rows)[given.rows][: len(samples)]))
         failed.append(FailedStart(int(i) + 1, int(bad[0]) if len(bad) else None))
     return tuple(failed)

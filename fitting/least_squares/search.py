@@ -12,7 +12,7 @@ from jaxtyping import ArrayLike
 
 from fitting.compiled.traced import kept
 from fitting.least_squares.box import BoxLevenbergMarquardt
-from fitting.least_squares.subset import Subset
+from fitting.least_squares.subset import Array, Subset
 
 MAX_STEPS = 150  # of one search: chosen
 
@@ -38,7 +38,7 @@ HERE: Any = 0  # where an array stands in what a compiled function returns
 
 
 @kept(like=(HERE, HERE))
-def rows_and_slopes(given: Residuals, subset: Subset, place: jax.Array) -> tuple[jax.Array, jax.Array]:
+def rows_and_slopes(given: Residuals, subset: Subset, place: Array) -> tuple[jax.Array, jax.Array]:
     """All rows and their Jacobian (rows, free) with respect to the free unknowns' places in the unit box."""
     slopes = _together if subset.varying is None else _two_by_two
     return slopes(given, subset, place)
@@ -145,7 +145,7 @@ class MultistartResult(eqx.Module):
 
 @kept(like=MultistartResult(SearchEnd(HERE, HERE, HERE, HERE), HERE, HERE, HERE, HERE))
 def solve(
-    given: Residuals, subset: Subset, starts: jax.Array, steps: int = MAX_STEPS, look: ArrayLike = False
+    given: Residuals, subset: Subset, starts: Array, steps: int = MAX_STEPS, look: ArrayLike = False
 ) -> MultistartResult:
     """Search from each start (starts, free) in turn; a loop over starts, for on a CPU it beats a batch of solvers.
 

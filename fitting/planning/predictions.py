@@ -94,7 +94,7 @@ class Explained:
     @property
     def values(self) -> dict[str, float]:
         """Every unknown by its full name, SI."""
-        vector = self.subset.vector(jnp.asarray(self.place))
+        vector = self.subset.vector(self.place)
         return dict(zip(self.layout.names, map(float, vector), strict=True))
 
     def at(self, place: np.ndarray) -> "Explained":
@@ -167,7 +167,7 @@ def explain(
     vector = np.clip(vector, layout.lower, layout.upper)
     free = varying.names(layout)
     subset = subset_of(layout, vector, free)
-    place = np.asarray(subset.place(subset.full))
+    place = subset.place(subset.full)
     nothing = np.zeros(len(samples))
     empty = np.zeros((0, len(place)))
     names = tuple(name_of(effect) for effect in added)

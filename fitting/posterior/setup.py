@@ -107,7 +107,7 @@ def _narrow(subset: Subset, fit: Fit, priors: dict[str, Prior]) -> Subset:
     for i, prior in zip(fit.layout.at(priors), priors.values(), strict=True):
         lower[i], upper[i] = prior.ends(float(lower[i]), float(upper[i]))
         log[i] &= lower[i] > 0
-    return dataclasses.replace(subset, lower=jnp.asarray(lower), upper=jnp.asarray(upper), logarithmic=jnp.asarray(log))
+    return dataclasses.replace(subset, lower=lower, upper=upper, logarithmic=log)
 
 
 def thin_readings(fit: Fit, experiments: Sequence[Experiment], rows: int) -> tuple[Problem, Samples]:
