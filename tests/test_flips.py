@@ -13,6 +13,7 @@ from fitting.diagnosis.nuisance import Nuisance
 from fitting.diagnosis.settings import FLIP_TEST, NOISE
 from fitting.diagnosis.sign_flips import flipped_signs
 from fitting.least_squares import held_out
+from fitting.least_squares.decomposed import orthonormal
 from fitting.problem.residuals import Samples
 
 LOOPS, PER_HALF = 20, 40
@@ -256,7 +257,7 @@ def test_left_out_rows_are_those_of_a_refit():
 def test_a_basis_has_no_more_columns_than_its_span():
     """Copies and sums add nothing, and neither does what rounding leaves of them."""
     own = np.random.default_rng(6).normal(size=(50, 3))
-    found = working_noise.orthonormal(np.column_stack([own, own[:, 0] + 1e-9 * own[:, 1], own @ [1e3, 2.0, 3.0]]))
+    found = orthonormal(np.column_stack([own, own[:, 0] + 1e-9 * own[:, 1], own @ [1e3, 2.0, 3.0]]))
     assert found.shape == (50, 3)
     assert np.allclose(found.T @ found, np.eye(3))
     assert np.allclose(found @ (found.T @ own), own)

@@ -9,7 +9,7 @@ from test_flips import samples
 from fitting.diagnosis import omnibus, working_noise
 from fitting.diagnosis.candidate_fit import CandidateFit
 from fitting.diagnosis.flip_groups import flip_groups
-from fitting.diagnosis.instrument_answers import likeliest_size
+from fitting.diagnosis.instrument_answers import WithoutNoise, likeliest_size
 from fitting.diagnosis.instrument_errors import (
     ErrorKind,
     InstrumentErrors,
@@ -160,7 +160,7 @@ def test_the_size_of_an_error_is_found_again(times):
     rows = drawn(rest, random) + zeros
     step = np.linalg.lstsq(SLOPES, rows, rcond=None)[0]
     fit = CandidateFit(frozenset(), np.zeros(2), ("a", "b"), rows - SLOPES @ step, SLOPES, *BY_PRIORS, ())
-    found = likeliest_size(ground(felt), felt, source, fit, INSTRUMENTS)
+    found = likeliest_size(WithoutNoise.of(ground(felt), felt, fit), source, INSTRUMENTS)
     if times:
         assert 0.5 < found / (times * own) < 2.0
     else:

@@ -32,6 +32,7 @@ CALLED = ("jax", "jaxlib", "equinox", "optimistix", "lineax", "diffrax", "numpy"
 PLAIN = (str, int, float, bool, bytes, type(None))
 MOST = 64  # programs of one process; each belongs to one set of effects on data of one shape
 CHECK = hashlib.sha256
+ARRAY = object()  # stands for an array among what is compiled in
 
 
 class Unkept(Exception):
@@ -56,51 +57,53 @@ class Kept(Generic[P, R]):
         folder = jax.config.jax_compilation_cache_dir  # type: ignore[attr-defined]
         bound = self.signature.bind(*args, **kwargs)
         bound.apply_defaults()
-        arrays, rest = eqx.partition(tuple(bound.arguments.values()), eqx.is_array)
-        leaves = jax.tree.leaves(arrays)
-        if folder is None or any(isinstance(leaf, Tracer) for leaf in leaves):
+        leaves, tree = jax.tree.flatten(tuple(bound.arguments.values()))
+        arrays = [leaf for leaf in leaves if eqx.is_array(leaf)]
+        if folder is None or any(isinstance(leaf, Tracer) for leaf in arrays):
             return self.plain(*args, **kwargs)
         with self.lock:  # what two workers ask for is traced once
-            program = self._program(Path(folder), arrays, rest)
-        return jax.tree.unflatten(self.result, program(*leaves))
+            program = self._program(Path(folder), leaves, tree)
+        return jax.tree.unflatten(self.result, program(*arrays))
 
-    def _program(self, folder: Path, arrays: Any, rest: Any) -> Callable:
+    def _program(self, folder: Path, leaves: list, tree: Any) -> Callable:
         """The program for arguments like these: that of an earlier call, of another process, or a new one."""
-        leaves, tree = jax.tree.flatten(arrays)
-        shapes = tuple((leaf.shape, str(leaf.dtype)) for leaf in leaves)
-        asked = (folder, tree, shapes, tuple(jax.tree.leaves(rest)))
+        rest = tuple(ARRAY if eqx.is_array(leaf) else leaf for leaf in leaves)
+        shapes = tuple((leaf.shape, leaf.dtype) for leaf in leaves if eqx.is_array(leaf))
+        asked = (folder, tree, shapes, rest)
         if asked not in self.programs:
             while len(self.programs) >= MOST:
                 del self.programs[next(iter(self.programs))]
-            self.programs[asked] = jax.jit(self._read_or_traced(folder, arrays, rest, shapes))
+            self.programs[asked] = jax.jit(self._read_or_traced(folder, leaves, tree, rest))
         return self.programs[asked]
 
-    def _read_or_traced(self, folder: Path, arrays: Any, rest: Any, shapes: tuple) -> Callable:
-        leaves, tree = jax.tree.flatten(arrays)
+    def _read_or_traced(self, folder: Path, leaves: list, tree: Any, rest: tuple) -> Callable:
+        arrays = [leaf for leaf in leaves if eqx.is_array(leaf)]
 
-        def flat(*leaves: Any) -> list:
-            return jax.tree.leaves(self.function(*eqx.combine(jax.tree.unflatten(tree, leaves), rest)))
+        def flat(*arrays: Any) -> list:
+            given = iter(arrays)
+            whole = [next(given) if leaf is ARRAY else leaf for leaf in rest]
+            return jax.tree.leaves(self.function(*jax.tree.unflatten(tree, whole)))
 
         try:
-            place = folder / f"{self._name(shapes, tree, rest)}.program"
+            place = folder / f"{self._name(arrays, tree, rest)}.program"
             found = _read(place)
             if found is None:
-                found = export.export(jax.jit(flat))(*leaves)
+                found = export.export(jax.jit(flat))(*arrays)
                 _write(place, found)
         except (Unkept, ValueError, NotImplementedError):  # or a part that jax cannot write
             return flat
         return found.call
 
-    def _name(self, shapes: tuple, tree: Any, rest: Any) -> str:
+    def _name(self, arrays: list, tree: Any, rest: tuple) -> str:
         """What the program is called on disk."""
         words = [
             self.called,
             _sources(),
             jax.default_backend(),
             str(jax.config.jax_enable_x64),  # type: ignore[attr-defined]
-            repr(shapes),
+            repr([(leaf.shape, str(leaf.dtype)) for leaf in arrays]),
             *_described(tree),
-            *(_plain(leaf) for leaf in jax.tree.leaves(rest)),
+            *("*" if leaf is ARRAY else _plain(leaf) for leaf in rest),
         ]
         return CHECK("\n".join(words).encode()).hexdigest()
 

@@ -1,6 +1,7 @@
 """Explanations that these data cannot tell apart, special cases of each other, and the one that leads."""
 
 from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 
@@ -133,7 +134,9 @@ def _in_a_believable_muscle(
 ) -> dict[frozenset[str], CandidateFit]:
     """Every single effect; those that help are fitted with the stated sizes confined, if they deny any."""
     singles = {added: fit for added, fit in fits.items() if len(added) == 1}
-    return {added: believable(world, fit) if helps(fit) else fit for added, fit in singles.items()}
+    with ThreadPoolExecutor(world.settings.workers) as workers:
+        believed = workers.map(lambda fit: believable(world, fit) if helps(fit) else fit, singles.values())
+        return dict(zip(singles, believed, strict=True))
 
 
 def _of_one_kind(

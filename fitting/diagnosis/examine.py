@@ -1,6 +1,7 @@
 """How one fitted set of effects stands: tested for anything missing, and on runs left out."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
@@ -35,6 +36,7 @@ class Examiner:
         self._errors: dict[CandidateFit, tuple[InstrumentErrors, InstrumentErrors]] = {}
         self._left_out: dict[tuple[CandidateFit, bool], np.ndarray] = {}
         self._left: dict[CandidateFit, float] = {}
+        self._ground: tuple[CandidateFit, Ground] | None = None  # the latest alone: its factors are large
         self.flip_groups = flip_groups(world.samples, self.noise(base).memory, settings.flip_test)
 
     @cached_property
@@ -135,9 +137,14 @@ class Examiner:
 
     def ground(self, fit: CandidateFit, errors: InstrumentErrors | None = None) -> Ground:
         """What the test of a fitted set rests on; instruments err as they may unless `errors` are given."""
-        noise, settings = self.noise(fit), self.settings.flip_test
-        errors = self.errors(fit) if errors is None else errors
-        return Ground(self.world.samples, self.flip_groups, self.basis, noise, errors, self.seed, settings)
+        found = self._ground
+        if found is None or found[0] is not fit:  # a set is tested with many sizes of instruments' errors
+            ground = Ground(
+                self.world.samples, self.flip_groups, self.basis, self.noise(fit), self.errors(fit), self.seed,
+                self.settings.flip_test,
+            )  # fmt: skip
+            self._ground = found = fit, ground.prepared(Nuisance.of(fit))
+        return found[1] if errors is None else replace(found[1], errors=errors)
 
     def _why_not(self, added: frozenset[str], fit: CandidateFit, test: MissingEffectTest, bettered: bool) -> Why | None:
         """Why a fitted set is not adequate; None if it is."""

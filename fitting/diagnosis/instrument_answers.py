@@ -1,5 +1,8 @@
 """Instruments as answers: how large each error seems, may be, and had to be to explain a misfit."""
 
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+
 import numpy as np
 from scipy.optimize import minimize_scalar
 
@@ -8,48 +11,62 @@ from fitting.diagnosis.examine import Examiner
 from fitting.diagnosis.findings import InstrumentAnswer, Source
 from fitting.diagnosis.instrument_errors import InstrumentErrors
 from fitting.diagnosis.missing_effect import Ground
-from fitting.diagnosis.nuisance import Nuisance
 from fitting.diagnosis.settings import INSTRUMENTS, InstrumentSettings
-from fitting.diagnosis.working_noise import Whitener, orthonormal
-from fitting.least_squares.decomposed import svd
+from fitting.least_squares.decomposed import orthonormal, svd
 
 
 def instrument_answers(
     examiner: Examiner, fit: CandidateFit, rejected: bool, settings: InstrumentSettings = INSTRUMENTS
 ) -> tuple[InstrumentAnswer, ...]:
     """Of every error that an instrument could make, in a fitted set; `rejected` is whether anything is missing."""
-    every, ground = examiner.errors(fit, every=True), examiner.ground(fit)
+    every = examiner.errors(fit, every=True)
     _, columns = examiner.columns(fit, {}, glance=True) if rejected else ([], None)
-    answers = []
-    for source in every.sources:
-        times = likeliest_size(ground, every, source, fit, settings)
+    white = WithoutNoise.of(examiner.ground(fit), every, fit)
+
+    def answer(source: Source) -> InstrumentAnswer:
+        times = likeliest_size(white, source, settings)
         needed = None
         if columns is not None and times * source.width > source.allowed:
             wide = every.chosen([s for s in every.sources if s.allowed > 0 or s == source]).widened(source, times)
             needed = None if examiner.rejected(fit, wide, columns) else times * source.width
-        answers.append(InstrumentAnswer(source, times * source.width, needed))
-    return tuple(answers)
+        return InstrumentAnswer(source, times * source.width, needed)
+
+    with ThreadPoolExecutor(examiner.world.settings.workers) as workers:  # LAPACK leaves the lock of the interpreter
+        return tuple(workers.map(answer, every.sources))
 
 
-def likeliest_size(
-    ground: Ground, every: InstrumentErrors, source: Source, fit: CandidateFit, settings: InstrumentSettings
-) -> float:
+@dataclass(frozen=True)
+class WithoutNoise:
+    """A fitted set free of the correlation that noise makes: all that instruments could make of it, rows, slopes."""
+
+    every: InstrumentErrors
+    rows: np.ndarray
+    slopes: np.ndarray
+    prior_rows: np.ndarray
+    prior_slopes: np.ndarray
+
+    @classmethod
+    def of(cls, ground: Ground, every: InstrumentErrors, fit: CandidateFit) -> "WithoutNoise":
+        """That of one fitted set."""
+        errors = every.changed(ground.without_noise(every.per_run), ground.without_noise(every.shared))
+        rows, slopes = ground.without_noise(fit.rows), ground.without_noise(fit.slopes)
+        return cls(errors, rows, slopes, fit.prior_rows, fit.prior_slopes)
+
+
+def likeliest_size(white: WithoutNoise, source: Source, settings: InstrumentSettings = INSTRUMENTS) -> float:
     """The size of one error, in widths of its columns, of the largest restricted likelihood.
 
     Whitened by noise and all other errors, and free of the parameters, scores along the columns' own directions have
     the variances 1 + (size x strength)^2.
     """
-    noise = Whitener.of(ground.noise, ground.samples, ground.flip_groups.together)
-    others = every.chosen([s for s in every.sources if s.allowed > 0 and s != source])
-    white = others.changed(noise(others.per_run), noise(others.shared)).whitener()
-    mine = white(noise(every.chosen([source]).columns))
-    by = Nuisance.of(fit)
-    slopes = np.vstack([white(noise(by.slopes)), by.prior_slopes])
-    known = orthonormal(slopes)
+    every = white.every
+    without = every.chosen([s for s in every.sources if s.allowed > 0 and s != source]).whitener()
+    mine = without(every.chosen([source]).columns)
+    known = orthonormal(np.vstack([without(white.slopes), white.prior_slopes]))
     free = lambda rows, prior: _free_of(known, np.concatenate([rows, prior]))  # noqa: E731
-    side, strength, _ = svd(free(mine, np.zeros((len(by.prior_rows), mine.shape[1]))))
+    side, strength, _ = svd(free(mine, np.zeros((len(white.prior_rows), mine.shape[1]))))
     seen = strength > settings.visible
-    score = side[:, seen].T @ free(white(noise(fit.rows)), by.prior_rows)
+    score = side[:, seen].T @ free(without(white.rows), white.prior_rows)
     return _likeliest(strength[seen], score, settings)
 
 

@@ -15,7 +15,6 @@ import numpy as np
 from fitting.diagnosis import omnibus
 from fitting.diagnosis.findings import RELATIVE, ErrorKind, Source
 from fitting.diagnosis.settings import INSTRUMENTS, InstrumentSettings
-from fitting.least_squares.decomposed import svd
 from fitting.problem.residuals import Samples
 from fitting.recordings.accuracy import Accuracy, Channel, ChannelAccuracy
 
@@ -118,9 +117,12 @@ class InstrumentErrors:
 
 @dataclass(frozen=True)
 class InstrumentWhitener:
-    """Multiplies by a root of the inverse of 1 + U U': first run by run, then what all runs share."""
+    """Multiplies by a root of the inverse of 1 + U U': first run by run, then what all runs share.
 
-    parts: tuple[tuple[np.ndarray, np.ndarray, np.ndarray], ...]  # rows, orthonormal (rows, k), what is taken off each
+    The root is 1 - U M U' with M a function of U' U alone: only matrices as small as there are errors are decomposed.
+    """
+
+    parts: tuple[tuple[np.ndarray, np.ndarray, np.ndarray], ...]  # rows, U (rows, k), M (k, k)
 
     @classmethod
     def of(cls, errors: InstrumentErrors) -> "InstrumentWhitener":
@@ -128,10 +130,9 @@ class InstrumentWhitener:
         parts = []
         for one in np.unique(errors.run):
             at = np.flatnonzero(errors.run == one)
-            parts.append((at, *_root(errors.per_run[at])))
-        single = cls(tuple(parts))
-        every = np.arange(len(errors.run))
-        return cls((*parts, (every, *_root(single(errors.shared)))))
+            parts.append((at, errors.per_run[at], _taken(errors.per_run[at])))
+        shared = cls(tuple(parts))(errors.shared)
+        return cls((*parts, (np.arange(len(errors.run)), shared, _taken(shared))))
 
     def __call__(self, columns: np.ndarray) -> np.ndarray:
         """Columns (rows, q) or rows (rows,), without these errors as far as priors let them go."""
@@ -142,18 +143,20 @@ class InstrumentWhitener:
         return self._applied(self(rows), self.parts[::-1])
 
     def _applied(self, out: np.ndarray, parts: Sequence[tuple[np.ndarray, np.ndarray, np.ndarray]]) -> np.ndarray:
-        for at, side, taken in parts:
-            if side.shape[1]:
-                out[at] -= side @ (taken * (side.T @ out[at]).T).T
+        for at, errors, taken in parts:
+            if errors.shape[1]:
+                out[at] -= errors @ (taken @ (errors.T @ out[at]))
         return out
 
 
-def _root(columns: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Of 1 + U U' = Q diag(1 + s^2) Q': Q (rows, k), and 1 - 1/sqrt(1 + s^2) (k,)."""
-    if not columns.shape[1]:
-        return columns, np.zeros(0)
-    side, size, _ = svd(columns)
-    return side, 1 - 1 / np.sqrt(1 + size**2)
+def _taken(errors: np.ndarray) -> np.ndarray:
+    """M (k, k) of (1 + U U')^(-1/2) = 1 - U M U', with U' U = V diag(s^2) V' and M = V diag(1/(r (1 + r))) V'.
+
+    r is sqrt(1 + s^2), and (1 - 1/r)/s^2 = 1/(r (1 + r)), which has no 0/0 where an error is not felt.
+    """
+    square, turn = np.linalg.eigh(errors.T @ errors)
+    root = np.sqrt(1 + np.maximum(square, 0.0))
+    return (turn / (root * (1 + root))) @ turn.T
 
 
 def instrument_errors(

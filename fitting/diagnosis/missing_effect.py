@@ -5,19 +5,20 @@ null: rows and candidates are whitened by it before anything is flipped. Two rul
 level: flips of groups of readings, and a misfit of many times the noise to which flips may be blind.
 """
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from fitting.diagnosis.detection import detectable
 from fitting.diagnosis.flip_groups import FlipGroups
-from fitting.diagnosis.instrument_errors import InstrumentErrors
+from fitting.diagnosis.instrument_errors import InstrumentErrors, InstrumentWhitener
 from fitting.diagnosis.nuisance import Nuisance
 from fitting.diagnosis.omnibus import Basis
 from fitting.diagnosis.projected import Projected, projected
 from fitting.diagnosis.settings import FLIP_TEST, FlipTestSettings
 from fitting.diagnosis.sign_flips import PValues, Scores, flipped_signs
-from fitting.diagnosis.working_noise import Noise, Whitener, orthonormal
+from fitting.diagnosis.working_noise import Noise, Whitener
+from fitting.least_squares.decomposed import orthonormal
 from fitting.problem.residuals import Samples
 
 
@@ -53,7 +54,11 @@ class MissingEffectTest:
 
 @dataclass(frozen=True)
 class Ground:
-    """What a test rests on: samples, what of them is flipped as a whole, bases, noise, instruments, a seed."""
+    """What a test rests on: samples, what of them is flipped as a whole, bases, noise, instruments, a seed.
+
+    `whitener` is that of the noise, and `explained` an orthonormal basis (rows, q) of what the fitted model and the
+    bases that know no effect can make of rows; both are found where they are not given.
+    """
 
     samples: Samples
     flip_groups: FlipGroups
@@ -62,13 +67,31 @@ class Ground:
     errors: InstrumentErrors
     seed: int
     settings: FlipTestSettings = FLIP_TEST
+    whitener: Whitener | None = None
+    explained: np.ndarray | None = None
+
+    def prepared(self, by: Nuisance) -> "Ground":
+        """The same with all that tests of one fitted model share, whatever its instruments err by."""
+        explained = orthonormal(np.hstack([self.basis.whole, by.slopes]))
+        return replace(self, whitener=self._noise_whitener(), explained=explained)
+
+    def _noise_whitener(self) -> Whitener:
+        return self.whitener or Whitener.of(self.noise, self.samples, self.flip_groups.together)
+
+    def without_noise(self, columns: np.ndarray) -> np.ndarray:
+        """Rows (rows, q) free of the correlation that noise makes."""
+        return self._noise_whitener()(columns)
+
+    def without_instruments(self, errors: InstrumentErrors) -> InstrumentWhitener:
+        """What takes these errors out of rows that are free of the correlation that noise makes."""
+        whitener = self._noise_whitener()
+        return errors.changed(whitener(errors.per_run), whitener(errors.shared)).whitener()
 
     def whitened(self, rows: np.ndarray, by: Nuisance, signatures: np.ndarray) -> "Whitened":
         """All that is tested, free of the correlation that noise and instruments make."""
-        noise = Whitener.of(self.noise, self.samples, self.flip_groups.together)
-        errors = self.errors.changed(noise(self.errors.per_run), noise(self.errors.shared)).whitener()
+        errors = self.without_instruments(self.errors)
         parts = [rows[:, None], by.slopes, signatures, self.basis.smooth, self.basis.fine]
-        plain = noise(np.hstack(parts))
+        plain = self.without_noise(np.hstack(parts))
         split = lambda flat: np.split(flat, np.cumsum([part.shape[1] for part in parts])[:-1], axis=1)  # noqa: E731
         e, j, z, smooth, fine = split(errors(plain))
         _, j_plain, z_plain, *_ = split(plain)
@@ -116,11 +139,13 @@ def missing_effect_test(
 
     `by` says how its parameters may give way. With `limits` it is also said how much of each candidate would be found.
     """
+    ground = ground if ground.explained is not None else ground.prepared(by)
+    assert ground.explained is not None
     white = ground.whitened(rows, by, signatures)
     left = white.project_out(by)
     p_values, level, misfit_p = ground.p_values(left), ground.flip_groups.level, ground.settings.misfit_p
     rest = ground.errors.whitener().residual(rows)
-    floor = _floor(rest, np.hstack([ground.basis.whole, by.slopes]))
+    floor = _floor(rest, ground.explained)
     beyond = float(np.sqrt(np.mean(rest**2)))
     large = beyond > ground.settings.many * floor
     least = 1 / (1 + ground.settings.flips)  # no p is smaller than one of all flips
@@ -147,8 +172,7 @@ def missing_effect_test(
     )
 
 
-def _floor(rows: np.ndarray, columns: np.ndarray) -> float:
-    """Rms of the rows without what the columns explain, for each that is still free."""
-    known = orthonormal(columns)
+def _floor(rows: np.ndarray, known: np.ndarray) -> float:
+    """Rms of the rows without what an orthonormal basis (rows, q) explains, for each that is still free."""
     left = rows - known @ (known.T @ rows)
     return float(np.linalg.norm(left) / np.sqrt(max(len(rows) - known.shape[1], 1)))

@@ -18,7 +18,6 @@ from fitting.diagnosis.nuisance import Nuisance
 from fitting.diagnosis.omnibus import Basis
 from fitting.diagnosis.search import SearchResult
 from fitting.diagnosis.settings import ODD_RUNS, OddRunSettings
-from fitting.diagnosis.working_noise import Whitener
 from fitting.least_squares.decomposed import svd
 from fitting.recordings.accuracy import Channel
 
@@ -47,7 +46,7 @@ def _odd(examiner: Examiner, fit: CandidateFit, settings: OddRunSettings = ODD_R
     ground, by, errors = examiner.ground(fit), Nuisance.of(fit), examiner.errors(fit)
     nothing = np.zeros((len(errors.run), 0))
     rows = ground.whitened(fit.rows, by, nothing).project_out(by).e
-    columns = Whitener.of(ground.noise, ground.samples, ground.flip_groups.together)(errors.per_run)
+    columns = ground.without_noise(errors.per_run)
     runs, found = np.unique(errors.run), []
     for run in runs:
         at = errors.run == run

@@ -9,7 +9,7 @@ from fitting.diagnosis.detection import enough
 from fitting.diagnosis.nuisance import Nuisance
 from fitting.diagnosis.omnibus import Basis
 from fitting.diagnosis.settings import FLIP_TEST, FlipTestSettings
-from fitting.diagnosis.working_noise import orthonormal
+from fitting.least_squares.decomposed import orthonormal
 
 
 @dataclass(frozen=True)

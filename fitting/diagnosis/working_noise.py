@@ -12,7 +12,7 @@ from scipy.optimize import nnls
 from scipy.signal import lfilter
 
 from fitting.diagnosis.settings import NOISE, NoiseSettings
-from fitting.least_squares.decomposed import svd
+from fitting.least_squares.decomposed import orthonormal
 from fitting.problem.residuals import Samples
 
 
@@ -163,9 +163,3 @@ def whitened(columns: np.ndarray, samples: Samples, together: np.ndarray, noise:
     """Columns in which samples that may err together are no longer correlated, as far as the noise model knows."""
     return Whitener.of(noise, samples, together)(columns)
 
-
-def orthonormal(columns: np.ndarray) -> np.ndarray:
-    """An orthonormal basis of the columns' span."""
-    scaled = columns / np.maximum(np.linalg.norm(columns, axis=0), 1e-300)
-    left, strength, _ = svd(scaled)
-    return left[:, strength > 1e-6 * strength[0]] if strength.size else left

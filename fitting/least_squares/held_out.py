@@ -35,16 +35,16 @@ def left_out_rows(
     rows: np.ndarray, slopes: np.ndarray, prior_rows: np.ndarray, prior_slopes: np.ndarray, group: np.ndarray
 ) -> np.ndarray:
     """Rows of each group under the parameters fitted without it, in one Gauss-Newton step from the whole fit."""
+    groups = [np.flatnonzero(group == g) for g in np.unique(group)]
+    own = np.stack([slopes[at].T @ slopes[at] for at in groups])
     whole = slopes.T @ slopes + prior_slopes.T @ prior_slopes
     # of the whole: what the others know nothing of then counts as nothing, and stays where the whole fit has it
     scale = 1 / np.sqrt(np.maximum(np.diag(whole), 1e-300))
+    inverse = np.linalg.pinv((whole - own) * np.outer(scale, scale), rcond=1e-12, hermitian=True)
     out = rows.copy()
-    for g in np.unique(group):
-        mine = group == g
-        rest = whole - slopes[mine].T @ slopes[mine]
-        gradient = -slopes[mine].T @ rows[mine]  # at the optimum of all rows the others' gradient is minus this one's
-        step = scale * (np.linalg.pinv(rest * np.outer(scale, scale), rcond=1e-12, hermitian=True) @ (scale * gradient))
-        out[mine] = rows[mine] - slopes[mine] @ step
+    for at, known in zip(groups, inverse, strict=True):
+        gradient = -slopes[at].T @ rows[at]  # at the optimum of all rows the others' gradient is minus this one's
+        out[at] = rows[at] - slopes[at] @ (scale * (known @ (scale * gradient)))
     return out
 
 
