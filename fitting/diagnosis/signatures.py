@@ -5,8 +5,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from fitting.diagnosis.candidate_fit import CandidateFit
-from fitting.diagnosis.universe import LOOK, Universe
-from fitting.least_squares.search import solve
+from fitting.diagnosis.universe import Universe
 
 Shape = Mapping[str, float]  # values (SI) of an effect's parameters, by full name
 
@@ -53,5 +52,5 @@ def _slopes(world: Universe, fit: CandidateFit, turned: Mapping[str, Shape]) -> 
     names = list(world.effects)
     at = [first + names.index(name) for name in turned]
     subset = world.subset(fit.effects, at, vector, beside=list(turned))
-    found = solve(world.problem, subset, subset.place(subset.full)[None], world.settings.steps, LOOK)
+    found = world.looked_at(subset)
     return np.asarray(found.slopes)[world.real][:, : len(turned)]

@@ -24,8 +24,6 @@ from fitting.recordings.accuracy import Accuracy
 from mckibben_jax.effect import Effect
 from mckibben_jax.model import Model
 
-LOOK, NO_LOOK = np.array(True), np.array(False)  # arrays, so that they are not compiled in
-
 
 @dataclass(frozen=True)
 class Universe:
@@ -112,26 +110,34 @@ class Universe:
     ) -> CandidateFit:
         """Fit a set of effects from a vector of all unknowns; the new ones' shapes from several starts.
 
-        Unless it is to `decide`, whatever ends at its bound is taken to be held there: to ask the data takes a refit.
+        Unless it is to `decide`, it is one among many, of which few matter: its search ends sooner, and whatever is at
+        its bound is taken to be held there, for to ask the data takes a refit.
         """
         names = self.free(effects)
         subset = self.subset(effects, self.layout.at(names), start)
         begin = self._starts(subset, names, start, new)
         best = None
         for place in begin:  # one at a time: any number of starts is the same compiled function
-            found = solve(self.problem, subset, place[None], self.settings.steps, NO_LOOK)
+            found = self._solve(subset, place, enough=0.0 if decide else self.settings.screened)
             if best is None or float(found.cost) < float(best.cost):
                 best = found
         assert best is not None
         return self._candidate(effects, names, subset, best, decide)
 
     def decided(self, fit: CandidateFit) -> CandidateFit:
-        """The same fit, the data having been asked whether they hold what ends at its bound."""
-        if fit.is_decided:
-            return fit
-        subset = self.subset(fit.effects, self.layout.at(fit.free), fit.vector)
-        found = solve(self.problem, subset, subset.place(subset.full)[None], self.settings.steps, LOOK)
-        return self._candidate(fit.effects, fit.free, subset, found, True)
+        """The same set fitted to the end, the data having been asked whether they hold what ends at its bound."""
+        return fit if fit.is_decided else self.fit(fit.effects, fit.vector)
+
+    def _solve(
+        self, subset: Subset, place: np.ndarray, problem: Problem | None = None, look: bool = False, enough: float = 0.0
+    ) -> MultistartResult:
+        """One search, of the compiled function that all of them share; on another problem of this shape, if given."""
+        given = self.problem if problem is None else problem
+        return solve(given, subset, place[None], self.settings.steps, np.array(look), np.array(enough))
+
+    def looked_at(self, subset: Subset, problem: Problem | None = None) -> MultistartResult:
+        """Rows and slopes at the values in `subset.full`."""
+        return self._solve(subset, subset.place(subset.full), problem, look=True)
 
     def _candidate(
         self, effects: frozenset[str], names: tuple[str, ...], subset: Subset, found: MultistartResult, decide: bool
@@ -146,9 +152,7 @@ class Universe:
         rows, slopes = all_rows[self.real], all_slopes[self.real]
         last = count + len(self._stated)  # what stands behind them is there to fill a standard size
         priors = all_rows[count:last], all_slopes[count:last]
-        return CandidateFit(
-            effects, vector, names, rows, slopes, *priors, ends, self.is_confined, is_decided=decide or not ends
-        )
+        return CandidateFit(effects, vector, names, rows, slopes, *priors, ends, self.is_confined, is_decided=decide)
 
     def _held(self, subset: Subset, at: int, found: MultistartResult) -> bool:
         """Whether the data hold one free parameter at the end of its range, or would as soon have it inside."""
@@ -162,7 +166,7 @@ class Universe:
         slot = len(self.layout.names)  # nothing reads it
         free = np.where(np.arange(len(place)) == at, slot, subset.free)
         rest = replace(subset, full=subset.vector(place), free=free)
-        again = solve(self.problem, rest, rest.place(rest.full)[None], self.settings.steps, NO_LOOK)
+        again = self._solve(rest, rest.place(rest.full))
         return float(again.cost) > float(found.cost) + may_rise
 
     def _is_stated(self, position: int) -> bool:
@@ -180,7 +184,7 @@ class Universe:
         entries = [self.layout.entries[i] for i in at]
 
         def search(alone: Subset, starts: np.ndarray, look: np.ndarray) -> MultistartResult:
-            return solve(self.problem, alone, starts, self.settings.steps, LOOK if look[0] else NO_LOOK)
+            return self._solve(alone, starts[0], look=bool(look[0]))
 
         place = as_good_as_absent(search, subset, entries, new, 1)
         return self.fit(effects, subset.vector(place)[: len(smaller.vector)])
@@ -226,7 +230,7 @@ class Universe:
     def rows_at(self, fit: CandidateFit, problem: Problem, without: Iterable[str] = ()) -> np.ndarray:
         """The rows (rows,) of a fitted set on another problem of the same shape, some of its effects switched off."""
         subset = self.subset(fit.effects - set(without), (), fit.vector)
-        found = solve(problem, subset, subset.place(subset.full)[None], self.settings.steps, LOOK)
+        found = self.looked_at(subset, problem)
         return np.asarray(found.rows)[self.real]
 
     def shapes(self, effect: str) -> list[dict[str, float]]:

@@ -107,7 +107,8 @@ class BoxLevenbergMarquardt(optx.AbstractGaussNewton):
 
     It has converged where a lightly damped step promises to lower half the sum of squares by less than `rtol` of it and
     by less than `atol`: what is left to gain is then a tiny share of one standard error of every parameter. `look`, a
-    flag that may vary from call to call, ends the search at its first point.
+    flag that may vary from call to call, ends the search at its first point; `enough`, which may vary too, stands in
+    for `rtol` where it is larger.
     """
 
     rtol: float
@@ -117,13 +118,17 @@ class BoxLevenbergMarquardt(optx.AbstractGaussNewton):
     search: NielsenSearch
     verbose: Callable[..., None]
     look: jax.Array
+    enough: jax.Array
 
-    def __init__(self, lower: jax.Array, upper: jax.Array, rtol: float = 1e-8, atol: float = 1e-4, look: Any = False):
+    def __init__(
+        self, lower: jax.Array, upper: jax.Array, rtol: float = 1e-8, atol: float = 1e-4, look: Any = False,
+        enough: Any = 0.0,
+    ):  # fmt: skip
         self.rtol, self.atol, self.norm = rtol, atol, optx.max_norm
         self.descent = BoxDescent(lower, upper)
         self.search = NielsenSearch()
         self.verbose = lambda **_: None
-        self.look = jnp.asarray(look)
+        self.look, self.enough = jnp.asarray(look), jnp.asarray(enough)
 
     def step(self, fn: Any, y: Any, args: Any, options: Any, state: Any, tags: Any) -> Any:
         """One evaluation, and the end of the search where nothing is left to gain."""
@@ -132,6 +137,7 @@ class BoxLevenbergMarquardt(optx.AbstractGaussNewton):
         promised = -(bowl.slope @ move + 0.5 * move @ (bowl.curvature @ move))
         cost = after.f_info.as_min()
         size = after.search_state.step_size
-        arrived = (promised >= 0) & (promised < self.rtol * cost + self.atol) & (size >= 1) & jnp.isfinite(cost)
+        least = jnp.maximum(self.rtol, self.enough) * cost + self.atol
+        arrived = (promised >= 0) & (promised < least) & (size >= 1) & jnp.isfinite(cost)
         stuck = size < SETTINGS.stuck
         return y, eqx.tree_at(lambda s: s.terminate, after, arrived | stuck | self.look), aux

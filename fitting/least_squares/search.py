@@ -145,18 +145,20 @@ class MultistartResult(eqx.Module):
 
 @kept(like=MultistartResult(SearchEnd(HERE, HERE, HERE, HERE), HERE, HERE, HERE, HERE))
 def solve(
-    given: Residuals, subset: Subset, starts: Array, steps: int = MAX_STEPS, look: ArrayLike = False
-) -> MultistartResult:
+    given: Residuals, subset: Subset, starts: Array, steps: int = MAX_STEPS, look: ArrayLike = False,
+    enough: ArrayLike = 0.0,
+) -> MultistartResult:  # fmt: skip
     """Search from each start (starts, free) in turn; a loop over starts, for on a CPU it beats a batch of solvers.
 
     `look`, which may be traced and one for each start, ends each search at its start: rows and slopes there, without
-    another compilation. Only the best point's rows and slopes are kept, so that memory does not grow with the number of
-    starts.
+    another compilation. `enough`, which may be traced too, ends a search where a step promises to lower the sum of
+    squares by less than this share of it. Only the best point's rows and slopes are kept, so that memory does not grow
+    with the number of starts.
     """
 
     def one(best: tuple, begin: tuple[jax.Array, jax.Array]) -> tuple[tuple, SearchEnd]:
         start, look = begin
-        solver = BoxLevenbergMarquardt(jnp.zeros_like(start), jnp.ones_like(start), look=look)
+        solver = BoxLevenbergMarquardt(jnp.zeros_like(start), jnp.ones_like(start), look=look, enough=enough)
         fn = lambda at, args: rows(*args, at)  # noqa: E731
         found = optx.least_squares(fn, solver, start, args=(given, subset), max_steps=steps, throw=False)
         info = found.state.f_info  # type: ignore[attr-defined]
