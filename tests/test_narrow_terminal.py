@@ -46,6 +46,7 @@ def holds_in_80_columns(shown):
     """The text at 80 columns, and beside it at a width at which nothing needs to be broken."""
     narrow, wide = printed(shown, 80), printed(shown, 1000)
     assert max(len(line.rstrip()) for line in narrow.splitlines()) <= 80
+    assert "⟦" not in narrow  # names are said, not marked
     split = {word for word in identifiers(narrow) if word not in identifiers(wide)}
     assert not split
     assert set(re.findall("█+", narrow)) <= set(re.findall("█+", wide))

@@ -170,7 +170,7 @@ SMALL_LABELS = """() => [...document.querySelectorAll("svg text")].filter(word =
 def test_every_step_of_a_discovery_can_be_chosen(study):
     task, _ = study
     found = discover_task(task, [LinearSpring()], lambda *_: None)
-    assert [stage_text(stage) for stage in found.stages] == ["baseline", "+ linear_spring"]
+    assert [stage_text(stage) for stage in found.stages] == ["baseline", "+ ⟦linear_spring⟧"]
     for stage in found.stages:
         assert np.sqrt(np.mean(stage.residual**2)) == pytest.approx(stage.rmse, rel=0.01)
     text = page(found.task, found.comparison, found.diagnosis, found.stages)

@@ -11,7 +11,7 @@ from fitting.least_squares.record import Fit
 from fitting.report.page import misfit, steps, top
 from fitting.report.page.diagnosis import alike, effects, errors_grid, limits, tried_table
 from fitting.report.page.models import ShownModel, models_of, short_name
-from fitting.report.page.names import Names
+from fitting.report.page.names import PageNames
 from fitting.report.page.parts import Grid, Line, Section, as_sentence, pictures_style, render_page
 from fitting.report.pictures import figures
 from fitting.report.pictures.readings import estimated_channels, readings_picture
@@ -20,6 +20,7 @@ from fitting.report.text.comparison import error_text
 from fitting.report.text.diagnosis import measurement_text
 from fitting.report.text.fit import range_cells, value_cells
 from fitting.report.text.instruments import HEADS, channel_cells, channel_lines
+from fitting.report.text.names import mark, marked
 from fitting.report.text.search import search_text
 from fitting.report.text.stated_sizes import measured_cells, rests_on_texts
 from fitting.report.text.study import data_text
@@ -69,7 +70,7 @@ def page(
     `enough` is the share of full scale that may be left, `following` what to do next and the command for it, where the
     caller knows better than the results say.
     """
-    models, names = models_of(c, d, stages, chosen), Names(task.library)
+    models, names = models_of(c, d, stages, chosen), PageNames(task.library)
     here = steps.chosen_of(models)
     sections = [
         steps.fall(models, c, d, stages, names.html),
@@ -104,7 +105,7 @@ def _of_each(models: Sequence[ShownModel], made: Callable[[ShownModel], Section]
     return [replace(made(model), model=model.number) for model in models]
 
 
-def _of_diagnoses(models: Sequence[ShownModel], names: Names) -> list[Section]:
+def _of_diagnoses(models: Sequence[ShownModel], names: PageNames) -> list[Section]:
     """What each diagnosis found. The only one of several models always shows, with its model in its titles."""
     diagnosed = [model for model in models if model.diagnosis is not None]
     several, found = len(diagnosed) > 1, list[Section]()
@@ -122,7 +123,7 @@ def _titled(title: str, model: ShownModel, count: int) -> str:
     return f"Model '{short_name(model, count)}': {title[:1].lower()}{title[1:]}" if count > 1 else title
 
 
-def _of_diagnosis(model: ShownModel, names: Names) -> list[Section]:
+def _of_diagnosis(model: ShownModel, names: PageNames) -> list[Section]:
     d = model.diagnosis
     assert d is not None  # the caller has looked
     parts = [limits(d), effects(d, model.comparison, names), alike(d, names, model.number)]
@@ -172,7 +173,7 @@ def _estimates(task: Task) -> Section | None:
 def _parameter(fit: Fit, name: str) -> tuple[str, ...]:
     state = "at its bound" if name in fit.at_bound else fit.state(name)
     known = *value_cells(fit, name), *measured_cells(fit, name), " to ".join(range_cells(fit, name))
-    return name, *known, state, ", ".join(fit.tied.get(name, ()))
+    return mark(name), *known, state, marked(fit.tied.get(name, ()))
 
 
 def _provenance(task: Task, models: Sequence[ShownModel], d: Diagnosis | None) -> Section:

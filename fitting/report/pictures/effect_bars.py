@@ -1,6 +1,5 @@
 """What the error would be with each effect added, as bars in HTML: they stay readable on a narrow screen."""
 
-import html
 from collections.abc import Callable
 
 from fitting import units
@@ -8,11 +7,12 @@ from fitting.diagnosis.record import Diagnosis, Evidence
 from fitting.report.text.amounts import amount
 from fitting.report.text.diagnosis import effect_set
 from fitting.report.text.evidence import named_sets, sort_evidence
+from fitting.report.text.names import mark
 
 MOST_HELPING, MOST_IDLE = 8, 2
 
 
-def effect_bars(d: Diagnosis, floor: float, unit: str, named: Callable[[str], str] = html.escape) -> str:
+def effect_bars(d: Diagnosis, floor: float, unit: str, named: Callable[[str], str]) -> str:
     """The model as it is, then the effects that help, best first, then the first of those that do not.
 
     `named` makes HTML of the names of effects.
@@ -23,7 +23,9 @@ def effect_bars(d: Diagnosis, floor: float, unit: str, named: Callable[[str], st
     top = 1.25 * max([d.held_out_rmse, floor, *(e.held_out_rmse or 0.0 for e in shown)]) or 1.0
     rows = [_row("model as it is", d.held_out_rmse, "now", floor, top, unit)]
     rows += [_row(named(f"+ {effect_set(e.effects)}"), e.held_out_rmse, "near", floor, top, unit) for e in several]
-    rows += [_row(named(f"+ {e.name}"), e.held_out_rmse or 0.0, _kind(e, helping), floor, top, unit) for e in shown]
+    rows += [
+        _row(named(f"+ {mark(e.name)}"), e.held_out_rmse or 0.0, _kind(e, helping), floor, top, unit) for e in shown
+    ]
     name, size = units.shown_in(unit, floor)
     words = f"RMS error on held-out runs; dashed: the noise, {floor / size:.2g} {name}"
     words += "; green: explains the data" if several or any(e.adequate for e in shown) else ""
