@@ -12,7 +12,15 @@ from fitting.report.page.names import PageNames
 from fitting.report.page.parts import pictures_style
 from fitting.report.pictures.fall import fall_html
 from fitting.report.text.amounts import amount
-from fitting.report.text.diagnosis import effect_set, leading_text, most_similar, p_value_text, remark, substitutes_text
+from fitting.report.text.diagnosis import (
+    effect_set,
+    leading_text,
+    most_similar,
+    p_value_text,
+    remark,
+    samples_text,
+    substitutes_text,
+)
 from fitting.report.text.evidence import sort_evidence
 from fitting.report.text.fit import fit_warnings
 from fitting.report.text.instrument_answers import explaining_text, odd_run_texts, rival_texts
@@ -138,7 +146,9 @@ def evidence(step: Step, buttons: Mapping[str, Any]) -> str:
     unseen = "; ".join(f"{marked(names)}: {why}" for why, names in blind.items())
     table = f'<div class="scroll"><table><thead><tr>{head}</tr></thead><tbody>{"".join(rows)}</tbody></table></div>'
     tail = f"<p class='about'>Cannot be seen here: {named(unseen)}</p>" if unseen else ""
-    return f'<div class="bench"><h2>Which effects could explain it</h2>{table}{_terms()}{tail}</div>'
+    samples = 0 if step.comparison is None else len(step.comparison.fit.samples)
+    seen = "".join(f"<p class='about'>{text}</p>" for text in samples_text(found, samples))
+    return f'<div class="bench"><h2>Which effects could explain it</h2>{seen}{table}{_terms()}{tail}</div>'
 
 
 def _terms() -> str:

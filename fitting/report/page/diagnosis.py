@@ -1,5 +1,7 @@
 """The parts of the page that show a diagnosis: what was named, the evidence for each effect, who looks like whom."""
 
+from collections.abc import Mapping
+
 import numpy as np
 
 from fitting import units
@@ -14,7 +16,15 @@ from fitting.report.pictures.effect_bars import effect_bars
 from fitting.report.settings import ADVICE, SHOWN
 from fitting.report.text.amounts import amount
 from fitting.report.text.catalogue import first_sentence, meaning
-from fitting.report.text.diagnosis import classes_text, effect_set, most_similar, p_value_text, remark, substitutes_text
+from fitting.report.text.diagnosis import (
+    classes_text,
+    effect_set,
+    most_similar,
+    p_value_text,
+    remark,
+    samples_text,
+    substitutes_text,
+)
 from fitting.report.text.evidence import sort_evidence
 from fitting.report.text.instrument_answers import HEADS, NEVER, checklist
 from fitting.report.text.limits import SEEN, open_text, would_have_shown
@@ -42,8 +52,8 @@ def meanings(d: Diagnosis, task: Task) -> list[tuple[str, str]]:
     return [(mark(name), f"{first_sentence(meaning(task.library[name]))}.") for name in known]
 
 
-def effects(d: Diagnosis, c: Comparison, names: PageNames) -> Section:
-    """What each effect would do, as bars and as a table."""
+def effects(d: Diagnosis, c: Comparison, names: PageNames, models: Mapping[frozenset[str], str]) -> Section:
+    """What each effect would do, as bars and as a table; `models`: the bars that are models on the switch."""
     unit = UNIT
     floor = c.floor if c.unit == unit else d.noise_floor
     helping, idle, blind = sort_evidence(d)
@@ -61,8 +71,8 @@ def effects(d: Diagnosis, c: Comparison, names: PageNames) -> Section:
     unseen = Grid(("cannot be seen", "why"), tuple(Line((marked(v), k)) for k, v in blind.items()), words=(1,))
     return Section(
         "Which effects could explain the misfit",
-        sentences=(p_value_text(d), *substitutes_text(d)),
-        picture=effect_bars(d, floor, unit, names.html) if helping or idle else "",
+        sentences=(p_value_text(d), *samples_text(d, len(c.fit.samples)), *substitutes_text(d)),
+        picture=effect_bars(d, floor, unit, names.html, models) if helping or idle else "",
         terms=TERMS,
         tables=(grid,) if helping else (),
         folded=tuple(table for table in (others, unseen) if table.rows),

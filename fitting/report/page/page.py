@@ -9,8 +9,9 @@ from fitting.diagnosis.outcomes import NOTHING_MISSING
 from fitting.diagnosis.record import Diagnosis
 from fitting.least_squares.record import Fit
 from fitting.report.page import misfit, steps, top
-from fitting.report.page.diagnosis import alike, effects, errors_grid, limits, tried_table
-from fitting.report.page.models import ShownModel, models_of, short_name
+from fitting.report.page.diagnosed import of_diagnoses
+from fitting.report.page.diagnosis import errors_grid, tried_table
+from fitting.report.page.models import ShownModel, models_of
 from fitting.report.page.names import PageNames
 from fitting.report.page.parts import Grid, Line, Section, as_sentence, pictures_style, render_page
 from fitting.report.pictures import figures
@@ -77,7 +78,7 @@ def page(
         misfit.overview(models, task),
         *misfit.where(models),
         misfit.loops(models, task),
-        *_of_diagnoses(models, names),
+        *of_diagnoses(models, names),
         *_of_each(models, lambda m: _parameters(m.comparison.fit)),
         *_of_each(models, lambda m: _instruments(m.comparison, m.diagnosis)),
         _estimates(task),
@@ -103,31 +104,6 @@ def _of_each(models: Sequence[ShownModel], made: Callable[[ShownModel], Section]
     if len(models) == 1:
         return [made(models[0])]
     return [replace(made(model), model=model.number) for model in models]
-
-
-def _of_diagnoses(models: Sequence[ShownModel], names: PageNames) -> list[Section]:
-    """What each diagnosis found. The only one of several models always shows, with its model in its titles."""
-    diagnosed = [model for model in models if model.diagnosis is not None]
-    several, found = len(diagnosed) > 1, list[Section]()
-    for model in diagnosed:
-        parts = _of_diagnosis(model, names)
-        if several:
-            found += [replace(part, model=model.number) for part in parts]
-        else:
-            found += [replace(part, title=_titled(part.title, model, len(models))) for part in parts]
-    return found
-
-
-def _titled(title: str, model: ShownModel, count: int) -> str:
-    """A title with the name of its model, where the page has several."""
-    return f"Model '{short_name(model, count)}': {title[:1].lower()}{title[1:]}" if count > 1 else title
-
-
-def _of_diagnosis(model: ShownModel, names: PageNames) -> list[Section]:
-    d = model.diagnosis
-    assert d is not None  # the caller has looked
-    parts = [limits(d), effects(d, model.comparison, names), alike(d, names, model.number)]
-    return [part for part in parts if part is not None]
 
 
 def _planned(planned: "NextMeasurement") -> Section:

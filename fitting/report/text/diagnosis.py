@@ -96,6 +96,25 @@ def p_value_text(d: Diagnosis) -> str:
     return test + (" The test does not reject, but the error is many times the noise." if unseen else "")
 
 
+def left_missing_text(p_value: float | None, level: float) -> str:
+    """What the test says of a model that was not diagnosed itself."""
+    if p_value is None:
+        return "The chosen model was not tested: diagnose it to learn what is missing from it."
+    what = "finds nothing missing any more" if p_value >= level else "still finds something missing"
+    return f"In the chosen model the sign-flip test {what} (p = {p_value:.2g}, level {level:g})."
+
+
+def samples_text(d: Diagnosis, samples: int) -> list[str]:
+    """Which samples the errors of a diagnosis are of, where these are not all: those of a fit differ a little."""
+    seen = len(d.baseline.samples)
+    if seen >= samples:
+        return []
+    return [
+        f"The errors of the diagnosis are those of {seen:,} samples, taken evenly from the {samples:,}: these suffice "
+        "to decide. The error of the same model over all samples differs in the last digits."
+    ]
+
+
 def substitutes_text(d: Diagnosis) -> list[str]:
     """What these data cannot tell from an effect that the model has."""
     found: dict[str, list[str]] = {}
@@ -128,12 +147,13 @@ def motion_notes(d: Diagnosis, experiments: Sequence[Experiment]) -> list[str]:
     return [both] * bool(tests & {*FORCE_TESTS}) + [coarse] * (d.verdict not in FOUND)
 
 
-def diagnosis_report(d: Diagnosis, unit: str = "N") -> list[RenderableType]:
-    """The verdict, what it rests on, and the evidence for each effect."""
+def diagnosis_report(d: Diagnosis, unit: str = "N", samples: int = 0) -> list[RenderableType]:
+    """The verdict, what it rests on, and the evidence for each effect; `samples`: how many a fit of all data has."""
     shown: list[RenderableType] = [line("VERDICT", verdict_text(d), "bold")]
     leading = leading_text(d, unit)
     shown += [line("LEADING", leading)] if leading else []
     shown.append(line("TEST", p_value_text(d)))
+    shown += lines("SAMPLES", samples_text(d, samples))
     shown += lines("CHECK", odd_run_texts(d))
     shown += lines("LIKELY", [text for text in (explaining_text(d),) if text])
     shown += lines("OR", [*rival_texts(d), *substitutes_text(d)])
