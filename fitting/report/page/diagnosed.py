@@ -59,8 +59,7 @@ def _said(model: ShownModel, models: Sequence[ShownModel]) -> tuple[tuple[int, s
         (
             other.number,
             f"You have chosen the model '{short_name(other, count)}'. This section is about the model "
-            f"'{short_name(model, count)}', which was diagnosed; the bar of the chosen model stands out below. "
-            + left_missing_text(other.p_value, d.level),
+            f"'{short_name(model, count)}', which was diagnosed. " + left_missing_text(other.p_value, d.level),
         )
         for other in models
         if other is not model
