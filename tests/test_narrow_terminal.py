@@ -27,7 +27,7 @@ from fitting.report.text.warm import warm_report
 from fitting.selftest.record import Outcome, SelfTest, Sought, Trial
 from fitting.study.plan import Plan
 from fitting.study.stages import Stage
-from mckibben_jax import LIBRARY, SUPPLIES, name_of, parameters
+from mckibben_jax import LIBRARY, SUPPLIES, name_of, parameters, title_of
 from mckibben_jax.laws.review import EQUATIONS
 
 KINDS = (*LIBRARY, *SUPPLIES)
@@ -119,7 +119,7 @@ def test_a_plan_a_self_test_and_what_was_compiled():
 
 def test_the_library_and_the_equations():
     said = holds_in_80_columns([*effects_report(KINDS), *(part for kind in KINDS for part in effect_report(kind))])
-    assert all(name_of(kind) in said for kind in KINDS)
+    assert all(f"{title_of(kind)} ({name_of(kind)})" in said for kind in KINDS)
     holds_in_80_columns([*equations_report(EQUATIONS), *(part for e in EQUATIONS for part in equation_report(e))])
 
 
