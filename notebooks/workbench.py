@@ -245,10 +245,9 @@ def _(go, session, start):
     def diagnose(_):
         start(Job("the baseline", lambda tell: bench.examine(now, tell, candidates.value)))
 
-    known = [] if now is None else sorted(last.task.library)
-    candidates = mo.ui.multiselect(
-        known, value=[c for c in launch_options()["candidates"] if c in known], label="Look only for", full_width=True
-    )
+    known = {} if now is None else words.known_effects(last)
+    chosen = [label for label, name in known.items() if name in launch_options()["candidates"]]
+    candidates = mo.ui.multiselect(known, value=chosen, label="Look only for", full_width=True)
     examine = mo.ui.button(label="Run the diagnosis: what is missing?", on_change=diagnose)
     undo = mo.ui.button(label="Undo", on_change=lambda _: go(bench.undo(now)))
     return candidates, examine, last, now, undo
@@ -267,9 +266,12 @@ def _(candidates, examine, last, now, undo):
 @app.cell
 def _(last, now, start):
     def adder(name):
+        called = words.called(last, name)
         return mo.ui.button(
-            label=f"add {name}",
-            on_change=lambda _: start(Job(f"adding {name}", lambda tell: bench.add(now, name.split(" + "), tell))),
+            label=f"add {called}",
+            on_change=lambda _: start(
+                Job(f"adding {called}", lambda tell: bench.add(now, name.split(words.JOINT), tell))
+            ),
         )
 
     offered = words.offers(last)

@@ -123,7 +123,7 @@ def test_diagnoses_of_a_line(line, tmp_path):
     args = ("--candidates", "linear_spring", "constant_friction", "--each", "--out", tmp_path)
     said = run("diagnose", line / "m0", line / "m3", *args, "--json", tmp_path / "r.json")
     assert told(tmp_path, "m3")["explanations"] == [["linear_spring"]]
-    assert "linear_spring: 1" in said.output
+    assert "Spring in parallel (linear_spring): 1" in said.output
     found = json.loads((tmp_path / "r.json").read_text())
     assert [one["outcome"] for one in found["data_sets"]] == [told(tmp_path, name)["verdict"] for name in ("m0", "m3")]
 

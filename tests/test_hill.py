@@ -150,7 +150,7 @@ def test_the_command_warns_and_writes(tmp_path):
     [
         ((1e-3, 2e-3), 90.0, (), "more than this motion bears"),
         ((6e-3, 5e-3), 0.5, (), "something else"),
-        ((6e-3, 5e-3), 42.0, ("hill.a_over_F0",), "Try viscous_damping"),
+        ((6e-3, 5e-3), 42.0, ("hill.a_over_F0",), "Try ⟦viscous_damping⟧"),
         ((5e-5, 5e-5), 100.0, ("hill.b",), "no need of viscosity"),
         ((1e-3, 5e-5), 0.5, (), "+/- 10 mm/s."),
         ((1e-2, 1e-3), 0.5, (), "the drag is not Hill's"),

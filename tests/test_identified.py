@@ -91,7 +91,7 @@ def test_a_muscle_is_added_shown_and_compared(fitted, own):
     assert "nothing detectable" in shown
     assert "coulomb_friction.f_s" in shown
     compared = run("compare", "mine", "dmsp20", "--json", own / "told.json")
-    assert "Only dmsp20 has bladder_neo_hookean" in compared.output
+    assert "Only dmsp20 has Rubber wall, neo-Hookean (bladder_neo_hookean)" in " ".join(compared.output.split())
     assert "dmsp20" in json.loads((own / "told.json").read_text())["against"]
 
 
@@ -225,7 +225,7 @@ def test_a_ratio_is_as_sure_as_both_numbers():
     ratios = random.normal(6e5, 2e4, 100_000) / random.normal(3e5, 1e4, 100_000)
     assert each.range == pytest.approx(np.quantile(ratios, [0.0228, 0.9772]), rel=0.01)
     assert each.is_large
-    assert difference_text(each, "dmsp10") == "bladder_neo_hookean.G is 2 times that of dmsp10 (1.8 to 2.2)."
+    assert difference_text(each, "dmsp10") == "⟦bladder_neo_hookean.G⟧ is 2 times that of dmsp10 (1.8 to 2.2)."
     assert not dataclasses.replace(each, my_error=4e5).is_large
     assert dataclasses.replace(each, theirs=0.0).ratio is None
     opposite = dataclasses.replace(each, theirs=-3e5)

@@ -27,7 +27,7 @@ from fitting.report.text.warm import warm_report
 from fitting.selftest.record import Outcome, SelfTest, Sought, Trial
 from fitting.study.plan import Plan
 from fitting.study.stages import Stage
-from mckibben_jax import LIBRARY, SUPPLIES, name_of, parameters
+from mckibben_jax import LIBRARY, SUPPLIES, name_of, parameters, title_of
 from mckibben_jax.laws.review import EQUATIONS
 
 KINDS = (*LIBRARY, *SUPPLIES)
@@ -46,6 +46,7 @@ def holds_in_80_columns(shown):
     """The text at 80 columns, and beside it at a width at which nothing needs to be broken."""
     narrow, wide = printed(shown, 80), printed(shown, 1000)
     assert max(len(line.rstrip()) for line in narrow.splitlines()) <= 80
+    assert "⟦" not in narrow  # names are said, not marked
     split = {word for word in identifiers(narrow) if word not in identifiers(wide)}
     assert not split
     assert set(re.findall("█+", narrow)) <= set(re.findall("█+", wide))
@@ -118,7 +119,7 @@ def test_a_plan_a_self_test_and_what_was_compiled():
 
 def test_the_library_and_the_equations():
     said = holds_in_80_columns([*effects_report(KINDS), *(part for kind in KINDS for part in effect_report(kind))])
-    assert all(name_of(kind) in said for kind in KINDS)
+    assert all(f"{title_of(kind)} ({name_of(kind)})" in said for kind in KINDS)
     holds_in_80_columns([*equations_report(EQUATIONS), *(part for e in EQUATIONS for part in equation_report(e))])
 
 

@@ -45,7 +45,7 @@ def test_each_run_has_a_line_for_each_direction(study):
     task, c = study
     shown = panels(task.experiments, c.fit.samples, c.fit.residual)
     assert len(lines(drawn(study, 1.0), 0)) == 2 * len(shown)
-    assert drawn(study, 1.0).count("stroke-dasharray") == len(shown)
+    assert drawn(study, 1.0).count("stroke-dasharray") == 2 * len(shown)  # one direction, in two shapes
 
 
 def test_the_mean_keeps_the_shape_and_averages_the_noise(study):

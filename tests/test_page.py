@@ -104,10 +104,10 @@ def test_each_step_has_its_bar_and_its_model_and_shows_without_a_script(study, d
     task, c = study
     text = page(task, c, diagnosis, two_steps(c, diagnosis))
     assert text.count('type="radio" name="step"') == 2
-    assert text.count('<label class="row step') == 2
+    assert text.count('<label class="row step') == 3  # two steps, and the model as it is beside what would explain it
     assert "main:has(#step0:checked) .model:not(.m0) { display: none; }" in text
     lines = re.findall(r'<g class="model m([01])">(.*?)</g>', text)
-    assert [number for number, _ in lines] == ["0", "1"] * 4  # of all runs at once, and of three runs
+    assert [number for number, _ in lines] == ["0", "1"] * 5  # of all runs at once in two shapes, and of three runs
     assert all(first != last for (_, first), (_, last) in zip(lines[::2], lines[1::2], strict=True))
 
 
@@ -136,10 +136,11 @@ def test_the_page_can_be_read_by_everybody_and_follows_a_click(study, diagnosis,
         shown.locator(".fall label").first.click()
         shows_only(shown, 0)
         assert violations(shown) == []
-        expect(shown.locator(".overview g.m1")).to_have_css("opacity", "0.3")  # pale, once it has faded
-        expect(shown.locator(".overview g.m0")).to_have_css("opacity", "1")
+        expect(shown.locator(".overview .broad g.m1")).to_have_css("opacity", "0.3")  # pale, once it has faded
+        expect(shown.locator(".overview .broad g.m0")).to_have_css("opacity", "1")
         shown.set_viewport_size({"width": 390, "height": 844})
         assert shown.evaluate("document.documentElement.scrollWidth") <= 390
+        assert shown.evaluate(WIDER_THAN_SHOWN) == []
         small = shown.evaluate(SMALL_LABELS)
         assert small == []
         watched.check()
@@ -160,6 +161,9 @@ def shows_only(shown, number):
 
 
 # words in pictures that are too small to read: letters below 7 px on this screen
+WIDER_THAN_SHOWN = """() => [...document.querySelectorAll(".overview, .loops, .maps, .fall")].filter(part =>
+  part.scrollWidth > part.clientWidth || part.getBoundingClientRect().right > innerWidth
+).map(part => part.className)"""
 SMALL_LABELS = """() => [...document.querySelectorAll("svg text")].filter(word => {
   const drawn = word.getScreenCTM();
   const letters = parseFloat(getComputedStyle(word).fontSize) * Math.hypot(drawn.a, drawn.b);
@@ -170,7 +174,7 @@ SMALL_LABELS = """() => [...document.querySelectorAll("svg text")].filter(word =
 def test_every_step_of_a_discovery_can_be_chosen(study):
     task, _ = study
     found = discover_task(task, [LinearSpring()], lambda *_: None)
-    assert [stage_text(stage) for stage in found.stages] == ["baseline", "+ linear_spring"]
+    assert [stage_text(stage) for stage in found.stages] == ["baseline", "+ ⟦linear_spring⟧"]
     for stage in found.stages:
         assert np.sqrt(np.mean(stage.residual**2)) == pytest.approx(stage.rmse, rel=0.01)
     text = page(found.task, found.comparison, found.diagnosis, found.stages)

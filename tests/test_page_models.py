@@ -1,6 +1,7 @@
 """The models of one page: every number is of one model, and all models share the colours of one map."""
 
 import dataclasses
+import html
 import re
 
 import numpy as np
@@ -11,12 +12,14 @@ from studied import as_read, headings, off_by, two_steps
 
 from fitting.cli.main import main
 from fitting.diagnosis.findings import Attempt
+from fitting.least_squares.evaluate import held_out_rmse
 from fitting.report.page import top
 from fitting.report.page.models import models_of
 from fitting.report.page.page import page
 from fitting.report.page.steps import choices, chosen_of
 from fitting.report.pictures import figures, maps
 from fitting.report.text.amounts import amount
+from fitting.report.text.diagnosis import samples_text
 from fitting.study.preview import before_and_after, p_value_with, suggested
 from fitting.study.stages import Stage
 
@@ -83,6 +86,38 @@ def test_a_diagnosis_shows_what_would_come_of_it_and_stays_with_its_own_model(st
     assert "is in the model now" not in text
     assert "In this model the sign-flip test finds nothing missing any more (p = 0.4, level 0.01)." in text
     assert "mckibben add" in text
+
+
+def test_the_evidence_says_which_model_it_is_about_and_its_bars_follow_the_switch(study, diagnosis):
+    task, c = study
+    before, after = two_steps(c, diagnosis)
+    text = page(task, c, diagnosis, [before, dataclasses.replace(after, added=("linear_spring",))])
+    section = text.split("which effects could explain the misfit</h2>")[1].split("</section>")[0]
+    assert "Model 'before': which effects could explain the misfit</h2>" in html.unescape(text)
+    said = re.findall(r'<p class="model m(\d)">(.*?)</p>', html.unescape(section))
+    assert [number for number, _ in said] == ["1"]
+    assert "This section is about the model 'before', which was diagnosed" in said[0][1]
+    assert "finds nothing missing any more (p = 0.37, level 0.01)" in said[0][1]
+    rows = re.findall(r'<label class="row (step\d)" for="\1"><span class="name">(.*?)<', section)
+    assert rows == [("step0", "model as it is"), ("step1", "+ Spring in parallel ")]
+
+
+def test_one_model_alone_has_nothing_to_say_of_others(study, diagnosis):
+    task, c = study
+    text = page(task, c, diagnosis)
+    assert "You have chosen" not in text
+    assert '<label class="row' not in text
+
+
+def test_errors_of_fewer_samples_are_said_to_be_so(study, diagnosis):
+    task, c = study
+    seen = len(diagnosis.baseline.samples)
+    assert samples_text(diagnosis, seen) == []
+    (said,) = samples_text(diagnosis, 2 * seen)
+    assert f"{seen:,} samples, taken evenly from the {2 * seen:,}" in said
+    assert "taken evenly" not in page(task, c, diagnosis)  # it has looked at all of these
+    before, _ = before_and_after(task, c, diagnosis, lambda *_: None)
+    assert before.held_out_rmse == held_out_rmse(c.fit)  # of all samples, as the error after
 
 
 def test_a_diagnosis_that_suggests_nothing_has_no_model_to_show(study, diagnosis):

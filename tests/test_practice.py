@@ -19,14 +19,14 @@ from fitting.study.stages import Stage
 def test_what_is_left_is_said_first_and_then_what_it_is():
     text = practice_text(Practice(("rubber", "cones"), 0.005, 0.02, 0.01, Verdict.NOT_IN_LIBRARY))
     assert text.startswith(
-        "rubber + cones explain all but 0.5 % of full scale (2 % on held-out runs), which is below 1 %"
+        "⟦rubber⟧ + ⟦cones⟧ explain all but 0.5 % of full scale (2 % on held-out runs), which is below 1 %"
     )
     assert text.endswith("What remains follows no effect of the library.")
 
 
 def test_a_large_rest_is_called_large_and_instruments_are_named():
     text = practice_text(Practice(("rubber",), 0.02, None, 0.01, Verdict.WITHIN_INSTRUMENTS))
-    assert "rubber explains all but 2 % of full scale, which is above 1 %." in text
+    assert "⟦rubber⟧ explains all but 2 % of full scale, which is above 1 %." in text
     assert text.endswith("What remains is within what the instruments may err by.")
 
 

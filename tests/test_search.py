@@ -19,6 +19,7 @@ from fitting.diagnosis.settings import DIAGNOSIS, SEARCH
 from fitting.recordings.experiment import read_experiment
 from fitting.report.pictures.effect_bars import effect_bars
 from fitting.report.text.evidence import named_sets
+from fitting.report.text.names import identifiers
 from fitting.report.text.reasons import notes_of, why_text
 from mckibben_jax.effect import Pulling, name_of
 from mckibben_jax.effects import LIBRARY, CoulombFriction, IdealCylinder, SupplyLag
@@ -70,7 +71,7 @@ def test_three_effects_are_found_though_the_third_stands_behind_the_others(three
     assert tuple(sorted(THREE)) in found.explanations
     assert any("triples refitted" in note for note in notes_of(found))
     assert {tuple(sorted(e.effects)) for e in named_sets(found)} == set(found.explanations)
-    assert "+ hertz_friction + tip + weight" in effect_bars(found, 0.6, "N")
+    assert "+ hertz_friction + tip + weight" in effect_bars(found, 0.6, "N", identifiers)
 
 
 def test_progress_goes_forward_level_by_level(three, told):

@@ -227,15 +227,15 @@ def test_a_report_says_what_was_found_of_each_and_what_was_not():
     said = " ".join(out.export_text().split())
     for words in (
         "nothing was found missing",
-        "1 effect of 2: tip",
-        "not found at any size that was tried: creep",
-        "supply_lag: these data cannot see it",
-        "tied with creep",
-        "hill or none of the library",
+        "1 effect of 2: Tip correction (tip)",
+        "not found at any size that was tried: Creep (creep)",
+        "Lag of the supply pressure (supply_lag): these data cannot see it",
+        "tied with Creep (creep)",
+        "Hill's law of shortening (hill) or none of the library",
         "> 0.8 N",
     ):
         assert words in said  # fmt: skip
-    assert sought_text(TIP) == "tip: named from 2 N"
+    assert sought_text(TIP) == "⟦tip⟧: named from 2 N"
     told = selftest_result(test)["effects"]
     assert told["tip"]["named_from_N"] == 2.0
     assert told["tip"]["trials"][0]["values"] == {"tip.k": {"value": 1.25, "unit": "1"}}

@@ -10,6 +10,7 @@ from fitting.diagnosis.lay_out import universe
 from fitting.diagnosis.substitutes import substitutes
 from fitting.recordings.experiment import read_experiment
 from fitting.report.text.diagnosis import substitutes_text
+from fitting.report.text.names import marked
 from mckibben_jax.effects import (
     BladderMooneyRivlin,
     BladderNeoHookean,
@@ -64,4 +65,4 @@ def test_what_has_more_numbers_is_no_like(tmp_path):
 def test_the_tie_is_said(others):
     found = SimpleNamespace(substitutes=tuple(("pressure_offset", other) for other in others))
     (said,) = substitutes_text(found)
-    assert said.startswith(f"{' or '.join(others)} could take the place of pressure_offset")
+    assert said.startswith(f"{marked(others, ' or ')} could take the place of ⟦pressure_offset⟧")

@@ -24,7 +24,7 @@ from fitting.workbench import home
 from fitting.workbench import session as bench
 from fitting.workbench.job import Job
 from fitting.workbench.serving import is_loopback, is_own, listening
-from fitting.workbench.text import DESIGN, error_now, evidence, fall, headline, offers
+from fitting.workbench.text import DESIGN, called, error_now, evidence, fall, headline, known_effects, offers
 
 CANDIDATES = ("linear_spring", "viscous_damping")
 STIFFNESS = 1600.0  # N/m, what is hidden in the data of these tests
@@ -78,7 +78,7 @@ def test_the_error_falls_when_what_is_missing_is_added(found, mended):
     assert offers(found.last)[0] == "linear_spring"
     assert mended.last.comparison.rmse < 1.2 * 0.3 < 5 * 0.3 < found.last.comparison.rmse
     assert mended.last.fit.values["linear_spring.K"] == pytest.approx(STIFFNESS, rel=0.1)
-    assert [stage_text(stage) for stage in mended.stages] == ["the model as it is", "+ linear_spring"]
+    assert [stage_text(stage) for stage in mended.stages] == ["the model as it is", "+ ⟦linear_spring⟧"]
 
 
 def test_undo_goes_back_and_changes_nothing_else(found, mended):
@@ -107,10 +107,19 @@ def test_a_line_that_is_no_force_is_refused(session, line):
 
 
 def test_words_tell_verdict_and_evidence(found):
-    assert "linear_spring is missing." in headline(found)
+    assert 'Spring in parallel <small class="id">linear_spring</small> is missing.' in headline(found)
     table = evidence(found.last, {name: f"<button>{name}</button>" for name in offers(found.last)})
     assert "explains the data" in table
     assert "<button>linear_spring</button>" in table
+    assert called(found.last, "linear_spring + tip") == "Spring in parallel + Tip correction"
+    assert known_effects(found.last)["Spring in parallel (linear_spring)"] == "linear_spring"
+
+
+def test_sliders_have_the_names_for_readers_too(mended):
+    labels = [slider.label for slider in mended.last.laid_out.sliders]
+    assert "stiffness in parallel (linear_spring.K) [N/mm]" in labels
+    moved = error_now(mended.last, 1.0, {"linear_spring.K": 1e3})
+    assert 'With stiffness in parallel <small class="id">linear_spring.K</small> moved: ' in moved
 
 
 def test_a_design_file_in_the_box_is_answered_and_a_slip_is_named():

@@ -84,8 +84,8 @@ def download(page, name, folder):
 def through_the_loop(page):
     """Diagnose, add what is found."""
     press(page, "Run the diagnosis")
-    page.get_by_text("linear_spring is missing.").wait_for()
-    press(page, "add linear_spring")
+    page.locator(".verdict", has_text="linear_spring is missing.").wait_for()
+    press(page, "add Spring in parallel")
     page.locator(".fall .row").nth(1).wait_for()
 
 
@@ -137,7 +137,7 @@ def test_the_session_runs_again_as_a_script(visit, folder, tmp_path):
         [sys.executable, script, str(folder)], cwd=tmp_path, capture_output=True, text=True, timeout=900
     )
     assert ended.returncode == 0, ended.stderr
-    assert "linear_spring is missing." in ended.stdout
+    assert "Spring in parallel (linear_spring) is missing." in ended.stdout
     stored = read_model(tmp_path / "session_model_1.toml", library())
     shown = read_model(download(page, "model.toml", tmp_path), library())
     assert stored.values["linear_spring.K"] == pytest.approx(shown.values["linear_spring.K"], rel=1e-3)
@@ -154,7 +154,7 @@ def test_work_that_is_called_off_changes_nothing(visit, folder):
     page.get_by_text("Called off; nothing was changed.").wait_for()
     page.locator("progress").wait_for(state="detached")
     assert fallen(page) == bars
-    assert page.get_by_text("linear_spring is missing.").count() == 0
+    assert page.locator(".verdict", has_text="linear_spring is missing.").count() == 0
     through_the_loop(page)  # and it can be begun again
     assert fallen(page)[1] < 0.2 * bars[0]
 
@@ -226,8 +226,8 @@ def test_the_keyboard_alone_is_enough(visit, folder):
     page.locator(".now", has_text="moved").wait_for()
     tab_to(page, "Run the diagnosis")
     page.keyboard.press("Enter")
-    page.get_by_text("linear_spring is missing.").wait_for()
-    tab_to(page, "add linear_spring")
+    page.locator(".verdict", has_text="linear_spring is missing.").wait_for()
+    tab_to(page, "add Spring in parallel")
     page.keyboard.press("Enter")
     page.locator(".fall .row").nth(1).wait_for()
     tab_to(page, "Undo")

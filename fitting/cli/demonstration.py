@@ -27,7 +27,7 @@ def demonstrate(run: CommandRun) -> None:
     run.print([line("", kind_text(first))])
     with run.progress("2 of 3: diagnosing") as progress:
         found, compared = diagnose_task(task, None, progress)
-    run.print(diagnosis_report(found, compared.unit))
+    run.print(diagnosis_report(found, compared.unit, len(compared.fit.samples)))
     added = found.explanations[0] if found.explanations else found.leading.effects[:1] if found.leading else ()
     begun = Stage("baseline", first.rmse, found.held_out_rmse, found.verdict, first, diagnosis=found,
                   p_value=found.p_value)  # fmt: skip
@@ -36,6 +36,8 @@ def demonstrate(run: CommandRun) -> None:
         final, by = with_added(task, added)
         with run.progress("3 of 3: adding it and fitting again") as progress:
             done = change(task, final, by, progress)
+        # both errors on held-out runs of all samples, as the sentence says them: a diagnosis looks at fewer
+        stages = [replace(begun, held_out_rmse=done.stages[0].held_out_rmse)]
         stages.append(replace(done.stages[-1], p_value=p_value_with(found, tuple(added))))
         last = done.comparison
         run.print([line("ADD", change_text(done, last.unit), "bold"), *steps_report(stages, last.unit)])

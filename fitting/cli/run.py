@@ -90,6 +90,7 @@ def start(options: dict[str, Any]) -> CommandRun:
     request, begun = Request.of(options), time.monotonic()
     prepare()
     from fitting.report.text.layout import console
+    from fitting.report.text.names import Names
     from fitting.report.text.study import opening
     from fitting.study.task import task_of
 
@@ -98,7 +99,7 @@ def start(options: dict[str, Any]) -> CommandRun:
     with errors_for_machines(request.json):
         task = task_of(request)
     click.get_current_context().with_resource(spoken(own_units(u for e in task.experiments for u in e.units)))
-    run = CommandRun(request, task, console(request.quiet), begun)
+    run = CommandRun(request, task, console(request.quiet, Names(task.library)), begun)
     run.print(opening(task))
     return run
 

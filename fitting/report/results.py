@@ -18,6 +18,7 @@ from fitting.report.text.comparison import place_text
 from fitting.report.text.instrument_answers import instruments_result, odd_runs_result
 from fitting.report.text.instruments import channels_result
 from fitting.report.text.measurement import needs_text, purpose_text, what_text
+from fitting.report.text.names import identifiers
 from fitting.report.text.noise import NOISE_TEXT
 from fitting.report.text.reasons import notes_of, why_text
 from fitting.report.text.search import failure_texts, search_text
@@ -238,14 +239,16 @@ def provenance(task: Task) -> dict[str, Any]:
 
 
 def write_json(path: str, result: dict[str, Any]) -> None:
-    """Write a result; numbers that are none are null."""
+    """Write a result; numbers that are none are null, and names are those that commands take."""
     write_text(path, json.dumps(_plain(result), indent=1, ensure_ascii=False, allow_nan=False) + "\n")
 
 
 def _plain(value: Any) -> Any:
     if isinstance(value, dict):
-        return {str(key): _plain(entry) for key, entry in value.items()}
-    if isinstance(value, Sequence) and not isinstance(value, str):
+        return {identifiers(str(key)): _plain(entry) for key, entry in value.items()}
+    if isinstance(value, str):
+        return identifiers(value)
+    if isinstance(value, Sequence):
         return [_plain(entry) for entry in value]
     if isinstance(value, (bool, np.bool_)):
         return bool(value)

@@ -24,6 +24,7 @@ class AmountSettings:
     listed_designs: int = 1000  # of the best ones in the result for machines; chosen
     runs: int = 12  # in a table of errors; chosen
     valued: int = 3  # explanations of which the values are shown; chosen
+    named: int = 4  # effects of a list on the terminal that have their names for readers beside identifiers; chosen
     explained: int = 4  # effects that are explained under the verdict of a page; chosen
     combinations: int = 4  # of numbers that are strongly correlated; chosen
 

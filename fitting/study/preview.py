@@ -33,7 +33,8 @@ def p_value_with(d: Diagnosis, added: tuple[str, ...]) -> float | None:
 def before_and_after(task: Task, c: Comparison, d: Diagnosis, progress: Progress) -> tuple[Stage, ...]:
     """The diagnosed model, and the same with what the diagnosis suggests; empty where it suggests nothing.
 
-    `task` and `c` are what was diagnosed: motions as force where no force was measured.
+    `task` and `c` are what was diagnosed: motions as force where no force was measured. The errors of both are of all
+    samples; those of the diagnosis may be of fewer.
     """
     names = suggested(d)
     if not names:
@@ -43,7 +44,7 @@ def before_and_after(task: Task, c: Comparison, d: Diagnosis, progress: Progress
     known = {name: value for name, value in d.baseline.values.items() if name in changed.layout.names}
     after = fit_task(replace(changed, known=known))
     return (
-        Stage("model", c.rmse, d.held_out_rmse, d.verdict, c, diagnosis=d, p_value=d.p_value),
+        Stage("model", c.rmse, held_out_rmse(c.fit), d.verdict, c, diagnosis=d, p_value=d.p_value),
         Stage("", after.rmse, held_out_rmse(after), comparison=compare(after, changed.experiments), added=by.added,
               dropped=by.dropped, p_value=p_value_with(d, names)),
     )  # fmt: skip

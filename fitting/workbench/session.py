@@ -24,6 +24,7 @@ from fitting.report.pictures.loops import Frame, frame, key, loops_html, thinnin
 from fitting.report.pictures.panels import panels
 from fitting.report.text.comparison import judgement
 from fitting.report.text.diagnosis import verdict_text
+from fitting.report.text.names import Names
 from fitting.study.changing import Difference, with_added, with_dropped
 from fitting.study.diagnosing import candidates_of, diagnose_task
 from fitting.study.request import Request
@@ -200,7 +201,7 @@ def plan(session: Session, progress: Progress) -> Session:
         raise InputError("there is no diagnosis yet", cure="run it first: the plan separates what it leaves tied")
     progress("planning", 0.1)
     plan = plan_of(step.task, step.diagnosis)
-    return _saying(session, NEXT, as_text(plan_report(plan, session.request.model_file)))
+    return _saying(session, NEXT, as_text(plan_report(plan, session.request.model_file), Names(step.task.library)))
 
 
 @in_own_units
@@ -293,7 +294,7 @@ def fit_of(session: Session) -> Fit:
 
 @in_own_units
 def where_we_are(session: Session) -> str:
-    """The state of the session in one sentence."""
+    """The state of the session in one sentence, in which names are marked."""
     step = session.last
     if step.comparison is None:
         return "The model at its starting values: it is being fitted."

@@ -10,6 +10,7 @@ from fitting import units
 from fitting.least_squares.record import Fit
 from fitting.problem.residuals import Problem, Samples, problem
 from fitting.problem.unknowns import Unknowns
+from fitting.report.text.names import Names, mark
 from fitting.study.task import Task
 from fitting.workbench.settings import WORKBENCH
 
@@ -24,6 +25,7 @@ class Slider:
     """One parameter to move: its places in a unit for people, and the one where the fit is."""
 
     name: str
+    called: str  # with the name for readers
     unit: str
     size: float  # how much of SI one of the unit is
     places: tuple[float, ...]
@@ -31,8 +33,8 @@ class Slider:
 
     @property
     def label(self) -> str:
-        """Name and unit."""
-        return f"{self.name} [{self.unit}]" if self.unit else self.name
+        """What readers call it, its full name, and the unit."""
+        return f"{self.called} [{self.unit}]" if self.unit else self.called
 
 
 @dataclass(frozen=True)
@@ -69,11 +71,13 @@ def lay_out(task: Task, fit: Fit | None) -> LaidOut:
     else:
         layout, given, samples, vector, switches = fit.layout, fit.problem, fit.samples, fit.vector, fit.switches
     names = [name for name in task.free_names if fit is None or name not in fit.held]
-    sliders = tuple(_slider(layout, vector, name, 0.0 if fit is None else fit.error(name)) for name in names)
+    errors = {name: 0.0 if fit is None else fit.error(name) for name in names}
+    spoken = Names(task.library).spoken
+    sliders = tuple(_slider(layout, vector, name, spoken(mark(name)), errors[name]) for name in names)
     return LaidOut(layout, given, samples, vector, switches, sliders)
 
 
-def _slider(layout: Unknowns, vector: np.ndarray, name: str, error: float) -> Slider:
+def _slider(layout: Unknowns, vector: np.ndarray, name: str, called: str, error: float) -> Slider:
     at = layout.names.index(name)
     entry, value = layout.entries[at], float(vector[at])
     reach = max(abs(value), WORKBENCH.around * error if np.isfinite(error) else 0.0, 0.01 * (entry.upper - entry.lower))
@@ -81,4 +85,4 @@ def _slider(layout: Unknowns, vector: np.ndarray, name: str, error: float) -> Sl
     unit, size = units.shown_in(entry.unit, max(abs(lower), abs(upper)))
     places = np.unique(np.append(np.linspace(lower, upper, WORKBENCH.places), value)) / size
     shown = [float(f"{place:.5g}") for place in places]
-    return Slider(name, unit, size, tuple(dict.fromkeys(shown)), float(f"{value / size:.5g}"))
+    return Slider(name, called, unit, size, tuple(dict.fromkeys(shown)), float(f"{value / size:.5g}"))

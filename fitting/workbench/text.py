@@ -8,14 +8,24 @@ from typing import Any
 from fitting.diagnosis.record import Diagnosis
 from fitting.errors import InputError
 from fitting.report.page.diagnosis import ABSORBED, DETECTABLE, TERMS, UNIT, meanings
+from fitting.report.page.names import PageNames
 from fitting.report.page.parts import pictures_style
 from fitting.report.pictures.fall import fall_html
 from fitting.report.text.amounts import amount
-from fitting.report.text.diagnosis import leading_text, most_similar, p_value_text, remark, substitutes_text
+from fitting.report.text.diagnosis import (
+    effect_set,
+    leading_text,
+    most_similar,
+    p_value_text,
+    remark,
+    samples_text,
+    substitutes_text,
+)
 from fitting.report.text.evidence import sort_evidence
 from fitting.report.text.fit import fit_warnings
 from fitting.report.text.instrument_answers import explaining_text, odd_run_texts, rival_texts
 from fitting.report.text.limits import open_text
+from fitting.report.text.names import Names, mark, marked
 from fitting.report.text.study import data_text
 from fitting.workbench.session import Session, Step, in_own_units, where_we_are
 from fitting.workbench.settings import WORKBENCH
@@ -23,6 +33,7 @@ from fitting.workbench.settings import WORKBENCH
 WELCOME = """Open a data set. You then see the ideal muscle with dry friction beside what was measured. **Run the
 diagnosis** to learn which effect is missing, **add** it with a click, and watch the error fall. To try it first, choose
 `muscle_b` from the data that come with the program: something is hidden in it."""
+JOINT = " + "  # between the effects of a set that is offered as one
 DESIGN = """\
 [muscle]
 length = "300 mm"
@@ -73,29 +84,30 @@ def progress(words: str, share: float) -> str:
 def headline(session: Session) -> str:
     """Where the session stands, and what there is to be wary of."""
     step = session.last
-    about = f"{data_text(step.task.experiments)}. Model: {' + '.join(step.task.names)}."
-    lines = [f'<p class="about">{html.escape(about)}</p>']
-    lines.append(f'<p class="verdict">{html.escape(where_we_are(session))}</p>')
+    about = f"{data_text(step.task.experiments)}. Model: {effect_set(step.task.names)}."
+    named = PageNames(step.task.library).html
+    lines = [f'<p class="about">{named(about)}</p>']
+    lines.append(f'<p class="verdict">{named(where_we_are(session))}</p>')
     if step.diagnosis is not None:
         told = meanings(step.diagnosis, step.task)
-        lines += [f"<p><b>{html.escape(name)}</b>: {html.escape(words)}</p>" for name, words in told]
+        lines += [f"<p><b>{named(name)}</b>: {html.escape(words)}</p>" for name, words in told]
     if step.diagnosis is not None and step.comparison is not None:
         found = step.diagnosis
         still = open_text(found, UNIT)
         causes = (leading_text(found), *odd_run_texts(found), explaining_text(found), *rival_texts(found))
         said = (*causes, p_value_text(found), *substitutes_text(found))
         said += (f"Still open: {still}",) if still else ()
-        lines += [f"<p>{html.escape(text)}</p>" for text in said if text]
+        lines += [f"<p>{named(text)}</p>" for text in said if text]
     if step.fit is not None:
-        lines += [f"<p>{html.escape(text)}</p>" for text in fit_warnings(step.fit)]
+        lines += [f"<p>{named(text)}</p>" for text in fit_warnings(step.fit)]
     return f'<div class="bench" role="status">{"".join(lines)}</div>'
 
 
 @in_own_units
 def fall(session: Session) -> str:
     """How the error fell so far; empty before the first fit."""
-    compared = session.last.comparison
-    return "" if compared is None else fall_html(session.stages, compared.floor, compared.unit)
+    compared, named = session.last.comparison, PageNames(session.last.task.library).html
+    return "" if compared is None else fall_html(session.stages, compared.floor, compared.unit, named)
 
 
 def offers(step: Step | None) -> list[str]:
@@ -103,26 +115,40 @@ def offers(step: Step | None) -> list[str]:
     if step is None or step.diagnosis is None:
         return []
     helping, idle, _ = sort_evidence(step.diagnosis)
-    sets = [" + ".join(names) for names in step.diagnosis.explanations if len(names) > 1]
+    sets = [JOINT.join(names) for names in step.diagnosis.explanations if len(names) > 1]
     return list(dict.fromkeys([*sets, *(e.name for e in (*helping, *idle))]))[: WORKBENCH.offered]
+
+
+def called(step: Step, offer: str) -> str:
+    """What a button calls an effect or a set of them that is offered: the names for readers."""
+    return Names(step.task.library).plain(marked(offer.split(JOINT), JOINT))
+
+
+def known_effects(step: Step) -> dict[str, str]:
+    """Every effect of the library by what a list for choosing calls it: 'Tip correction (tip)'."""
+    names = Names(step.task.library)
+    return {names.spoken(mark(name)): name for name in sorted(step.task.library, key=names.called)}
 
 
 @in_own_units
 def evidence(step: Step, buttons: Mapping[str, Any]) -> str:
     """What each effect would do, with the button that adds it."""
     assert step.diagnosis is not None  # the caller has looked
-    found, rows = step.diagnosis, []
+    found, named, rows = step.diagnosis, PageNames(step.task.library).html, []
     for name, button in buttons.items():
         *cells, note = _cells(found, name)
-        told = "".join(f"<td>{html.escape(cell)}</td>" for cell in cells)
-        rows.append(f'<tr><td>{button}</td>{told}<td class="words">{html.escape(note)}</td></tr>')
+        adder = f'<td>{button}<br><small class="id">{html.escape(name)}</small></td>'
+        told = "".join(f"<td>{named(cell)}</td>" for cell in cells)
+        rows.append(f'<tr>{adder}{told}<td class="words">{named(note)}</td></tr>')
     heads = ("effect", "error with it", "on held-out runs", DETECTABLE, "most similar effect")
     head = "".join(f'<th scope="col">{text}</th>' for text in heads) + "<td></td>"
     _, _, blind = sort_evidence(found)
-    unseen = "; ".join(f"{', '.join(names)}: {why}" for why, names in blind.items())
+    unseen = "; ".join(f"{marked(names)}: {why}" for why, names in blind.items())
     table = f'<div class="scroll"><table><thead><tr>{head}</tr></thead><tbody>{"".join(rows)}</tbody></table></div>'
-    tail = f"<p class='about'>Cannot be seen here: {html.escape(unseen)}</p>" if unseen else ""
-    return f'<div class="bench"><h2>Which effects could explain it</h2>{table}{_terms()}{tail}</div>'
+    tail = f"<p class='about'>Cannot be seen here: {named(unseen)}</p>" if unseen else ""
+    samples = 0 if step.comparison is None else len(step.comparison.fit.samples)
+    seen = "".join(f"<p class='about'>{text}</p>" for text in samples_text(found, samples))
+    return f'<div class="bench"><h2>Which effects could explain it</h2>{seen}{table}{_terms()}{tail}</div>'
 
 
 def _terms() -> str:
@@ -134,10 +160,11 @@ def _cells(found: Diagnosis, name: str) -> tuple[str, ...]:
     """One row behind the button, which says the name: errors, detection limit, what is most alike, and a note."""
     e = found.effects.get(name)
     if e is None:  # a set of several
-        tried = next(t for t in found.tried if " + ".join(t.effects) == name)
+        tried = next(t for t in found.tried if JOINT.join(t.effects) == name)
         return amount(tried.rmse, UNIT), amount(tried.held_out_rmse, UNIT), "", "", "explains the data"
     values = (amount(value, UNIT) for value in (e.rmse, e.held_out_rmse, e.detection_limit))
-    return *values, most_similar(e), remark(e)
+    alike = most_similar(e)
+    return *values, mark(alike) if alike else "", remark(e)
 
 
 @in_own_units
@@ -149,8 +176,10 @@ def error_now(step: Step, error: float, moved: Mapping[str, float]) -> str:
     if not moved:
         words = f"As fitted: {amount(error, unit)}. Move a parameter and the loops follow."
         return f'<p class="now" role="status">{words}</p>'
-    fitted = amount(step.comparison.rmse, unit)
-    return f'<p class="now" role="status">With {", ".join(moved)} moved: {amount(error, unit)} (fitted: {fitted}).</p>'
+    fitted, named = amount(step.comparison.rmse, unit), PageNames(step.task.library).html
+    return (
+        f'<p class="now" role="status">With {named(marked(moved))} moved: {amount(error, unit)} (fitted: {fitted}).</p>'
+    )
 
 
 def as_script(dataset: str | None) -> str:
@@ -165,4 +194,4 @@ def as_script(dataset: str | None) -> str:
         session = fit_first(open_session(Request(data=(str(data_folder(dataset)),))), lambda *_: None)
     except InputError as error:
         return str(error)
-    return where_we_are(session)
+    return Names(session.last.task.library).spoken(where_we_are(session))

@@ -30,6 +30,7 @@ def command(alike: bool, **options: Any) -> None:
     from fitting.report.text.comparison import comparison_report
     from fitting.report.text.fit import fit_warnings
     from fitting.report.text.layout import line, lines, paste_line
+    from fitting.report.text.names import marked
     from fitting.report.text.next_step import after_comparison
     from fitting.study.task import as_known
 
@@ -39,7 +40,7 @@ def command(alike: bool, **options: Any) -> None:
     can_be_known = _knowable(run, fit) if alike else None
     more = {} if can_be_known is None else {"alike": alike_result(can_be_known)}
     if fitted_here:
-        run.print([line("FITTED", ", ".join(name for name in fitted_here if name in fit.free) or "nothing")])
+        run.print([line("FITTED", marked(name for name in fitted_here if name in fit.free) or "nothing")])
     run.print(lines("WARNING", fit_warnings(fit), "yellow") if fitted_here else [])
     run.print(comparison_report(found))
     run.print(known_report(fit))

@@ -32,12 +32,13 @@ def _reveal(name: str, options: dict[str, Any]) -> None:
     from fitting.cli.output import print_report
     from fitting.report.results import write_json
     from fitting.report.text.layout import lines
+    from fitting.report.text.names import mark, marked
     from fitting.shipped import sealed_truth
 
     truth = sealed_truth(name)
     hidden = truth.get("hidden")
-    told = [", ".join(hidden) if hidden else "nothing is missing"] if truth else [f"{name} was measured: nobody knows"]
-    told += [f"{key} = {value:g} (SI)" for key, value in truth.get("parameters", {}).items()]
+    told = [marked(hidden) if hidden else "nothing is missing"] if truth else [f"{name} was measured: nobody knows"]
+    told += [f"{mark(key)} = {value:g} (SI)" for key, value in truth.get("parameters", {}).items()]
     print_report(options, lines("TRUTH", told))
     if options["json"]:
         write_json(options["json"], truth)

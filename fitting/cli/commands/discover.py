@@ -42,7 +42,7 @@ def command(**options: Any) -> None:
     from fitting.report.text.amounts import amount
     from fitting.report.text.changes import on_motions_result, on_motions_text
     from fitting.report.text.comparison import judgement
-    from fitting.report.text.diagnosis import diagnosis_report
+    from fitting.report.text.diagnosis import diagnosis_report, effect_set
     from fitting.report.text.fit import fit_report
     from fitting.report.text.layout import line
     from fitting.report.text.practice import practice_result, practice_text
@@ -66,9 +66,9 @@ def command(**options: Any) -> None:
     words = f"Error {amount(stages[0].rmse, unit)} -> {amount(compared.rmse, unit)}. {judgement(compared)}"
     use = practice(stages, compared, enough)
     run.print([line("RESULT", practice_text(use), "bold"), line("ERROR", words)])
-    run.print([line("MODEL NOW", " + ".join(found.task.names))])
+    run.print([line("MODEL NOW", effect_set(found.task.names))])
     run.print([*steps_report(stages, unit), line("", "")])
-    run.print([*diagnosis_report(found.diagnosis, unit), *fit_report(compared.fit)])
+    run.print([*diagnosis_report(found.diagnosis, unit, len(compared.fit.samples)), *fit_report(compared.fit)])
     final = compared.fit if motions is None else motions.after
     if motions is not None:
         run.print([line("MOTION", on_motions_text(motions), "bold"), *fit_report(final)])

@@ -1,12 +1,14 @@
 """The parts of the page that show a diagnosis: what was named, the evidence for each effect, who looks like whom."""
 
+from collections.abc import Mapping
+
 import numpy as np
 
 from fitting import units
 from fitting.comparison.compare import Comparison
 from fitting.diagnosis.outcomes import NOTHING_MISSING
 from fitting.diagnosis.record import Diagnosis, Evidence
-from fitting.report.page.names import Names
+from fitting.report.page.names import PageNames
 from fitting.report.page.parts import Grid, Line, Section
 from fitting.report.page.similar_groups import groups, groups_html, named_by
 from fitting.report.pictures import figures, maps
@@ -14,10 +16,19 @@ from fitting.report.pictures.effect_bars import effect_bars
 from fitting.report.settings import ADVICE, SHOWN
 from fitting.report.text.amounts import amount
 from fitting.report.text.catalogue import first_sentence, meaning
-from fitting.report.text.diagnosis import classes_text, effect_set, most_similar, p_value_text, remark, substitutes_text
+from fitting.report.text.diagnosis import (
+    classes_text,
+    effect_set,
+    most_similar,
+    p_value_text,
+    remark,
+    samples_text,
+    substitutes_text,
+)
 from fitting.report.text.evidence import sort_evidence
 from fitting.report.text.instrument_answers import HEADS, NEVER, checklist
 from fitting.report.text.limits import SEEN, open_text, would_have_shown
+from fitting.report.text.names import mark, marked
 from fitting.report.text.reasons import why_text
 from fitting.study.task import Task
 
@@ -38,11 +49,11 @@ TERMS = (
 def meanings(d: Diagnosis, task: Task) -> list[tuple[str, str]]:
     """What the effects are that the verdict names."""
     known = [name for name in named_by(d) if name in task.library][: SHOWN.explained]
-    return [(name, f"{first_sentence(meaning(task.library[name]))}.") for name in known]
+    return [(mark(name), f"{first_sentence(meaning(task.library[name]))}.") for name in known]
 
 
-def effects(d: Diagnosis, c: Comparison, names: Names) -> Section:
-    """What each effect would do, as bars and as a table."""
+def effects(d: Diagnosis, c: Comparison, names: PageNames, models: Mapping[frozenset[str], str]) -> Section:
+    """What each effect would do, as bars and as a table; `models`: the bars that are models on the switch."""
     unit = UNIT
     floor = c.floor if c.unit == unit else d.noise_floor
     helping, idle, blind = sort_evidence(d)
@@ -57,11 +68,11 @@ def effects(d: Diagnosis, c: Comparison, names: Names) -> Section:
     )
     grid, others = (Grid(heads, tuple(Line(_evidence(e, unit), e.adequate) for e in some), words=(0, 5, 6))
                     for some in (helping, idle))  # fmt: skip
-    unseen = Grid(("cannot be seen", "why"), tuple(Line((", ".join(v), k)) for k, v in blind.items()), words=(1,))
+    unseen = Grid(("cannot be seen", "why"), tuple(Line((marked(v), k)) for k, v in blind.items()), words=(1,))
     return Section(
         "Which effects could explain the misfit",
-        sentences=(p_value_text(d), *substitutes_text(d)),
-        picture=effect_bars(d, floor, unit, names.html) if helping or idle else "",
+        sentences=(p_value_text(d), *samples_text(d, len(c.fit.samples)), *substitutes_text(d)),
+        picture=effect_bars(d, floor, unit, names.html, models) if helping or idle else "",
         terms=TERMS,
         tables=(grid,) if helping else (),
         folded=tuple(table for table in (others, unseen) if table.rows),
@@ -71,7 +82,7 @@ def effects(d: Diagnosis, c: Comparison, names: Names) -> Section:
 
 def limits(d: Diagnosis) -> Section | None:
     """Where nothing is missing: what would have been seen, and what remains open."""
-    rows = tuple(Line((f"from {step}", ", ".join(names))) for step, names in would_have_shown(d, UNIT))
+    rows = tuple(Line((f"from {step}", marked(names))) for step, names in would_have_shown(d, UNIT))
     still = open_text(d, UNIT)
     sentences = (f"{SEEN}.", *([f"Still open: {still}"] if still else []))
     grid = Grid(("RMS error left", "effects that would have been seen"), rows, words=(1,))
@@ -92,17 +103,17 @@ def _evidence(e: Evidence, unit: str) -> tuple[str, ...]:
         f"{name} = {units.show(value, unit, error)}" for name, (value, error, unit) in e.estimate.items()
     )
     return (
-        f"{e.name}: {note}" if note else e.name,
+        f"{mark(e.name)}: {note}" if note else mark(e.name),
         amount(e.rmse, unit),
         amount(e.held_out_rmse, unit),
         amount(e.detection_limit, unit),
         "-" if e.absorbed_share is None else f"{100 * e.absorbed_share:.0f} %",
         estimate,
-        f"{alike} {e.similar[alike]:.2f}" if alike else "",
+        f"{mark(alike)} {e.similar[alike]:.2f}" if alike else "",
     )
 
 
-def alike(d: Diagnosis, names: Names, number: int = 0) -> Section | None:
+def alike(d: Diagnosis, names: PageNames, number: int = 0) -> Section | None:
     """Which effects leave nearly the same trace in these data; `number` is that of the model, and names the picture."""
     if not maps.alike_names(d):
         return None
@@ -116,7 +127,7 @@ def alike(d: Diagnosis, names: Names, number: int = 0) -> Section | None:
         "Which effects are similar in these data",
         sentences=words if found else ("Every effect that leaves a trace in these data leaves one of its own.",),
         picture=groups_html(found, named_by(d), names.html) if found else "",
-        folded_picture=figures.as_svg(maps.alike_map(d, names.plain), f"alike{number}"),
+        folded_picture=figures.as_svg(maps.alike_map(d, names.called), f"alike{number}"),
         folded_title="The same as a map, pair by pair: 1 is the same change, 0 has nothing in common",
     )
 

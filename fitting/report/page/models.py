@@ -7,6 +7,7 @@ import numpy as np
 
 from fitting.comparison.compare import Comparison
 from fitting.diagnosis.record import Diagnosis
+from fitting.report.text.names import marked
 from fitting.report.text.stages import stage_text
 from fitting.study.stages import Stage
 
@@ -91,5 +92,5 @@ def short_name(model: ShownModel, count: int) -> str:
     if not model.number:
         return "before"
     added = model.stage.added
-    name = f"+ {' + '.join(added)}" if added else stage_text(model.stage)  # what gave way stands in the table
+    name = f"+ {marked(added, ' + ')}" if added else stage_text(model.stage)  # what gave way stands in the table
     return f"after: {name}" if model.number == count - 1 else name

@@ -9,9 +9,10 @@ from fitting.diagnosis.outcomes import NOTHING_MISSING
 from fitting.diagnosis.record import Diagnosis
 from fitting.least_squares.record import Fit
 from fitting.report.page import misfit, steps, top
-from fitting.report.page.diagnosis import alike, effects, errors_grid, limits, tried_table
-from fitting.report.page.models import ShownModel, models_of, short_name
-from fitting.report.page.names import Names
+from fitting.report.page.diagnosed import of_diagnoses
+from fitting.report.page.diagnosis import errors_grid, tried_table
+from fitting.report.page.models import ShownModel, models_of
+from fitting.report.page.names import PageNames
 from fitting.report.page.parts import Grid, Line, Section, as_sentence, pictures_style, render_page
 from fitting.report.pictures import figures
 from fitting.report.pictures.readings import estimated_channels, readings_picture
@@ -20,6 +21,7 @@ from fitting.report.text.comparison import error_text
 from fitting.report.text.diagnosis import measurement_text
 from fitting.report.text.fit import range_cells, value_cells
 from fitting.report.text.instruments import HEADS, channel_cells, channel_lines
+from fitting.report.text.names import mark, marked
 from fitting.report.text.search import search_text
 from fitting.report.text.stated_sizes import measured_cells, rests_on_texts
 from fitting.report.text.study import data_text
@@ -69,14 +71,14 @@ def page(
     `enough` is the share of full scale that may be left, `following` what to do next and the command for it, where the
     caller knows better than the results say.
     """
-    models, names = models_of(c, d, stages, chosen), Names(task.library)
+    models, names = models_of(c, d, stages, chosen), PageNames(task.library)
     here = steps.chosen_of(models)
     sections = [
         steps.fall(models, c, d, stages, names.html),
         misfit.overview(models, task),
         *misfit.where(models),
         misfit.loops(models, task),
-        *_of_diagnoses(models, names),
+        *of_diagnoses(models, names),
         *_of_each(models, lambda m: _parameters(m.comparison.fit)),
         *_of_each(models, lambda m: _instruments(m.comparison, m.diagnosis)),
         _estimates(task),
@@ -102,31 +104,6 @@ def _of_each(models: Sequence[ShownModel], made: Callable[[ShownModel], Section]
     if len(models) == 1:
         return [made(models[0])]
     return [replace(made(model), model=model.number) for model in models]
-
-
-def _of_diagnoses(models: Sequence[ShownModel], names: Names) -> list[Section]:
-    """What each diagnosis found. The only one of several models always shows, with its model in its titles."""
-    diagnosed = [model for model in models if model.diagnosis is not None]
-    several, found = len(diagnosed) > 1, list[Section]()
-    for model in diagnosed:
-        parts = _of_diagnosis(model, names)
-        if several:
-            found += [replace(part, model=model.number) for part in parts]
-        else:
-            found += [replace(part, title=_titled(part.title, model, len(models))) for part in parts]
-    return found
-
-
-def _titled(title: str, model: ShownModel, count: int) -> str:
-    """A title with the name of its model, where the page has several."""
-    return f"Model '{short_name(model, count)}': {title[:1].lower()}{title[1:]}" if count > 1 else title
-
-
-def _of_diagnosis(model: ShownModel, names: Names) -> list[Section]:
-    d = model.diagnosis
-    assert d is not None  # the caller has looked
-    parts = [limits(d), effects(d, model.comparison, names), alike(d, names, model.number)]
-    return [part for part in parts if part is not None]
 
 
 def _planned(planned: "NextMeasurement") -> Section:
@@ -172,7 +149,7 @@ def _estimates(task: Task) -> Section | None:
 def _parameter(fit: Fit, name: str) -> tuple[str, ...]:
     state = "at its bound" if name in fit.at_bound else fit.state(name)
     known = *value_cells(fit, name), *measured_cells(fit, name), " to ".join(range_cells(fit, name))
-    return name, *known, state, ", ".join(fit.tied.get(name, ()))
+    return mark(name), *known, state, marked(fit.tied.get(name, ()))
 
 
 def _provenance(task: Task, models: Sequence[ShownModel], d: Diagnosis | None) -> Section:

@@ -8,6 +8,7 @@ from importlib import resources
 from typing import Any
 
 from fitting.report.pictures.overview import overview_style
+from fitting.report.text.names import Names
 from fitting.writing import write_text
 
 Named = Callable[[str], str]  # of a text: the same as HTML, with the names of effects for readers
@@ -89,11 +90,11 @@ def _template() -> Any:
     return Environment(autoescape=True, trim_blocks=True, lstrip_blocks=True).from_string(source)
 
 
-def as_text(shown: Iterable[Any]) -> str:
+def as_text(shown: Iterable[Any], names: Names | None = None) -> str:
     """What the terminal would show, as plain text."""
-    from rich.console import Console
+    from fitting.report.text.layout import NamingConsole
 
-    console = Console(record=True, width=100, file=io.StringIO(), highlight=False, markup=False)
+    console = NamingConsole(names or Names(), record=True, width=100, file=io.StringIO())
     for thing in shown:
         console.print(thing)
     return console.export_text()

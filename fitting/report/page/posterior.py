@@ -1,10 +1,13 @@
 """A posterior as a page that opens from disk."""
 
 from fitting.posterior.record import Posterior, Quantity, inside_text, table_rows
+from fitting.report.page.names import PageNames
 from fitting.report.page.parts import Grid, Line, Section, render_page
 from fitting.report.pictures import figures
 from fitting.report.pictures.posterior import pairs, predicted
 from fitting.report.results import provenance, write_text
+from fitting.report.text.diagnosis import effect_set
+from fitting.report.text.names import mark
 from fitting.report.text.study import data_text
 from fitting.study.task import Task
 
@@ -17,27 +20,30 @@ def write_posterior(path: str, task: Task, posterior: Posterior) -> None:
 def posterior_page(task: Task, posterior: Posterior) -> str:
     """The page as text."""
     verdict = "These intervals can be trusted" if posterior.trusted else "Do not take these intervals at their word"
-    names = ", ".join(e.name for e in task.experiments)
+    datasets, names = ", ".join(e.name for e in task.experiments), PageNames(task.library)
     return render_page(
-        title=f"{names}: {verdict}",
-        about=f"{data_text(task.experiments)}. Model: {' + '.join(task.names)}.",
+        title=f"{datasets}: {verdict}",
+        about=f"{data_text(task.experiments)}. Model: {names.plain(effect_set(task.names))}.",
         verdict=verdict,
         lead=[] if posterior.warnings else ["Nothing speaks against them."],
         cards=[_card(name, q) for name, q in posterior.parameters.items() if not name.startswith("muscle.")][:6],
         warnings=posterior.warnings,
         sections=[*posterior_sections(posterior), _origin(task, posterior)],
+        named=names.html,
     )
 
 
 def _card(name: str, q: Quantity) -> tuple[str, str]:
     _, median, low, high, *_ = table_rows({name: q})[1]
-    return median, f"{name}: {low} to {high}"
+    return median, f"{mark(name)}: {low} to {high}"
 
 
 def posterior_sections(posterior: Posterior) -> list[Section]:
     """What a page shows of a posterior: the intervals, and whether readings lie where they should."""
     heads, *rows = table_rows(posterior.parameters)
-    priors = tuple(Line((name, q.prior, f"{q.prior_sensitivity:.2f}")) for name, q in posterior.parameters.items())
+    priors = tuple(
+        Line((mark(name), q.prior, f"{q.prior_sensitivity:.2f}")) for name, q in posterior.parameters.items()
+    )
     words = (
         "Median and the interval that holds 90 % of the posterior. Contraction: how much of the prior's variance the "
         "data took away. Robust: if errors that a run (where runs are few, a loop) shares are allowed for.",
@@ -49,7 +55,7 @@ def posterior_sections(posterior: Posterior) -> list[Section]:
             sentences=words,
             picture=figures.as_svg(pairs(posterior), "pairs"),
             caption="Lines hold 50 and 90 % of the draws.",
-            tables=(Grid(heads, tuple(Line(row) for row in rows)),),
+            tables=(Grid(heads, tuple(Line((mark(name), *values)) for name, *values in rows)),),
             folded=(Grid(("parameter", "prior", "sensitivity"), priors, note, words=(1,)),),
             folded_title="Priors",
         ),

@@ -1,6 +1,5 @@
 """Which effects look alike in some data, as groups with names: who could be taken for whom."""
 
-import html
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
@@ -8,6 +7,7 @@ import numpy as np
 
 from fitting.diagnosis.record import Diagnosis
 from fitting.report.settings import ADVICE
+from fitting.report.text.names import mark
 
 
 @dataclass(frozen=True)
@@ -47,12 +47,12 @@ def named_by(d: Diagnosis) -> list[str]:
     return list(dict.fromkeys(name for names in (*d.explanations, leading) for name in names))
 
 
-def groups_html(found: Sequence[Group], of_verdict: Sequence[str], named: Callable[[str], str] = html.escape) -> str:
+def groups_html(found: Sequence[Group], of_verdict: Sequence[str], named: Callable[[str], str]) -> str:
     """The groups as lists of names; what the verdict names stands out. `named` makes HTML of the names of effects."""
     return f'<ul class="alike">{"".join(_item(group, of_verdict, named) for group in found)}</ul>'
 
 
 def _item(group: Group, of_verdict: Sequence[str], named: Callable[[str], str]) -> str:
-    words = (f"<b>{named(n)}</b>" if n in of_verdict else f"<span>{named(n)}</span>" for n in group.names)
+    words = (f"<b>{named(mark(n))}</b>" if n in of_verdict else f"<span>{named(mark(n))}</span>" for n in group.names)
     how = "the same trace" if group.least > 0.9995 else f"similarity of at least {group.least:.2f}"
     return f"<li>{' '.join(words)} <i>{how}</i></li>"

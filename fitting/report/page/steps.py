@@ -71,7 +71,7 @@ def fall(
     return Section(
         "The error, down to the noise",
         sentences=words,
-        picture=fall_html(shown, c.floor, c.unit, "step" if switched else "", named),
+        picture=fall_html(shown, c.floor, c.unit, named, "step" if switched else ""),
         tables=_table(shown, models, c.unit),
         folded=folded,
         folded_title="Larger models that were tried and not kept" if folded else "",
@@ -136,7 +136,7 @@ def _size(fit: Fit, name: str) -> str:
 def _attempts(stage: Stage, unit: str) -> Grid:
     """The larger models that were tried after one step of a discovery."""
     rows = tuple(
-        Line((" + ".join(a.effects), amount(a.rmse, unit), amount(a.held_out_rmse, unit), why_not_kept(a)))
+        Line((effect_set(a.effects), amount(a.rmse, unit), amount(a.held_out_rmse, unit), why_not_kept(a)))
         for a in stage.attempts
     )
     heads = ("tried", "RMS", "on held-out runs", "why it is not kept")

@@ -42,7 +42,7 @@ def head(model: ShownModel, models: Sequence[ShownModel], task: Task, enough: fl
     diagnosed = _diagnosed(model, models)
     return Head(
         model.number,
-        " + ".join(model.effects),
+        effect_set(model.effects),
         verdict(model, models),
         () if diagnosed is None else tuple(meanings(diagnosed, task)),
         tuple(lead(model, models, enough)),

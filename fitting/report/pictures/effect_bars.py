@@ -1,7 +1,6 @@
 """What the error would be with each effect added, as bars in HTML: they stay readable on a narrow screen."""
 
-import html
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 
 from fitting import units
 from fitting.diagnosis.record import Diagnosis, Evidence
@@ -10,36 +9,48 @@ from fitting.report.text.diagnosis import effect_set
 from fitting.report.text.evidence import named_sets, sort_evidence
 
 MOST_HELPING, MOST_IDLE = 8, 2
+NONE: Mapping[frozenset[str], str] = {}
 
 
-def effect_bars(d: Diagnosis, floor: float, unit: str, named: Callable[[str], str] = html.escape) -> str:
+def effect_bars(
+    d: Diagnosis, floor: float, unit: str, named: Callable[[str], str], models: Mapping[frozenset[str], str] = NONE
+) -> str:
     """The model as it is, then the effects that help, best first, then the first of those that do not.
 
-    `named` makes HTML of the names of effects.
+    `named` makes HTML of the names of effects. `models` holds the radio button of each set of added effects that is a
+    model on the switch of the page: its row chooses it, and stands out while it is chosen.
     """
     helping, idle, _ = sort_evidence(d)
     shown = [*helping[:MOST_HELPING], *idle[:MOST_IDLE]]
     several = named_sets(d)[:MOST_HELPING]
     top = 1.25 * max([d.held_out_rmse, floor, *(e.held_out_rmse or 0.0 for e in shown)]) or 1.0
-    rows = [_row("model as it is", d.held_out_rmse, "now", floor, top, unit)]
-    rows += [_row(named(f"+ {effect_set(e.effects)}"), e.held_out_rmse, "near", floor, top, unit) for e in several]
-    rows += [_row(named(f"+ {e.name}"), e.held_out_rmse or 0.0, _kind(e, helping), floor, top, unit) for e in shown]
+    bars = [((), d.held_out_rmse, "now"), *((e.effects, e.held_out_rmse, "near") for e in several)]
+    bars += [((e.name,), e.held_out_rmse or 0.0, _kind(e, helping)) for e in shown]
+    rows = [
+        _row(named(_called(added)), value, kind, floor, top, unit, models.get(frozenset(added), ""))
+        for added, value, kind in bars
+    ]
     name, size = units.shown_in(unit, floor)
     words = f"RMS error on held-out runs; dashed: the noise, {floor / size:.2g} {name}"
     words += "; green: explains the data" if several or any(e.adequate for e in shown) else ""
     return f'<fieldset class="fall"><legend>{words}</legend>{"".join(rows)}</fieldset>'
 
 
+def _called(added: Sequence[str]) -> str:
+    return f"+ {effect_set(added)}" if added else "model as it is"
+
+
 def _kind(e: Evidence, helping: list[Evidence]) -> str:
     return "near" if e.adequate else "" if e in helping else "idle"
 
 
-def _row(name: str, value: float, kind: str, floor: float, top: float, unit: str) -> str:
-    """One bar behind its name, which is HTML."""
+def _row(name: str, value: float, kind: str, floor: float, top: float, unit: str, button: str) -> str:
+    """One bar behind its name, which is HTML; the label of a `button` if there is one."""
     width = 100 * value / top
-    return (
-        f'<div class="row"><span class="name">{name}</span>'
+    row = (
+        f'<span class="name">{name}</span>'
         f'<span class="track"><span class="bar {kind}" style="width:{width:.2f}%"></span>'
         f'<span class="floor" style="left:{100 * floor / top:.2f}%"></span>'
-        f'<span class="value" style="left:{width:.2f}%">{amount(value, unit)}</span></span></div>'
+        f'<span class="value" style="left:{width:.2f}%">{amount(value, unit)}</span></span>'
     )
+    return f'<label class="row {button}" for="{button}">{row}</label>' if button else f'<div class="row">{row}</div>'

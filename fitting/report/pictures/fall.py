@@ -1,6 +1,5 @@
 """How the error fell, as HTML: one bar per step, down to the noise; on a page each can be chosen without a script."""
 
-import html
 from collections.abc import Callable, Sequence
 
 import numpy as np
@@ -12,9 +11,7 @@ from fitting.report.text.stages import stage_text
 from fitting.study.stages import Stage
 
 
-def fall_html(
-    stages: Sequence[Stage], floor: float, unit: str, choose: str = "", named: Callable[[str], str] = html.escape
-) -> str:
+def fall_html(stages: Sequence[Stage], floor: float, unit: str, named: Callable[[str], str], choose: str = "") -> str:
     """The bars; with `choose`, each row is the label of the radio button of that name and the number of the step.
 
     `named` makes HTML of the names of effects.

@@ -15,7 +15,7 @@ from fitting.report.pictures.loops import Window
 from fitting.report.pictures.panels import Panel
 from fitting.report.settings import FIGURE
 
-WIDTH, HEIGHT = 9.4, 3.3  # inches
+SHAPES = {"broad": (9.4, 3.3), "narrow": (4.7, 3.6)}  # inches; narrow: for a telephone, with letters as large
 LEFT, RIGHT, LOW, HIGH = 0.62, 0.1, 0.46, 0.12  # inches beside the axes
 DASHES = {1: "", -1: ' stroke-dasharray="5 2.5"', 0: ""}  # elongating is dashed
 COLOURS = ("#440154", "#3b528b", "#21918c", "#3fae5a", "#b8a800")  # viridis, darker at its end: seen on white and black
@@ -41,13 +41,17 @@ def overview_html(shown: Sequence[Panel], models: Sequence[np.ndarray]) -> str:
     held = _held(alike)
     courses = [[c for panel in alike for c in _courses(panel, residual, held)] for residual in models]
     band = FIGURE.sigmas * float(np.median([panel.noise / panel.size for panel in alike]))
-    opening, window = _axes(alike[0], courses, band)
+    drawn = "".join(_drawn(shape, alike[0], courses, band) for shape in SHAPES)  # the page shows the one that fits
+    return f'<figure class="overview">{_key(held, courses)}{drawn}</figure>'
+
+
+def _drawn(shape: str, panel: Panel, courses: Sequence[Sequence[Course]], band: float) -> str:
+    """The picture in one of its shapes."""
+    opening, window = _axes(shape, panel, courses, band)
     groups = "".join(f'<g class="model m{k}">{_lines(each, window)}</g>' for k, each in enumerate(courses))
-    words = f"{alike[0].ylabel}, model minus measured, run by run, against {alike[0].xlabel}"
-    svg = opening.replace("<svg", f'<svg role="img" aria-label="{html.escape(words)}"', 1)
-    return (
-        f'<figure class="overview" tabindex="0">{_key(held, courses)}{svg}{window.opening}{groups}</svg></svg></figure>'
-    )
+    words = f"{panel.ylabel}, model minus measured, run by run, against {panel.xlabel}"
+    svg = opening.replace("<svg", f'<svg class="{shape}" role="img" aria-label="{html.escape(words)}"', 1)
+    return f"{svg}{window.opening}{groups}</svg></svg>"
 
 
 def _on_one_axis(shown: Sequence[Panel]) -> list[Panel]:
@@ -90,16 +94,17 @@ def _means(along: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarra
     return total[0] / count[some], total[1] / count[some]
 
 
-def _axes(panel: Panel, courses: Sequence[Sequence[Course]], band: float) -> tuple[str, Window]:
+def _axes(shape: str, panel: Panel, courses: Sequence[Sequence[Course]], band: float) -> tuple[str, Window]:
     """Axes that all models fit on, with the band of noise, as SVG without its end; and where values lie on them."""
     each = [course for model in courses for course in model]
     reach = FIGURE.room * max(band, *(float(np.max(np.abs(course.missed))) for course in each))
     low, high = min(np.min(c.along) for c in each), max(np.max(c.along) for c in each)
     margin = FIGURE.margin * (high - low) or 1.0
-    figure = figures.blank(WIDTH, HEIGHT)
-    across, up = 1 - (LEFT + RIGHT) / WIDTH, 1 - (LOW + HIGH) / HEIGHT
+    wide, tall = SHAPES[shape]
+    figure = figures.blank(wide, tall)
+    across, up = 1 - (LEFT + RIGHT) / wide, 1 - (LOW + HIGH) / tall
     with figures.settings():
-        axes = figure.add_axes((LEFT / WIDTH, LOW / HEIGHT, across, up))
+        axes = figure.add_axes((LEFT / wide, LOW / tall, across, up))
         axes.set_xlim(low - margin, high + margin)
         axes.set_ylim(-reach, reach)
         axes.set_xlabel(panel.xlabel, labelpad=2)
@@ -107,9 +112,9 @@ def _axes(panel: Panel, courses: Sequence[Sequence[Course]], band: float) -> tup
         axes.set_ylabel(f"model minus measured {unit}", labelpad=2)
         axes.axhspan(-band, band, color=figures.GREY, alpha=0.3, linewidth=0)
         axes.axhline(0, color=figures.INK, linewidth=0.5)
-    svg = figures.as_svg(figure, "overview")
+    svg = figures.as_svg(figure, f"overview-{shape}")
     (x0, y0), (x1, y1) = axes.transData.transform([(0, 0), (1, 1)]) * 72 / figure.dpi
-    box, width, height = axes.get_position(), WIDTH * 72, HEIGHT * 72
+    box, width, height = axes.get_position(), wide * 72, tall * 72
     place = (box.x0 * width, (1 - box.y1) * height, box.width * width, box.height * height)
     return svg[: svg.rindex("</svg>")], Window((x1 - x0, y0 - y1), (x0, height - y0), place)
 

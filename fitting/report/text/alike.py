@@ -9,6 +9,7 @@ from fitting.diagnosis.similarity import Knowable
 from fitting.least_squares.record import Fit
 from fitting.report.settings import ADVICE, SHOWN
 from fitting.report.text.layout import line, lines
+from fitting.report.text.names import listed, marked
 
 
 def combinations(fit: Fit) -> tuple[int, tuple[tuple[str, ...], ...]]:
@@ -32,7 +33,7 @@ def known_report(fit: Fit) -> list[RenderableType]:
     count, rest = combinations(fit)
     if not fit.free or not rest:
         return []
-    words = "; ".join(" with ".join(names[: SHOWN.combinations]) for names in rest)
+    words = "; ".join(marked(names[: SHOWN.combinations], " with ") for names in rest)
     said = f"{count} of {len(fit.free)} combinations of fitted parameters are determined by these data; not: {words}"
     return [line("KNOWN", said)]
 
@@ -40,15 +41,15 @@ def known_report(fit: Fit) -> list[RenderableType]:
 def alike_report(k: Knowable) -> list[RenderableType]:
     """Which effects look alike or are absorbed, and what would open them."""
     found = k.similarity
-    shown = lines("SIMILAR", (", ".join(members) for members in found.classes))
+    shown = lines("SIMILAR", map(listed, found.classes))
     if not found.classes:
         shown = [line("SIMILAR", "none: every effect with a trace in these data can be told from the others")]
     if found.absorbed:
-        shown.append(line("ABSORBED", f"{', '.join(found.absorbed)}: the fitted parameters absorb them"))
+        shown.append(line("ABSORBED", f"{listed(found.absorbed)}: the fitted parameters absorb them"))
     if k.unseen:
-        shown.append(line("NO TRACE", ", ".join(k.unseen)))
+        shown.append(line("NO TRACE", listed(k.unseen)))
     opened = (
-        f"{o.pair[0]} or {o.pair[1]}: {o.what}" + (f" (cosine {o.cosine:.2f} then)" if o.cosine else "")
+        f"{marked(o.pair, ' or ')}: {o.what}" + (f" (cosine {o.cosine:.2f} then)" if o.cosine else "")
         for o in k.openings
     )
     return [*shown, *lines("OPENS", opened)]

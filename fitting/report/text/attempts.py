@@ -6,6 +6,7 @@ from typing import Any
 from fitting.diagnosis.findings import Attempt, Objection, Reason
 from fitting.report.settings import SHOWN
 from fitting.report.text.amounts import amount
+from fitting.report.text.names import mark, marked
 
 
 def attempts_text(attempts: Sequence[Attempt], unit: str) -> list[str]:
@@ -21,7 +22,7 @@ def held_text(names: Sequence[str]) -> list[str]:
         return []
     named = " ".join(names)
     return [
-        f"A free fit would deny what was measured. From here on {', '.join(names)} stay within two standard errors "
+        f"A free fit would deny what was measured. From here on {marked(names)} stay within two standard errors "
         f"of what was stated, and the model that is saved holds them (--fix {named})."
     ]
 
@@ -39,7 +40,7 @@ def strained_text(strained: bool) -> list[str]:
 def attempt_text(attempt: Attempt, unit: str) -> str:
     """What was tried, how far it would have brought the error, and why it was not kept."""
     errors = f"{amount(attempt.rmse, unit)}, on held-out runs {amount(attempt.held_out_rmse, unit)}"
-    return f"{' + '.join(attempt.effects)} was tried ({errors}) and is not kept: {why_not_kept(attempt)}."
+    return f"{marked(attempt.effects, ' + ')} was tried ({errors}) and is not kept: {why_not_kept(attempt)}."
 
 
 def why_not_kept(attempt: Attempt) -> str:
@@ -49,7 +50,7 @@ def why_not_kept(attempt: Attempt) -> str:
 
 def objection_text(objection: Objection) -> str:
     """One reason against a step."""
-    about, size = objection.about, objection.size
+    about, size = mark(objection.about) if objection.about else "", objection.size
     if objection.reason == Reason.DENIES and size is not None:
         return f"{about} would lie {abs(size):.1f} standard errors from its stated value"
     if about:

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from rich.console import RenderableType
-from rich.table import Table
+from rich.padding import Padding
 from rich.text import Text
 
 from fitting import units
@@ -33,17 +33,21 @@ def meaning(kind: type[Effect]) -> str:
 
 
 def effects_report(kinds: Sequence[type[Effect]]) -> list[RenderableType]:
-    """All effects by stage, a line each."""
+    """All effects by stage: the name for readers, the one to type, the parameters, and below them what it is."""
     shown: list[RenderableType] = []
     for stage, question in STAGES.items():
-        table = Table.grid(padding=(0, 2))
-        for kind in (k for k in kinds if k.stage == stage):
-            own = ", ".join(p.name for p in parameters(kind))
-            name = Text("  " + name_of(kind), style="bold")
-            table.add_row(name, Text(own, style="cyan"), Text(first_sentence(meaning(kind))))
-        if table.row_count:
-            shown += [Text(f"{stage}: {question}", style="bold underline"), table, Text()]
+        mine = [kind for kind in kinds if kind.stage == stage]
+        if mine:
+            shown.append(Text(f"{stage}: {question}", style="bold underline"))
+            shown += [part for kind in mine for part in _entry(kind)]
+            shown.append(Text())
     return [*shown, Text("'mckibben effects NAME' explains one; 'mckibben add DATASET NAME' puts it into the model.")]
+
+
+def _entry(kind: type[Effect]) -> tuple[RenderableType, RenderableType]:
+    own = ", ".join(p.name for p in parameters(kind))
+    heading = Text.assemble("  ", (title_of(kind), "bold"), f" ({name_of(kind)})  ", (own, "cyan"))
+    return heading, Padding(Text(first_sentence(meaning(kind))), (0, 0, 0, 6))
 
 
 def effect_report(kind: type[Effect]) -> list[RenderableType]:

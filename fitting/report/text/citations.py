@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 
 from fitting.recordings.records import Experiment
+from fitting.report.text.names import mark
 from fitting.version import program_version
 from mckibben_jax.effect import Effect, name_of
 
@@ -23,7 +24,7 @@ def citations(effects: Sequence[Effect], experiments: Sequence[Experiment]) -> d
     return {
         "program": [f"mckibben_jax {program_version()}"],
         "review": [REVIEW],
-        "effects": [f"{name_of(effect)}: {effect.source}" for effect in effects if effect.source],
+        "effects": [f"{mark(name_of(effect))}: {effect.source}" for effect in effects if effect.source],
         "data": [_data(e) for e in experiments],
         "methods": list(METHODS),
     }

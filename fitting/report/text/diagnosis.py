@@ -17,6 +17,7 @@ from fitting.report.text.instrument_answers import explaining_text, odd_run_text
 from fitting.report.text.layout import columns, line, lines, spaced
 from fitting.report.text.limits import limits_lines, open_text, would_have_shown
 from fitting.report.text.measurement import purpose_text, what_text
+from fitting.report.text.names import identifiers, listed, mark, marked
 from fitting.report.text.reasons import why_text
 from fitting.study.preview import MOST
 
@@ -29,17 +30,19 @@ FOUND = ("missing", "one of", "not in the library")
 
 def effect_set(names: Sequence[str]) -> str:
     """A set of effects for people."""
-    return " + ".join(names) if names else "nothing"
+    return marked(names, " + ") if names else "nothing"
 
 
 def classes_text(group: Sequence[Sequence[str]]) -> str:
     """Sets of effects that predict the same, for people."""
-    return " = ".join("+".join(names) for names in group)
+    return " = ".join(marked(names, " + ") for names in group)
 
 
 def values_text(e: Explanation) -> str:
     """The numbers of an explanation, each with its robust standard error."""
-    return "; ".join(f"{name} = {units.show(value, unit, error)}" for name, (value, error, unit) in e.estimate.items())
+    return "; ".join(
+        f"{mark(name)} = {units.show(value, unit, error)}" for name, (value, error, unit) in e.estimate.items()
+    )
 
 
 def most_similar(e: Evidence) -> str:
@@ -78,7 +81,7 @@ def leading_text(d: Diagnosis, unit: str = "N") -> str | None:
     if d.leading is None or (d.verdict not in FOUND and d.leading.share < SOME):
         return None
     lead = d.leading
-    names = " or ".join(lead.effects)
+    names = marked(lead.effects, " or ")
     left = f"{amount(d.held_out_rmse, unit)} -> {amount(lead.held_out_rmse, unit)} on held-out runs"
     most = f"{names} lowers the error more than any other single effect that contradicts no measured size"
     most = f"Mostly {names}" if lead.share > MOST else most
@@ -93,13 +96,32 @@ def p_value_text(d: Diagnosis) -> str:
     return test + (" The test does not reject, but the error is many times the noise." if unseen else "")
 
 
+def left_missing_text(p_value: float | None, level: float) -> str:
+    """What the test says of a model that was not diagnosed itself."""
+    if p_value is None:
+        return "The chosen model was not tested: diagnose it to learn what is missing from it."
+    what = "finds nothing missing any more" if p_value >= level else "still finds something missing"
+    return f"In the chosen model the sign-flip test {what} (p = {p_value:.2g}, level {level:g})."
+
+
+def samples_text(d: Diagnosis, samples: int) -> list[str]:
+    """Which samples the errors of a diagnosis are of, where these are not all: those of a fit differ a little."""
+    seen = len(d.baseline.samples)
+    if seen >= samples:
+        return []
+    return [
+        f"The errors of the diagnosis are those of {seen:,} samples, taken evenly from the {samples:,}: these suffice "
+        "to decide. The error of the same model over all samples differs in the last digits."
+    ]
+
+
 def substitutes_text(d: Diagnosis) -> list[str]:
     """What these data cannot tell from an effect that the model has."""
     found: dict[str, list[str]] = {}
     for mine, other in d.substitutes:
         found.setdefault(mine, []).append(other)
     return [
-        f"{' or '.join(others)} could take the place of {mine}: these data cannot tell which of them acts."
+        f"{marked(others, ' or ')} could take the place of {mark(mine)}: these data cannot tell which of them acts."
         for mine, others in found.items()
     ]
 
@@ -125,12 +147,13 @@ def motion_notes(d: Diagnosis, experiments: Sequence[Experiment]) -> list[str]:
     return [both] * bool(tests & {*FORCE_TESTS}) + [coarse] * (d.verdict not in FOUND)
 
 
-def diagnosis_report(d: Diagnosis, unit: str = "N") -> list[RenderableType]:
-    """The verdict, what it rests on, and the evidence for each effect."""
+def diagnosis_report(d: Diagnosis, unit: str = "N", samples: int = 0) -> list[RenderableType]:
+    """The verdict, what it rests on, and the evidence for each effect; `samples`: how many a fit of all data has."""
     shown: list[RenderableType] = [line("VERDICT", verdict_text(d), "bold")]
     leading = leading_text(d, unit)
     shown += [line("LEADING", leading)] if leading else []
     shown.append(line("TEST", p_value_text(d)))
+    shown += lines("SAMPLES", samples_text(d, samples))
     shown += lines("CHECK", odd_run_texts(d))
     shown += lines("LIKELY", [text for text in (explaining_text(d),) if text])
     shown += lines("OR", [*rival_texts(d), *substitutes_text(d)])
@@ -152,16 +175,17 @@ def _evidence(d: Diagnosis, unit: str) -> list[RenderableType]:
         values = (amount(value, unit) for value in (e.rmse, e.held_out_rmse))
         table.add_row(effect_set(e.effects), *values, "", "", "explain the data", style="bold")
     for e in helping:
-        table.add_row(e.name, *_evidence_cells(e, unit), style="bold" if e.adequate else "")
+        table.add_row(mark(e.name), *_evidence_cells(e, unit), style="bold" if e.adequate else "")
     shown = [spaced(table), Text()] if helping or several else []
     named = {name for names in d.explanations for name in names}
     told = {*d.faint, *named, *(name for _, names in would_have_shown(d, unit) for name in names)}
-    others = ", ".join(e.name for e in idle if e.name not in told)
+    others = listed([e.name for e in idle if e.name not in told])
     shown += [line("NOT IT", f"{others}: none of them lowers the error on held-out runs")] if others else []
-    return [*shown, *lines("UNSEEN", (f"{', '.join(names)}: {why}" for why, names in blind.items()))]
+    return [*shown, *lines("UNSEEN", (f"{listed(names)}: {why}" for why, names in blind.items()))]
 
 
 def _evidence_cells(e: Evidence, unit: str) -> tuple[str, ...]:
-    alike = most_similar(e)
+    """The cells behind the name of an effect; in these narrow columns others have their identifiers alone."""
+    alike, note = most_similar(e), identifiers(remark(e))
     values = (amount(value, unit) for value in (e.rmse, e.held_out_rmse))
-    return *values, amount(e.detection_limit, unit), f"{alike} {e.similar[alike]:.2f}" if alike else "", remark(e)
+    return *values, amount(e.detection_limit, unit), f"{alike} {e.similar[alike]:.2f}" if alike else "", note

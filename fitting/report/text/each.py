@@ -11,6 +11,7 @@ from fitting import units
 from fitting.report.settings import SHOWN
 from fitting.report.text.amounts import amount, percent
 from fitting.report.text.layout import columns, line, lines
+from fitting.report.text.names import mark, marked
 from fitting.study.data_sets import DataSet
 
 NOT_USED, NOT_CONVERGED = "cannot be used", "not converged"
@@ -79,7 +80,7 @@ def _missing(result: Result) -> list[str]:
     """What a diagnosis found to be missing, alone or as one of several."""
     if result.get("verdict") not in ("missing", "one of"):
         return []
-    return [" or ".join(" + ".join(names) for names in result["explanations"])]
+    return [" or ".join(marked(names, " + ") for names in result["explanations"])]
 
 
 def _table(sets: Sequence[DataSet], results: Sequence[Result]) -> RenderableType:
@@ -112,5 +113,5 @@ def _parameters(results: Sequence[Result]) -> list[RenderableType]:
         return []
     table = columns("parameter", "data sets", "least", "median", "largest")
     for (name, unit), found in list(several.items())[: SHOWN.folders]:
-        table.add_row(name, str(len(found)), *(units.show(x, unit) for x in np.quantile(found, (0.0, 0.5, 1.0))))
+        table.add_row(mark(name), str(len(found)), *(units.show(x, unit) for x in np.quantile(found, (0.0, 0.5, 1.0))))
     return [table]

@@ -7,6 +7,7 @@ from fitting.least_squares.record import Fit
 from fitting.report.results import shown_names
 from fitting.report.text.amounts import amount, with_error
 from fitting.report.text.layout import columns, line, lines, spaced
+from fitting.report.text.names import mark, marked
 from fitting.report.text.search import failure_texts, search_text
 from fitting.report.text.stated_sizes import denied_texts, rests_on_texts
 
@@ -15,10 +16,10 @@ def fit_warnings(fit: Fit) -> list[str]:
     """What the user must know about a fit before trusting its numbers."""
     words = [] if fit.converged else ["The search did not converge: the values below are not to be trusted."]
     words += denied_texts(fit)
-    words += [f"{name} lies at {_bound(fit, name)}: its error means nothing." for name in fit.at_bound]
-    words += [f"{' and '.join(g)} are strongly correlated, not separately identifiable." for g in tied_groups(fit)]
+    words += [f"{mark(name)} lies at {_bound(fit, name)}: its error means nothing." for name in fit.at_bound]
+    words += [f"{marked(g, ' and ')} are strongly correlated, not separately identifiable." for g in tied_groups(fit)]
     if fit.held:
-        words.append(f"Not constrained by these data, and held at their values: {', '.join(fit.held)}.")
+        words.append(f"Not constrained by these data, and held at their values: {marked(fit.held)}.")
     return words + [f"Search: {failure}" for failure in failure_texts(fit)]
 
 
@@ -47,7 +48,7 @@ def fit_report(fit: Fit) -> list[RenderableType]:
     heads = ("parameter", "value", "+/- robust", "+/- i.i.d.", "range", "note")
     table = columns(*heads, words=(0, 5), spare=(4, 3))
     for name in shown_names(fit):
-        table.add_row(name, *_parameter(fit, name))
+        table.add_row(mark(name), *_parameter(fit, name))
     warned, rests = lines("WARNING", fit_warnings(fit), "yellow"), lines("RESTS ON", rests_on_texts(fit))
     return [spaced(table), Text(), *warned, *rests, line("SEARCH", search_text(fit))]
 

@@ -12,10 +12,11 @@ from fitting.hill.motion import Motions
 from fitting.hill.settings import RELEASES
 from fitting.report.text.amounts import amount, places
 from fitting.report.text.layout import columns, line, lines
+from fitting.report.text.names import mark, marked
 
 STRAIGHT = (
     "The b of that fit is far above every speed here, where Hill's force is straight in speed: of a and b only "
-    "(F0 + a)/b is found. Try viscous_damping, which says that with one number and acts both ways."
+    "(F0 + a)/b is found. Try ⟦viscous_damping⟧, which says that with one number and acts both ways."
 )
 ALIKE = (
     "These speeds cannot tell Hill's law from a load's inertia with dry friction, which has no viscosity at all. "
@@ -66,7 +67,7 @@ def _motion(motions: Motions, fastest: float) -> list[RenderableType]:
     dry, viscous = (units.show(error, "m") for error in motions.errors)
     layout = motions.viscous.layout
     values = (
-        f"{name} = {units.show(value, layout.entry(name).unit)} +/- {units.show(error, layout.entry(name).unit)}"
+        f"{mark(name)} = {units.show(value, layout.entry(name).unit)} +/- {units.show(error, layout.entry(name).unit)}"
         for name, (value, error) in motions.direct.items()
     )
     told = f"Fitted to the positions, a model without viscosity misses them by {dry} rms, one with it by {viscous}: "
@@ -88,7 +89,7 @@ def said_of_viscosity(motions: Motions, values: str, fastest: float) -> str:
         return "no need of viscosity, and a/F0 and b of that fit mean nothing."
     told = f"it asks for drag that grows with speed. {values}."
     if motions.at_ends and not plain:
-        told += f" {' and '.join(motions.at_ends)} at an end of the range: the error means nothing."
+        told += f" {marked(motions.at_ends, ' and ')} at an end of the range: the error means nothing."
     if not motions.explained:
         told += " It still misses by far more than noise: the drag is not Hill's, and `mckibben diagnose` looks for it."
     return told + plain

@@ -13,6 +13,7 @@ from fitting.identified.shelf import Shelved
 from fitting.report.text.amounts import amount, percent, with_error
 from fitting.report.text.diagnosis import effect_set
 from fitting.report.text.layout import columns, line, lines, spaced
+from fitting.report.text.names import mark, marked
 
 WORDS = {
     "behaviour.pull_at_rest": "pull at rest",
@@ -40,7 +41,7 @@ def _row(muscle: Identified) -> tuple[str, ...]:
     return (
         muscle.name, *(amount(each.value, each.unit) for each in sizes),
         units.show(muscle.behaviour.pull_at_rest, "N", digits=3), percent(muscle.behaviour.stroke), error,
-        " + ".join(muscle.effects),
+        effect_set(muscle.effects),
     )  # fmt: skip
 
 
@@ -49,11 +50,11 @@ def muscle_report(each: Shelved) -> list[RenderableType]:
     muscle = each.muscle
     table = columns("parameter", "value", "90 %", "state", words=(0, 3))
     for name, known in muscle.parameters.items():
-        table.add_row(name, _value(known), _range(known), known.state)
+        table.add_row(mark(name), _value(known), _range(known), known.state)
     warned = ["its ranges fail their own check: sample ('mckibben posterior') to know them"]
     source = [f"{key}: {text}" for key, text in muscle.source.items()]
     return [
-        line("MUSCLE", f"{muscle.name}: {' + '.join(muscle.effects)}", "bold"),
+        line("MUSCLE", f"{muscle.name}: {effect_set(muscle.effects)}", "bold"),
         line("ERROR", f"RMS {_newtons(muscle.rmse)}, {percent(muscle.rmse / muscle.full_scale)} of full scale, over "
                       f"{muscle.readings:,} readings; {_newtons(muscle.held_out_rmse)} on runs left out."),
         line("VERDICT", _verdict(muscle)),
@@ -96,7 +97,7 @@ def comparison_of_muscles(mine: Identified, others: Sequence[Identified]) -> lis
         table = columns("", mine.name, theirs.name, "ratio (95 %)", words=(0,))
         for each in found:
             table.add_row(
-                WORDS.get(each.name, each.name),
+                _what(each),
                 amount(each.mine, each.unit),
                 amount(each.theirs, each.unit),
                 _ratio(each),
@@ -107,7 +108,7 @@ def comparison_of_muscles(mine: Identified, others: Sequence[Identified]) -> lis
 
 def difference_text(each: Difference, name: str) -> str:
     """A difference in a sentence: 'bladder_neo_hookean.G is 1.9 times that of dmsp10 (1.8 to 2.1).'"""
-    what = WORDS.get(each.name, each.name)
+    what = _what(each)
     if each.ratio is None:
         return f"{what} is {_mine(each)}, that of {name} is {_theirs(each)}."
     between = each.range
@@ -115,10 +116,14 @@ def difference_text(each: Difference, name: str) -> str:
     return f"{what} is {each.ratio:.2g} times that of {name}{sure}."
 
 
+def _what(each: Difference) -> str:
+    return WORDS.get(each.name) or mark(each.name)
+
+
 def _only(one: Identified, other: Identified) -> list[str]:
     """Effects that one of two has, in a sentence if there are any."""
     names = [name for name in one.effects if name not in other.effects]
-    return [f"Only {one.name} has {', '.join(names)}."] if names else []
+    return [f"Only {one.name} has {marked(names)}."] if names else []
 
 
 def _ratio(each: Difference) -> str:

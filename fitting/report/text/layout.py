@@ -1,8 +1,14 @@
-"""How text stands on the terminal: lines with a label, tables without rules, commands to be pasted."""
+"""How text stands on the terminal: lines with a label, tables without rules, commands to be pasted.
+
+Texts keep the marks of their names until a console prints them, for it knows the library that gives the names.
+"""
 
 import os
+import re
 import sys
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Callable, Collection, Iterable, Sequence
+from dataclasses import dataclass
+from typing import Any
 
 from rich.cells import cell_len
 from rich.console import Console, ConsoleOptions, RenderableType, RenderResult
@@ -11,9 +17,21 @@ from rich.table import Table
 from rich.text import Text
 
 from fitting.report.settings import LAYOUT
+from fitting.report.text.names import Names
+
+Rows = Sequence[tuple[Sequence[str | Text], str]]  # cells, and the style of all
+OF_THE_PROGRAM = Names()
 
 
-class Lasting(Console):
+class NamingConsole(Console):
+    """A console that knows what readers call the effects of a library."""
+
+    def __init__(self, names: Names, **options: Any) -> None:
+        super().__init__(highlight=False, markup=False, **options)
+        self.names = names
+
+
+class Lasting(NamingConsole):
     """A console whose reader may leave (`| head`): what was computed is saved all the same."""
 
     def on_broken_pipe(self) -> None:
@@ -22,21 +40,39 @@ class Lasting(Console):
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
-def console(quiet: bool = False) -> Console:
+def console(quiet: bool = False, names: Names = OF_THE_PROGRAM) -> Console:
     """The terminal; a file or pipe is written to at a fixed width."""
-    plain = Lasting(highlight=False, markup=False, quiet=quiet)
+    plain = Lasting(names, quiet=quiet)
     if plain.is_terminal or "COLUMNS" in os.environ:
         return plain
-    return Lasting(highlight=False, markup=False, quiet=quiet, width=LAYOUT.width)
+    return Lasting(names, quiet=quiet, width=LAYOUT.width)
+
+
+def names_of(console: Console) -> Names:
+    """What a console calls effects: by the program's own library, unless it has another."""
+    return console.names if isinstance(console, NamingConsole) else OF_THE_PROGRAM
+
+
+@dataclass(frozen=True)
+class Line:
+    """A text to the right of its label."""
+
+    label: str
+    text: str
+    style: str
+
+    def __rich_console__(self, console: Console, options: ConsoleOptions) -> RenderResult:
+        """The label, and the text with its names as this console says them."""
+        grid = Table.grid(padding=(0, 1))
+        grid.add_column(width=LAYOUT.label, no_wrap=True)
+        grid.add_column(overflow="fold")
+        grid.add_row(Text(self.label, style="bold"), Text(names_of(console).spoken(self.text), style=self.style))
+        yield grid
 
 
 def line(label: str, text: str, style: str = "") -> RenderableType:
     """A line 'WHERE   ...' whose text stays to the right of its label."""
-    grid = Table.grid(padding=(0, 1))
-    grid.add_column(width=LAYOUT.label, no_wrap=True)
-    grid.add_column(overflow="fold")
-    grid.add_row(Text(label, style="bold"), Text(text, style=style))
-    return grid
+    return Line(label, text, style)
 
 
 def paste_line(label: str, command: str) -> Text:
@@ -50,8 +86,9 @@ def lines(label: str, texts: Iterable[str], style: str = "") -> list[RenderableT
 
 
 class TextTable:
-    """A table without rules. Where the terminal is narrow, columns that are spare go; if that is not enough, columns of
-    words are broken between words. A word or a number is never split.
+    """A table without rules. Where the terminal is narrow, cells with names are broken before identifiers; then columns
+    that are spare go; if that is not enough, columns of words are broken between words. A word or a number is never
+    split.
     """
 
     def __init__(self, heads: Sequence[str], words: Collection[int], spare: Sequence[int]):
@@ -66,28 +103,43 @@ class TextTable:
         """The table with as many of its columns as there is room for."""
         unbounded = options.update(width=LAYOUT.unbounded)
         fits = lambda table: Measurement.get(console, unbounded, table).minimum <= options.max_width  # noqa: E731
+        rows = [([_spoken(console, cell) for cell in cells], style) for cells, style in self.rows]
         shown = list(range(len(self.heads)))
-        for column in self.spare:
-            if fits(self._table(shown)):
-                break
-            shown.remove(column)
-        table = self._table(shown)
-        yield table if fits(table) else self._table(shown, broken=True)
+        for column in (*self.spare, None):
+            for pieces in (_whole, _names):
+                if fits(table := self._table(rows, shown, pieces)):
+                    yield table
+                    return
+            if column is not None:
+                shown.remove(column)
+        yield self._table(rows, shown, str.split)
 
-    def _table(self, shown: Sequence[int], broken: bool = False) -> Table:
-        """The columns that are shown; `broken`: those of words may be as narrow as their longest word."""
-        table = Table(box=None, pad_edge=False, padding=(0, 2))
+    def _table(self, rows: Rows, shown: Sequence[int], pieces: Callable[[str], list[str]]) -> Table:
+        """The columns that are shown; those of words may be broken between the `pieces` of their cells."""
+        table = Table(box=None, pad_edge=False, padding=(0, 2), collapse_padding=True)
         for number in shown:
             side, last = ("left" if number in self.words else "right"), number == len(self.heads) - 1
-            cells = [self.heads[number], *(str(row[number]) for row, _ in self.rows)]
-            widest = max(map(cell_len, cells))
-            least = min(widest, LAYOUT.note) if last else widest
-            if broken and number in self.words:
-                least = max(cell_len(word) for cell in cells for word in cell.split() or [""])
+            cells = [self.heads[number], *(str(row[number]) for row, _ in rows)]
+            parts = pieces if number in self.words else _whole
+            least = max(cell_len(part) for cell in cells for part in parts(cell) or [""])
+            least = min(least, LAYOUT.note) if last and parts is not str.split else least
             table.add_column(self.heads[number], justify=side, header_style="dim", min_width=least, overflow="fold")
-        for cells, style in self.rows:
+        for cells, style in rows:
             table.add_row(*(cells[number] for number in shown), style=style)
         return table
+
+
+def _spoken(console: Console, cell: str | Text) -> str | Text:
+    return names_of(console).spoken(cell) if isinstance(cell, str) else cell
+
+
+def _whole(cell: str) -> list[str]:
+    return [cell]
+
+
+def _names(cell: str) -> list[str]:
+    """A cell before and behind its identifiers: 'Tip correction', '(tip)', '+ Creep', '(creep)'."""
+    return re.split(r" (?=\()|(?<=\)) ", cell)
 
 
 def columns(*heads: str, words: Collection[int] = (0,), spare: Sequence[int] = ()) -> TextTable:

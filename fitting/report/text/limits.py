@@ -7,6 +7,7 @@ from fitting import units
 from fitting.diagnosis.outcomes import NOTHING_MISSING, Verdict
 from fitting.diagnosis.record import Diagnosis
 from fitting.report.text.amounts import amount
+from fitting.report.text.names import mark
 
 STEPS = (1, 2, 5, 10)  # of a limit, within a power of ten: finer ones say no more to a reader
 SEEN = "Each of these would have been seen, had it left at least this RMS error after the fit"
@@ -23,7 +24,7 @@ def would_have_shown(d: Diagnosis, unit: str = "N") -> list[tuple[str, list[str]
 
 
 def limits_lines(d: Diagnosis, unit: str = "N") -> list[str]:
-    """The same as lines; none where something is missing."""
+    """The same as lines, with identifiers alone, for they are many; none where something is missing."""
     shown = [f"from {step}: {', '.join(names)}" for step, names in would_have_shown(d, unit)]
     return [f"{SEEN}:", *shown] if shown else []
 
@@ -32,7 +33,7 @@ def open_text(d: Diagnosis, unit: str = "N") -> str | None:
     """What could hide here at a size that matters; None where nothing could, or where something is missing."""
     if d.verdict not in NOTHING_MISSING or not (faint := _limits(d, d.faint)):
         return None
-    named = ", ".join(f"{name} below {amount(limit, unit, 2)}" for limit, name in faint)
+    named = ", ".join(f"{mark(name)} below {amount(limit, unit, 2)}" for limit, name in faint)
     # with exact instruments none of these could hide, or the verdict were inconclusive
     hidden = f"Errors of the instruments within their accuracy could hide {'them' if len(faint) > 1 else 'it'}."
     return f"{named}. {hidden}" if d.verdict == Verdict.NOTHING else f"{named}."

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING
 from fitting import units
 from fitting.planning.protocols import Demand, Need, Protocol, Specimen
 from fitting.planning.settings import GRID
+from fitting.report.text.names import mark, marked
 from fitting.units import counted
 
 if TYPE_CHECKING:
@@ -39,9 +40,9 @@ def purpose_text(m: "NextMeasurement") -> str:
     """Why it is proposed: explanations that it separates, or effects that it makes visible."""
     if not m.shows:
         one, other = m.separates
-        return f"{' + '.join(one)} and {' + '.join(other)} predict different forces there"
+        return f"{marked(one, ' + ')} and {marked(other, ' + ')} predict different forces there"
     seen = (
-        f"{v.effect} ({'not seen by these data' if v.unseen else f'{v.gain:.1f} times smaller than now'})"
+        f"{mark(v.effect)} ({'not seen by these data' if v.unseen else f'{v.gain:.1f} times smaller than now'})"
         for v in m.shows
     )
     return f"shows {', '.join(seen)}"

@@ -13,6 +13,7 @@ from fitting.report.text.amounts import percent
 from fitting.report.text.diagnosis import effect_set
 from fitting.report.text.layout import columns, line, lines, paste_line
 from fitting.report.text.measurement import needs_text, purpose_text, rehearsal_command, what_text
+from fitting.report.text.names import marked
 from fitting.report.text.next_step import shell_words
 from fitting.study.plan import Plan, Sets
 from fitting.study.settings import STUDY
@@ -84,7 +85,7 @@ def _nothing(plan: Plan) -> str:
     """Why no recording is proposed; and what does instead, where that is known."""
     zero = ". Read the instrument by itself: a gauge while the muscle is vented, a load cell while nothing hangs on it"
     shown = "nothing that a force test on this rig, or a changed one, would show"
-    return f"{shown}{zero}, and you know {' and '.join(plan.instruments)}" if plan.instruments else shown
+    return f"{shown}{zero}, and you know {marked(plan.instruments, ' and ')}" if plan.instruments else shown
 
 
 def _tie(plan: Plan, one: Sets, other: Sets) -> str:

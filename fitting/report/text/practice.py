@@ -4,12 +4,13 @@ from typing import Any
 
 from fitting.diagnosis.outcomes import NOTHING_MISSING, Verdict
 from fitting.report.text.amounts import percent
+from fitting.report.text.names import marked
 from fitting.study.practice import Practice
 
 
 def practice_text(found: Practice) -> str:
     """What was added explains all but so much of full scale, whether that is little, and what the rest is."""
-    who = " + ".join(found.added) if found.added else "The model"
+    who = marked(found.added, " + ") if found.added else "The model"
     verb = "explain" if len(found.added) > 1 else "explains"
     outside = "" if found.held_out is None else f" ({percent(found.held_out)} on held-out runs)"
     size = f"{'below' if found.is_enough else 'above'} {percent(found.enough)}"

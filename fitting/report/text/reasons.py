@@ -2,6 +2,7 @@
 
 from fitting.diagnosis.outcomes import Reason, Screened, Why
 from fitting.diagnosis.record import Diagnosis
+from fitting.report.text.names import marked
 
 SENTENCES = {
     Reason.NO_FORCE: "cannot be tested: no force was measured",
@@ -26,12 +27,12 @@ def why_text(why: Why | None) -> str:
     """A reason as part of a sentence; empty where there is none."""
     if why is None:
         return ""
-    names = ", ".join(why.names)
+    names = marked(why.names)
     about = {
         Reason.NEEDS: f"cannot be tested: needs {' and '.join(why.names)}",
         Reason.AT_BOUND: f"{names} ends at its bound",
         Reason.CONTRADICTS: f"contradicts what was measured: {names}",
-        Reason.SPECIAL_CASE: f"explains the data, and so does its special case {' + '.join(why.names)}",
+        Reason.SPECIAL_CASE: f"explains the data, and so does its special case {marked(why.names, ' + ')}",
         Reason.FEW_READINGS: f"{why.readings} readings cannot judge a model with {why.fitted} fitted numbers: "
         "record more",
         Reason.FAINT: f"too little of it would show: {names}",

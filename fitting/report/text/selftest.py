@@ -10,6 +10,7 @@ from fitting.diagnosis.outcomes import NOTHING_MISSING, Verdict
 from fitting.report.text.amounts import amount
 from fitting.report.text.diagnosis import effect_set
 from fitting.report.text.layout import columns, line, spaced
+from fitting.report.text.names import listed, mark
 from fitting.selftest.record import Outcome, SelfTest, Sought, Trial
 from fitting.units import counted
 
@@ -27,7 +28,7 @@ def selftest_report(test: SelfTest) -> list[RenderableType]:
     heads = ("hidden effect", "detection limit", "seen from", "named from", "that is", "taken for")
     table = columns(*heads, words=(0, 4, 5), spare=(4, 1))
     for each in hidden:
-        table.add_row(each.effect, *_sizes(each), _values(each, test.units), _taken_for(each))
+        table.add_row(mark(each.effect), *_sizes(each), _values(each, test.units), _taken_for(each))
     shown: list[RenderableType] = [line("NOTHING", nothing_text(test.clean), "bold")]
     shown += [spaced(table), ""] if hidden else []
     for label, text in _sentences(test.sought):
@@ -48,12 +49,12 @@ def nothing_text(clean: Trial) -> str:
 def sought_text(each: Sought) -> str:
     """What came of one effect, in a sentence."""
     if not each.trials:
-        return f"{each.effect}: not hidden, {each.why_not}"
+        return f"{mark(each.effect)}: not hidden, {each.why_not}"
     if each.named_from is not None:
-        return f"{each.effect}: named from {_newtons(each.named_from)}"
+        return f"{mark(each.effect)}: named from {_newtons(each.named_from)}"
     if each.seen_from is not None:
-        return f"{each.effect}: from {_newtons(each.seen_from)} one of several"
-    return f"{each.effect}: not found up to {_newtons(each.trials[-1].size)}"
+        return f"{mark(each.effect)}: from {_newtons(each.seen_from)} one of several"
+    return f"{mark(each.effect)}: not found up to {_newtons(each.trials[-1].size)}"
 
 
 def _sizes(each: Sought) -> tuple[str, str, str]:
@@ -87,10 +88,10 @@ def _sentences(sought: Sequence[Sought]) -> list[tuple[str, str]]:
     for each in sought:
         if not each.trials:
             reasons.setdefault(each.why_not, []).append(each.effect)
-    said = [("NAMED", f"{counted(len(named), 'effect')} of {len(tried)}: {', '.join(named)}")] if named else []
-    said += [("ONE OF", f"found, but only among others: {', '.join(several)}")] if several else []
-    said += [("NEVER", f"not found at any size that was tried: {', '.join(missed)}")] if missed else []
-    return [*said, *(("UNTRIED", f"{', '.join(names)}: {why}") for why, names in reasons.items())]
+    said = [("NAMED", f"{counted(len(named), 'effect')} of {len(tried)}: {listed(named)}")] if named else []
+    said += [("ONE OF", f"found, but only among others: {listed(several)}")] if several else []
+    said += [("NEVER", f"not found at any size that was tried: {listed(missed)}")] if missed else []
+    return [*said, *(("UNTRIED", f"{listed(names)}: {why}") for why, names in reasons.items())]
 
 
 def _newtons(size: float) -> str:

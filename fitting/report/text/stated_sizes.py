@@ -5,6 +5,7 @@ from fitting.least_squares.record import Fit
 from fitting.least_squares.rests_on import rests_on
 from fitting.report.settings import STATED, WARNING_TEXT
 from fitting.report.text.amounts import amount, percent
+from fitting.report.text.names import mark
 
 
 def measured_cells(fit: Fit, name: str) -> tuple[str, str]:
@@ -21,7 +22,7 @@ def denied_texts(fit: Fit) -> list[str]:
     stated = [name for name in fit.free if fit.layout.entry(name).prior is not None]
     far = sorted((name for name in stated if _apart(fit, name) > WARNING_TEXT.apart), key=lambda n: -_apart(fit, n))
     sizes = [
-        f"{name} = {amount(fit.values[name], fit.layout.entry(name).unit)} "
+        f"{mark(name)} = {amount(fit.values[name], fit.layout.entry(name).unit)} "
         f"({measured_cells(fit, name)[0]} was measured, {_apart(fit, name):.2g} errors apart)"
         for name in far
     ]
@@ -37,10 +38,10 @@ def rests_on_texts(fit: Fit) -> list[str]:
 
 
 def _rests_on_text(name: str, on: dict[str, float]) -> str:
-    sizes = [f"{size} ({percent(share)})" for size, share in sorted(on.items(), key=lambda each: -each[1])]
+    sizes = [f"{mark(size)} ({percent(share)})" for size, share in sorted(on.items(), key=lambda each: -each[1])]
     they = "that" if len(sizes) == 1 else "these"
     return (
-        f"Most of the uncertainty of {name} comes from {' and '.join(sizes)}: measure {they} better; "
+        f"Most of the uncertainty of {mark(name)} comes from {' and '.join(sizes)}: measure {they} better; "
         "more recordings hardly help."
     )
 

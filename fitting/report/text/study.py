@@ -10,6 +10,7 @@ from fitting.report.settings import LAYOUT
 from fitting.report.text.amounts import amount
 from fitting.report.text.attempts import attempts_text, held_text, strained_text
 from fitting.report.text.layout import columns, line, lines, spaced
+from fitting.report.text.names import marked
 from fitting.report.text.stages import stage_text
 from fitting.study.stages import Stage
 from fitting.study.task import Task
@@ -32,7 +33,7 @@ def data_text(experiments: Sequence[Experiment]) -> str:
 def opening(task: Task) -> list[RenderableType]:
     """The first lines of every study: which model, which data."""
     return [
-        line("MODEL", f"{' + '.join(task.names)} ({task.origin})"),
+        line("MODEL", f"{marked(task.names, ' + ')} ({task.origin})"),
         line("DATA", data_text(task.experiments)),
     ]
 
@@ -40,7 +41,7 @@ def opening(task: Task) -> list[RenderableType]:
 def steps_report(stages: Sequence[Stage], unit: str = "N") -> list[RenderableType]:
     """How the error fell, step by step."""
     said = any(stage.verdict for stage in stages)
-    table = columns("", "RMS", "on held-out runs", "", *(["verdict then"] if said else []), words=(0, 3), spare=(3,))
+    table = columns("", "RMS", "held out", "", *(["verdict then"] if said else []), words=(0, 3), spare=(3,))
     top = max(stage.rmse for stage in stages) or 1.0
     for stage in stages:
         bar = Text("█" * max(1, round(LAYOUT.bar * stage.rmse / top)), style="cyan")
