@@ -15,6 +15,9 @@ class HeldOutSettings:
     folds: int = 10  # groups at most, where there are more than three times as many runs or loops
     fewest_groups: int = 4  # of whole runs, or of whole loops: fewer are cut finer
     refit_below: int = 500  # samples: each group of few points weighs much, and one step from the whole fit misjudges
+    at_best: float = (
+        0.05  # of the sum of squares, that a step takes from a fit to a part of these readings at most; chosen
+    )
 
 
 HELD_OUT = HeldOutSettings()
@@ -35,17 +38,26 @@ def left_out_rows(
     rows: np.ndarray, slopes: np.ndarray, prior_rows: np.ndarray, prior_slopes: np.ndarray, group: np.ndarray
 ) -> np.ndarray:
     """Rows of each group under the parameters fitted without it, in one Gauss-Newton step from the whole fit."""
+    out, steps = rows.copy(), left_out_steps(rows, slopes, prior_slopes, group)
+    for g, step in zip(np.unique(group), steps, strict=True):
+        mine = group == g
+        out[mine] = rows[mine] - slopes[mine] @ step
+    return out
+
+
+def left_out_steps(rows: np.ndarray, slopes: np.ndarray, prior_slopes: np.ndarray, group: np.ndarray) -> np.ndarray:
+    """What is to be taken from the parameters for each group that is left out: (groups, parameters), to first order."""
     whole = slopes.T @ slopes + prior_slopes.T @ prior_slopes
     # of the whole: what the others know nothing of then counts as nothing, and stays where the whole fit has it
     scale = 1 / np.sqrt(np.maximum(np.diag(whole), 1e-300))
-    out = rows.copy()
+    steps = []
     for g in np.unique(group):
         mine = group == g
         rest = whole - slopes[mine].T @ slopes[mine]
         gradient = -slopes[mine].T @ rows[mine]  # at the optimum of all rows the others' gradient is minus this one's
-        step = scale * (np.linalg.pinv(rest * np.outer(scale, scale), rcond=1e-12, hermitian=True) @ (scale * gradient))
-        out[mine] = rows[mine] - slopes[mine] @ step
-    return out
+        step = np.linalg.pinv(rest * np.outer(scale, scale), rcond=1e-12, hermitian=True) @ (scale * gradient)
+        steps.append(scale * step)
+    return np.array(steps)
 
 
 def difference(worse: np.ndarray, better: np.ndarray, group: np.ndarray) -> tuple[float, float]:
