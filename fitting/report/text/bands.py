@@ -23,8 +23,8 @@ def band_text(band: ForceBand) -> str:
     unseen = "" if band.fitted else " Its values were not fitted to these runs."
     return (
         f"On new {band.test} runs like these {band.runs}, {_share(band.level)} lie within "
-        f"+/-{amount(band.half_width, 'N')} of the model, right or wrong (cautious: "
-        f"+/-{amount(band.cautious, 'N')}).{unseen}"
+        f"+/-{amount(band.half_width, 'N')} of the model, right or wrong; within +/-{amount(band.cautious, 'N')} if "
+        f"nothing is presumed of the new run.{unseen}"
     )
 
 
