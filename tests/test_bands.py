@@ -1,10 +1,15 @@
 """Bands for readings of a new run: closed forms, and what is left out is a true refit."""
 
+import json
+import shutil
+
 import numpy as np
 import pytest
-from small_muscle import loops, write
+from click.testing import CliRunner
+from small_muscle import ideal, loops, surface, write
 
 from fitting import baseline, fit, read_experiment, use_64_bit
+from fitting.cli.main import main
 from fitting.comparison.compare import compare
 from fitting.least_squares.band_level import band_edges, cautious_width, expected_width, runs_needed
 from fitting.least_squares.evaluate import evaluate
@@ -113,3 +118,61 @@ def test_few_runs_have_no_band_and_it_is_said_how_many_are_needed(tmp_path):
     assert not band.known
     assert "9 runs are needed, and there are 3" in band_text(band)
     assert bands_result([band])[0]["half_width_N"] is None
+
+
+@pytest.fixture(scope="module")
+def stored(spring):
+    """The folder of the muscle with its fitted model beside the data."""
+    done = CliRunner().invoke(main, ["fit", str(spring.folder), "--quiet"])
+    assert done.exit_code == 0, done.output
+    return spring.folder
+
+
+def simulated(stored, out, *options):
+    """What `simulate` says, its result for machines, and the rows of the band where there is one."""
+    record = out.with_suffix(".json")
+    done = CliRunner().invoke(
+        main, ["simulate", str(stored / "model.toml"), "--out", str(out), "--json", str(record), *options]
+    )
+    assert done.exit_code == 0, done.output
+    file = next(out.glob("*_band.csv"), None)
+    rows = None if file is None else np.genfromtxt(file, delimiter=",", skip_header=1)
+    return " ".join(done.output.split()), json.loads(record.read_text())["band"], rows
+
+
+def test_a_simulated_loop_has_a_band_that_holds_new_runs(stored, tmp_path):
+    """The truth is the closed form with its spring, at pressures between those that were measured."""
+    options = ("--pressures", "120 kPa,230 kPa,380 kPa", "--turns", "0.02,0.18,0.02", "--speed", "17 mm/s")
+    said, record, rows = simulated(stored, tmp_path / "loop", *options)
+    assert "9 readings of 10 lie within" in said
+    assert record["samples_beyond"] == 0
+    force, low, high = rows[:, 2:].T
+    assert np.all((low < force) & (force < high))
+    assert (high - low).mean() == pytest.approx(2 * record["half_width_N"], rel=0.2)
+    recorded = np.genfromtxt(tmp_path / "loop" / "loop.csv", delimiter=",", skip_header=1)
+    pressure, contraction = 1e3 * recorded[:, 2], recorded[:, 3] / 250
+    sign = np.sign(np.gradient(contraction))
+    truth = ideal(contraction, pressure) - 0.012 * surface(contraction) * pressure * sign - 60 * contraction
+    reading = truth + np.random.default_rng(3).normal(0, 0.3, len(truth))
+    assert np.mean((low <= reading) & (reading <= high)) > 0.85
+
+
+def test_a_band_is_empty_beyond_what_was_measured(stored, tmp_path):
+    said, record, rows = simulated(stored, tmp_path / "far", "--pressure", "6 bar", "--turns", "0,0.2,0")
+    assert record["samples_beyond"] == record["samples"] == len(rows)
+    assert np.all(np.isnan(rows[:, 3:]))
+    assert np.all(np.isfinite(rows[:, 2]))
+    assert "beyond the measured pressures and contractions" in said
+
+
+def test_another_kind_of_test_has_no_band_and_it_is_said_why(stored, tmp_path):
+    said, record, rows = simulated(stored, tmp_path / "held", "--test", "isometric", "--pressures", "1 bar,3 bar")
+    assert rows is None
+    assert record["file"] is None
+    assert "no isometric run was measured" in said
+    alone = tmp_path / "alone"
+    alone.mkdir()
+    shutil.copy(stored / "model.toml", alone / "model.toml")
+    said, record, rows = simulated(alone, tmp_path / "nodata")
+    assert rows is None
+    assert "there are no data beside the model file" in said

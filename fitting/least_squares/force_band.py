@@ -7,7 +7,7 @@ from functools import cached_property
 import jax.numpy as jnp
 import numpy as np
 
-from fitting.least_squares.band_level import band_edges, expected_width, cautious_width, runs_needed
+from fitting.least_squares.band_level import band_edges, cautious_width, expected_width, runs_needed
 from fitting.least_squares.held_out import HELD_OUT, left_out_steps
 from fitting.least_squares.record import Fit
 from fitting.least_squares.search import solve

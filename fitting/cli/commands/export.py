@@ -57,7 +57,7 @@ def command(**options: Any) -> None:
         from fitting.exporting.orders import export_of
 
         made = export_of(options)
-    result = made.result | {"bands": bands_result(made.bands)}
+    result: dict[str, Any] = made.result | {"bands": bands_result(made.bands)}
     shown = [line("WRITTEN", f"{made.file}: {made.words}"), line("ERROR", result["force_error"])]
     shown += [*lines("NEW RUN", band_lines(made.bands)), line("USE", result["use"])]
     shown += [line("DRAWS", f"from {result['draws']['from']}")] if "draws" in result else []

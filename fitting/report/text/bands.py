@@ -6,6 +6,8 @@ from typing import Any
 
 from fitting.least_squares.force_band import ForceBand
 from fitting.report.text.amounts import amount
+from fitting.study.simulated_band import SimulatedBand
+from fitting.units import counted
 
 
 def band_lines(bands: Sequence[ForceBand]) -> list[str]:
@@ -32,6 +34,30 @@ def _share(level: float) -> str:
     """A share of readings in words."""
     tenths = round(10 * level)
     return f"{tenths} readings of 10" if math.isclose(tenths, 10 * level) else f"{100 * level:g} % of the readings"
+
+
+def simulated_band_texts(written: SimulatedBand | None) -> list[str]:
+    """What is said of the band of a simulated recording; nothing where positions were simulated."""
+    if written is None:
+        return []
+    if written.band is None:
+        return [f"none: {written.why}"]
+    if written.file is None:
+        return [band_text(written.band)]
+    beyond = (
+        f" It is empty in {written.outside:,} of {counted(written.samples, 'sample')}, which lie beyond the measured "
+        "pressures and contractions."
+    )
+    return [f"{written.file}. {band_text(written.band)}{beyond if written.outside else ''}"]
+
+
+def simulated_band_result(written: SimulatedBand | None) -> dict[str, Any] | None:
+    """The same for machines."""
+    if written is None:
+        return None
+    (band,) = bands_result([written.band]) if written.band else [{}]
+    file = None if written.file is None else str(written.file)
+    return band | {"file": file, "samples": written.samples, "samples_beyond": written.outside, "why": written.why}
 
 
 def bands_result(bands: Sequence[ForceBand]) -> list[dict[str, Any]]:
