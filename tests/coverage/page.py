@@ -27,7 +27,7 @@ def page(records: Sequence[Record], command: str, about: str) -> str:
 
 def shares(records: Sequence[Record], keys: Sequence[str]) -> str:
     """The mean share that each band holds, with its standard error over sessions, for each kind of record."""
-    kinds = dict.fromkeys(tuple(r[key] for key in keys) for r in records)
+    kinds = sorted({tuple(r[key] for key in keys) for r in records})
     rows = [row(kind, [r for r in records if tuple(r[key] for key in keys) == kind]) for kind in kinds]
     heads = [*keys, "sessions", *BANDS.values(), "worst tenth of sessions: band holds less than", "cautious / band"]
     return table(heads, [*rows, row(("all", *[""] * (len(keys) - 1)), records)])

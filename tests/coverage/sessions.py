@@ -38,7 +38,7 @@ def session(number: int, runs: int, group: str, order: str, seed: int, folder: P
     random = np.random.default_rng([seed, number, runs, group == WRONG, order == LATER])
     hidden = LEFT_OUT[number % len(LEFT_OUT)] if group == WRONG else None
     extra = {hidden: sized(hidden, float(np.exp(random.uniform(np.log(0.3), np.log(1.5)))))} if hidden else {}
-    truth = Truth(Muscle(), with_baseline(bladder_neo_hookean={"G": 3e5}, **extra))
+    truth = Truth(Muscle(shear_modulus=3e5), with_baseline(bladder_neo_hookean={"G": 3e5}, **extra))
     recording = recorded(random, truth, runs + FRESH, int(random.integers(2**31)))
     chosen = np.arange(runs) if order == LATER else random.permutation(runs + FRESH)[:runs]
     is_fitted = np.isin(recording.columns["run"], chosen)
