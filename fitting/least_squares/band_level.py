@@ -11,13 +11,13 @@ the scores of run k that are at most q, the new run is one of K + 1 of which any
 cautious: sum_k F_k(q) / (K + 1) >= level. The new run is presumed to lie wholly outside, the worst that is possible.
 For scores of a fit that has seen none of the runs, the statement then holds whatever the noise and the model are (Dunn,
 Wasserman & Ramdas 2022, J. Am. Stat. Assoc. 118:2491; Lee, Barber & Willett 2023, arXiv:2306.06342). For fits that
-leave out one run each, it holds as far as one run more or less does not change the fit; what is certain is
-1 - 2 (1 - level) (jackknife+: Barber, Candes, Ramdas & Tibshirani 2021, Ann. Stat. 49:486). It needs
+leave out one run each, it holds as far as one run more or less does not change the fit (of single readings the
+jackknife+ is certain to hold 1 - 2 (1 - level): Barber, Candes, Ramdas & Tibshirani 2021, Ann. Stat. 49:486). It needs
 K >= level / (1 - level) runs: 9 for 90 %.
 
 expected: (sum_k F_k(q) + min_k F_k(q)) / (K + 1) >= level. The new run is presumed to be as bad as the worst that was
 measured. Where every run has an error of its own, this is the cautious width; where runs are alike, it is little
-more than the quantile itself. It is no bound: `tests/coverage` measures how many readings of new runs it holds.
+more than the quantile itself. It is no bound: `tests/new_runs` measures how many readings of new runs it holds.
 """
 
 from collections.abc import Sequence

@@ -1,12 +1,12 @@
-"""The band of 90 % on runs that no fit has seen: a few sessions here, many by `python -m tests.coverage`."""
+"""The band of 90 % on runs that no fit has seen: a few sessions here, many by `python -m tests.new_runs`."""
 
 import numpy as np
 import pytest
 
 from fitting import use_64_bit
-from tests.coverage.cases import Case, attempted, plan
-from tests.coverage.page import page
-from tests.coverage.sessions import MIXED, RIGHT, WRONG
+from tests.new_runs.cases import Case, attempted, plan
+from tests.new_runs.page import page
+from tests.new_runs.sessions import MIXED, RIGHT, WRONG
 
 use_64_bit()
 
@@ -19,7 +19,7 @@ def few():
 
 @pytest.mark.parametrize("group", [RIGHT, WRONG])
 def test_the_band_holds_what_it_says_whether_the_model_is_right_or_wrong(few, group):
-    """The share scatters by 6 % from session to session: the mean of four lies within 9 % of 91 %, of half a band not."""
+    """The share scatters by 6 % between sessions: the mean of four lies within 9 % of 91 %, that of half a band not."""
     mine = [record for record in few if record["group"] == group]
     assert not [record for record in mine if "error" in record]
     held = {name: np.mean([record["held"][name] for record in mine]) for name in mine[0]["held"]}
