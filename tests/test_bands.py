@@ -176,3 +176,18 @@ def test_another_kind_of_test_has_no_band_and_it_is_said_why(stored, tmp_path):
     said, record, rows = simulated(alone, tmp_path / "nodata")
     assert rows is None
     assert "there are no data beside the model file" in said
+
+
+def test_an_export_takes_its_misfit_from_runs_that_were_left_out(stored, tmp_path):
+    """The misfit is the 99 % quantile of the left-out readings, which a fit to all of them would understate."""
+    record = tmp_path / "told.json"
+    options = ["--to", "python", "--out", str(tmp_path / "m.py"), "--json", str(record)]
+    done = CliRunner().invoke(main, ["export", str(stored / "model.toml"), *options])
+    assert done.exit_code == 0, done.output
+    told, (band,) = json.loads(record.read_text()), force_bands(fit([read_experiment(stored)], baseline()))
+    misfit = np.quantile(np.concatenate(band.scores), 0.99, method="higher")
+    assert f"is the sum of two: {misfit:.3g} N" in told["force_error"]
+    assert "each run predicted from the others" in told["force_error"]
+    assert told["bands"][0]["half_width_N"] == pytest.approx(band.half_width, rel=1e-3)
+    assert told["force_error_N"] > band.half_width
+    assert "9 readings of 10 lie within" in " ".join(done.output.split())
