@@ -18,6 +18,7 @@ from fitting import units
 from fitting.cli.main import main
 from fitting.diagnosis.outcomes import Verdict
 from fitting.diagnosis.record import Evidence
+from fitting.least_squares.force_band import ForceBand
 from fitting.report.page.page import page
 from fitting.report.page.parts import Section
 from fitting.report.page.similar_groups import groups
@@ -60,6 +61,19 @@ def test_the_page_begins_with_the_verdict_and_holds_every_part(study, diagnosis)
     ]  # fmt: skip
     assert study[0].experiments[0].sha256 in text
     assert "K = 1.600 +/- 0.020 N/mm" in text
+
+
+def test_the_page_says_how_far_readings_of_a_new_run_lie(study):
+    task, c = study
+    scores = tuple(0.05 * np.arange(1, 51) for _ in range(10))
+    band = ForceBand("loop", 10, True, scores, np.zeros((10, 1)))
+    text = page(task, dataclasses.replace(c, bands=(band,)))
+    assert "± 2.25 N" in text  # the 45th of 50 readings of every run
+    assert "holds 9 readings of 10 of a new loop run" in text
+    assert "On new loop runs like these 10, 9 readings of 10 lie within +/-2.25 N" in text
+    few = page(task, dataclasses.replace(c, bands=(dataclasses.replace(band, runs=8, scores=scores[:8]),)))
+    assert "9 runs are needed, and there are 8" in few
+    assert "of a new loop run</" not in few
 
 
 def test_a_size_that_the_caliper_denies_is_warned_of_and_stands_beside_the_measured_one(study, diagnosis):

@@ -12,6 +12,7 @@ from fitting.comparison.parity import Cells, cells, pressure_bins
 from fitting.comparison.repeats import Pair, drift, find_repeats, noise_floor
 from fitting.comparison.settings import ERRORS
 from fitting.least_squares.evaluate import rmse_at_pressures
+from fitting.least_squares.force_band import ForceBand, force_bands
 from fitting.least_squares.record import Fit
 from fitting.problem.residuals import Samples
 from fitting.recordings.channel_errors import ChannelErrors, channel_errors
@@ -88,6 +89,7 @@ class Comparison:
     notes: tuple[str, ...]
     channels: tuple[ChannelErrors, ...] = ()  # what the instruments of each recording may err by
     if_absolute: float | None = None  # the error, were the pressures absolute; None where they cannot be
+    bands: tuple[ForceBand, ...] = ()  # where force readings of a new run will lie, for each kind of test
 
     @property
     def share(self) -> float:
@@ -143,6 +145,7 @@ def compare(fit: Fit, experiments: Sequence[Experiment]) -> Comparison:
         notes=_notes(recordings, sum(bool(e.recordings) for e in experiments) > 1, pairs, parity),
         channels=_channels(recordings),
         if_absolute=_if_absolute(fit, rmse / full_scale) if unit == "N" else None,
+        bands=force_bands(fit),
     )
 
 

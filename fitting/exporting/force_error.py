@@ -1,4 +1,4 @@
-"""The largest force error to expect of a model: what it left unexplained, and what its parameters leave open."""
+"""The largest force error to expect of a model: its misfit on runs that it has not seen, and its open parameters."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -7,16 +7,21 @@ import numpy as np
 
 from fitting import units
 from fitting.exporting.settings import EXPORT
+from fitting.least_squares.force_band import ForceBand, force_bands
 from fitting.least_squares.record import Fit
 from fitting.recordings.records import FORCE_TESTS, Experiment
 
 
 @dataclass(frozen=True)
 class ForceError:
-    """The number (N, NaN where it is not known) and the sentence that says what it is and how it was found."""
+    """The number (N, NaN where it is not known), the sentence that says what it is and how it was found, the bands.
+
+    The bands are where readings of a new run of each kind of test will lie; the number is at least as large as they.
+    """
 
     newtons: float
     sentence: str
+    bands: tuple[ForceBand, ...] = ()
 
 
 def unknown_error(why: str) -> ForceError:
@@ -33,23 +38,42 @@ def force_error(fit: Fit, experiments: Sequence[Experiment], covariance: np.ndar
     at = fit.problem.of_force(fit.samples)
     if not np.any(at):
         return unknown_error("the recordings of this muscle measure positions, no force")
-    misfit = float(np.quantile(np.abs(fit.residual[at]), EXPORT.misfit_share, method="higher"))
+    bands = force_bands(fit)
+    misfit, what = _misfit(fit.residual[at], bands)
     spread = EXPORT.deviations * float(np.max(_deviations(fit, covariance)[at], initial=0.0))
     sentence = (
         f"Largest force error to expect, {misfit + spread:.3g} N, is the sum of two: {misfit:.3g} N, "
-        f"{_share(int(np.sum(at)))}, and {spread:.3g} N, which is {EXPORT.deviations:g} times the largest standard "
+        f"{what}, and {spread:.3g} N, which is {EXPORT.deviations:g} times the largest standard "
         f"deviation of the force that "
         f"follows from the uncertainty of the parameters ({origin}). "
         f"It holds where was measured: {_range(experiments)}."
     )
-    return ForceError(misfit + spread, sentence)
+    return ForceError(misfit + spread, sentence, bands)
 
 
-def _share(readings: int) -> str:
+def _misfit(residual: np.ndarray, bands: Sequence[ForceBand]) -> tuple[float, str]:
+    """The misfit (N) and what it is: of runs that were left out where there are enough of them, else of fitted ones.
+
+    It is never below the band of a new run.
+    """
+    if not all(band.known and band.fitted for band in bands):
+        return _quantile(np.abs(residual)), _share(len(residual), "fitted force readings")
+    scores = np.concatenate([score for band in bands for score in band.scores])
+    misfit, band = _quantile(scores), max(band.half_width for band in bands)
+    if misfit < band:
+        return band, f"within which {100 * bands[0].level:g} % of the force readings of a new run are expected"
+    return misfit, _share(len(scores), "force readings, each run predicted from the others,")
+
+
+def _quantile(errors: np.ndarray) -> float:
+    return float(np.quantile(errors, EXPORT.misfit_share, method="higher"))
+
+
+def _share(readings: int, what: str) -> str:
     """What the misfit is, for so many readings."""
     if readings * (1 - EXPORT.misfit_share) < 1:
-        return f"the largest difference between the model and the {readings} fitted force readings"
-    share = f"{100 * EXPORT.misfit_share:g} % of the {readings:,} fitted force readings"
+        return f"the largest difference between the model and the {readings} {what}".rstrip(",")
+    share = f"{100 * EXPORT.misfit_share:g} % of the {readings:,} {what}"
     return f"within which {share} agree with the model"
 
 

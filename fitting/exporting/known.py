@@ -12,11 +12,11 @@ from fitting.exporting.draws import Draws, normal_draws, posterior_draws
 from fitting.exporting.force_error import ForceError, force_error, unknown_error
 from fitting.exporting.settings import EXPORT
 from fitting.least_squares.record import Fit
-from fitting.model_files.model_file import read_model
 from fitting.posterior.record import Posterior
 from fitting.posterior.stored import stored_posterior
-from fitting.study.request import CHAINS, Request
-from fitting.study.task import Task, as_known, task_of
+from fitting.study.fitted_data import fitted_data
+from fitting.study.request import CHAINS
+from fitting.study.task import Task
 
 
 @dataclass(frozen=True)
@@ -57,22 +57,7 @@ class Known:
 
 def known_of(given: dict[str, Any]) -> Known:
     """From what was typed: the data of --data, or those beside the model file. InputError where they cannot be used."""
-    model = Path(given["model"])
-    if given["muscle"]:
-        cure = "leave --muscle out; or take the model without draws"
-        raise InputError("the muscle of --muscle is not the one that was measured", given["muscle"], cure=cure)
-    folder = Path(given["data"] or model.parent)
-    if not (folder / "muscle.toml").is_file():
-        cure = "name the folder of the data that the model was fitted to: --data my_muscle/"
-        raise InputError("there are no data beside the model file", model, cure=cure)
-    task = task_of(Request(data=(str(folder),), model=str(model), effect_file=given["effect_file"], seed=given["seed"]))
-    if not read_model(model, task.library).fitted_to(task.experiments):
-        cure = f"fit again: 'mckibben fit {folder}'; or name the data by --data"
-        raise InputError("these are not the data that the model was fitted to", folder, cure=cure)
-    fit, missing = as_known(task)
-    if missing:
-        cure = f"'mckibben fit {folder}' fits it"
-        raise InputError(f"the model file has no value for {missing[0]}, which varies", model, cure=cure)
+    task, fit, folder = fitted_data(given)
     kept = folder / CHAINS
     found = _posterior(kept, task, fit)
     note = f"; {kept} holds no posterior of this model" if found is None and kept.is_file() else ""

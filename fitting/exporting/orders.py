@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +14,7 @@ from fitting.exporting.known import error_of, known_of
 from fitting.exporting.laws import Told, without
 from fitting.exporting.settings import EXPORT
 from fitting.exporting.table import BRANCHES, free_contraction
+from fitting.least_squares.force_band import ForceBand
 from fitting.recordings.settings import TABLES
 from fitting.study.stored_model import stored_model
 from mckibben_jax.model import Model
@@ -33,8 +34,18 @@ DEFAULT = {
 }
 
 
-def export_of(given: dict[str, Any]) -> tuple[Path, dict[str, Any], str]:
-    """Write what was asked for: the file, the result for machines, and what is in the file in words."""
+@dataclass(frozen=True)
+class Exported:
+    """What was written: the file, the result for machines, what is in the file in words, and the bands of a new run."""
+
+    file: Path
+    result: dict[str, Any]
+    words: str
+    bands: tuple[ForceBand, ...]
+
+
+def export_of(given: dict[str, Any]) -> Exported:
+    """Write what was asked for."""
     form, file = given["form"], Path(given["out"] or DEFAULT[given["form"]])
     check_place(file, form)
     whole, source = stored_model(given["model"], given["muscle"], given["effect_file"])
@@ -46,12 +57,12 @@ def export_of(given: dict[str, Any]) -> tuple[Path, dict[str, Any], str]:
         export(whole, file, source=str(source), told=told, form=form)
         float_too = f", float with -D{file.stem.upper()}_FLOAT" if form == "c" else ""
         drawn = "" if told.draws is None else f", with {len(told.draws.values):,} draws of its parameters"
-        return file, result | {"use": use}, words + float_too + drawn
+        return Exported(file, result | {"use": use}, words + float_too + drawn, told.error.bands)
     contractions, pressures = _ends_of_table(whole, given)
     points = _counts(given["points"])
     export(whole, file, contractions=contractions, pressures=pressures, points=points, source=str(source), told=told)
     count = len(BRANCHES) * points[0] * points[1]
-    return file, result | {"use": use, "rows": count}, f"{count:,} rows, {words}"
+    return Exported(file, result | {"use": use, "rows": count}, f"{count:,} rows, {words}", told.error.bands)
 
 
 def _use(form: str, file: Path) -> str:

@@ -15,6 +15,9 @@ class HeldOutSettings:
     folds: int = 10  # groups at most, where there are more than three times as many runs or loops
     fewest_groups: int = 4  # of whole runs, or of whole loops: fewer are cut finer
     refit_below: int = 500  # samples: each group of few points weighs much, and one step from the whole fit misjudges
+    at_best: float = (
+        0.05  # of the sum of squares, that a step takes from a fit to a part of these readings at most; chosen
+    )
 
 
 HELD_OUT = HeldOutSettings()
@@ -35,17 +38,24 @@ def left_out_rows(
     rows: np.ndarray, slopes: np.ndarray, prior_rows: np.ndarray, prior_slopes: np.ndarray, group: np.ndarray
 ) -> np.ndarray:
     """Rows of each group under the parameters fitted without it, in one Gauss-Newton step from the whole fit."""
+    out, steps = rows.copy(), left_out_steps(rows, slopes, prior_slopes, group)
+    for g, step in zip(np.unique(group), steps, strict=True):
+        mine = group == g
+        out[mine] = rows[mine] - slopes[mine] @ step
+    return out
+
+
+def left_out_steps(rows: np.ndarray, slopes: np.ndarray, prior_slopes: np.ndarray, group: np.ndarray) -> np.ndarray:
+    """What is to be taken from the parameters for each group that is left out: (groups, parameters), to first order."""
     groups = [np.flatnonzero(group == g) for g in np.unique(group)]
     own = np.stack([slopes[at].T @ slopes[at] for at in groups])
+    # at the optimum of all rows the others' gradient is minus this one's
+    gradient = -np.stack([slopes[at].T @ rows[at] for at in groups])
     whole = slopes.T @ slopes + prior_slopes.T @ prior_slopes
     # of the whole: what the others know nothing of then counts as nothing, and stays where the whole fit has it
     scale = 1 / np.sqrt(np.maximum(np.diag(whole), 1e-300))
     inverse = np.linalg.pinv((whole - own) * np.outer(scale, scale), rcond=1e-12, hermitian=True)
-    out = rows.copy()
-    for at, known in zip(groups, inverse, strict=True):
-        gradient = -slopes[at].T @ rows[at]  # at the optimum of all rows the others' gradient is minus this one's
-        out[at] = rows[at] - slopes[at] @ (scale * (known @ (scale * gradient)))
-    return out
+    return scale * (inverse @ (scale * gradient)[:, :, None])[:, :, 0]
 
 
 def difference(worse: np.ndarray, better: np.ndarray, group: np.ndarray) -> tuple[float, float]:

@@ -14,6 +14,7 @@ from fitting.diagnosis.record import Diagnosis, Evidence, Explanation
 from fitting.least_squares.record import Fit
 from fitting.least_squares.rests_on import rests_on
 from fitting.report.text.attempts import attempts_result
+from fitting.report.text.bands import bands_result
 from fitting.report.text.comparison import place_text
 from fitting.report.text.instrument_answers import instruments_result, odd_runs_result
 from fitting.report.text.instruments import channels_result
@@ -43,6 +44,7 @@ def comparison_result(c: Comparison) -> dict[str, Any]:
         "by_recording": recordings_result(c),
         "fingerprint": fingerprint_result(c.fingerprint),
         "worst": place_text(c),
+        "bands": bands_result(c.bands),
         **{f"by_{table.title}": [_row(row, c.unit) for row in table.rows] for table in c.tables},
         "channels": channels_result(c.channels),
         "notes": list(c.notes),

@@ -40,6 +40,8 @@ class SimulatedData:
     file: Path
     samples: int
     warnings: tuple[str, ...]
+    test: str
+    courses: tuple[Course, ...]  # what was imposed, run by run
 
 
 def simulate(
@@ -83,8 +85,14 @@ def record_course(model: Model, course: Course, test: str) -> np.ndarray:
     """What the instrument shows along a course: force in N, or shortening in m where a load is imposed."""
     if course.contraction is None:
         return np.asarray(_MOVED[test](model, course)) * float(model.muscle.length)
-    force = np.asarray(eqx.filter_jit(lambda whole, states: whole.force(states))(model, _imposed(course)))
+    force = np.asarray(_force(model, _imposed(course)))
     return force if course.direction is None else force[1::2]  # behind every point stands the way to it
+
+
+@eqx.filter_jit
+def _force(model: Model, states: State) -> jax.Array:
+    """Compiled once for all values of a model's parameters."""
+    return model.force(states)
 
 
 def _imposed(course: Course) -> State:
@@ -170,7 +178,7 @@ def write_data_set(
 ) -> SimulatedData:
     """Write muscle.toml and one CSV; files that are there already are left alone, with an error that says so."""
     file = folder / f"{test.replace(' ', '_')}.csv"
-    for path in (folder / "muscle.toml", file):
+    for path in (folder / "muscle.toml", file, band_file(file)):
         if path.exists():
             raise InputError("the file is there already and is left alone", path, cure="name another folder")
     clean = [record_course(model, course, test) for course in courses]
@@ -192,7 +200,12 @@ def write_data_set(
     folder.mkdir(parents=True, exist_ok=True)
     write_text(file, "\n".join([_head(model, test, courses[0]), *parts]) + "\n")
     write_text(folder / "muscle.toml", _muscle_file(folder, model, test, file.name, noise))
-    return SimulatedData(file, len(parts), warnings)
+    return SimulatedData(file, len(parts), warnings, test, tuple(courses))
+
+
+def band_file(file: Path) -> Path:
+    """Where the band of a simulated recording stands."""
+    return file.with_name(f"{file.stem}_band.csv")
 
 
 def _position(model: Model, course: Course, shown: np.ndarray) -> np.ndarray:

@@ -8,7 +8,9 @@ from fitting import units
 from fitting.errors import InputError
 from fitting.recordings.experiment import kind_of
 from fitting.recordings.records import FORCE_TESTS
+from fitting.study.fitted_data import fitted_data
 from fitting.study.simulate import SimulatedData, simulate
+from fitting.study.simulated_band import SimulatedBand, write_band
 from fitting.study.stored_model import stored_model
 
 
@@ -21,6 +23,17 @@ def simulate_request(folder: Path, options: dict[str, Any]) -> SimulatedData:
         noise = units.to_si(options["noise"], "N" if test in FORCE_TESTS else "m", "--noise")
         check_least("--noise", [noise], options["noise"], 0.0)
     return simulate(whole, folder, test, **_quantities(test, options), noise=noise, seed=options["seed"])
+
+
+def band_of_request(data: SimulatedData, options: dict[str, Any]) -> SimulatedBand | None:
+    """Write the band around a simulated force; None where positions were simulated."""
+    if data.test not in FORCE_TESTS:
+        return None
+    try:
+        _, fit, _ = fitted_data(options)
+    except InputError as error:
+        return SimulatedBand(why=error.problem)
+    return write_band(data, fit)
 
 
 def _quantities(test: str, options: dict[str, Any]) -> dict[str, Any]:

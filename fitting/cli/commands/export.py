@@ -49,13 +49,16 @@ def command(**options: Any) -> None:
     """
     from fitting.cli.output import output
     from fitting.compiled.prepare import prepare
-    from fitting.report.text.layout import line
+    from fitting.report.text.bands import band_lines, bands_result
+    from fitting.report.text.layout import line, lines
 
     prepare()
     with errors_for_machines(options["json"]):
         from fitting.exporting.orders import export_of
 
-        file, result, words = export_of(options)
-    shown = [line("WRITTEN", f"{file}: {words}"), line("ERROR", result["force_error"]), line("USE", result["use"])]
+        made = export_of(options)
+    result: dict[str, Any] = made.result | {"bands": bands_result(made.bands)}
+    shown = [line("WRITTEN", f"{made.file}: {made.words}"), line("ERROR", result["force_error"])]
+    shown += [*lines("NEW RUN", band_lines(made.bands)), line("USE", result["use"])]
     shown += [line("DRAWS", f"from {result['draws']['from']}")] if "draws" in result else []
     output(options, "mckibben export", shown, result)

@@ -31,13 +31,21 @@ KINDS = ("loop", "isometric", "static", "isotonic", "quick release", "step")
 @click.option("--rate", metavar="VALUE", help="Samples per second; 50 Hz, releases and steps 500 Hz.")
 @click.option("--noise", metavar="VALUE", help="Standard deviation of one reading; none unless given.")
 @click.option("--muscle", metavar="FILE", help="muscle.toml, where it is not the model file's muscle.")
+@click.option(
+    "--data", metavar="FOLDER", help="The data that the model was fitted to; default: the model file's folder."
+)
 @effect_file_option
 @click.option("--out", required=True, metavar="FOLDER", help="Where the data set goes.")
 @output_options
 def command(**options: Any) -> None:
-    """Write the data set that a rig would record if the muscle were as MODEL (a model.toml) says."""
+    """Write the data set that a rig would record if the muscle were as MODEL (a model.toml) says.
+
+    Where the data that it was fitted to have nine runs of that kind of test, a file beside it has the band within which
+    9 force readings of 10 of a real run like them would lie.
+    """
     from fitting.cli.output import output
     from fitting.compiled.prepare import prepare
+    from fitting.report.text.bands import simulated_band_result, simulated_band_texts
     from fitting.report.text.layout import line, lines
     from fitting.report.text.next_step import shell_words
     from fitting.units import counted
@@ -45,13 +53,16 @@ def command(**options: Any) -> None:
     prepare()
     check_places(options["json"], options["html"])
     with errors_for_machines(options["json"]):
-        from fitting.study.simulation_orders import simulate_request
+        from fitting.study.simulation_orders import band_of_request, simulate_request
 
         told = simulate_request(Path(options["out"]), options)
+        band = band_of_request(told, options)
     shown = [
         line("WRITTEN", f"{told.file} and muscle.toml beside it: {counted(told.samples, 'sample')}"),
+        *lines("BAND", simulated_band_texts(band)),
         *lines("WARNING", told.warnings),
         line("NEXT", f"mckibben compare {shell_words([options['out']])} --model {shell_words([options['model']])}"),
     ]
     result = {"file": str(told.file), "samples": told.samples, "warnings": list(told.warnings)}
+    result |= {"band": simulated_band_result(band)}
     output(options, "mckibben simulate", shown, result)

@@ -11,6 +11,7 @@ from fitting.report.pictures.loops import frame, key, loops_html, thinning_text
 from fitting.report.pictures.overview import overview_html
 from fitting.report.pictures.panels import panels
 from fitting.report.text.amounts import amount
+from fitting.report.text.bands import band_lines
 from fitting.report.text.comparison import error_cells, fails, kind_text, place_text, worst_text
 from fitting.study.task import Task
 
@@ -60,8 +61,8 @@ def _where_texts(model: ShownModel, first: Comparison) -> list[str]:
     """Where the model fails; of one that does not, where the first one did."""
     c, kind = model.comparison, as_sentence(kind_text(model.comparison))
     if fails(c) or not model.number or not fails(first):
-        return [worst_text(c), kind]
-    return [kind, f"The model 'before' failed most at {place_text(first)}."]
+        return [worst_text(c), kind, *band_lines(c.bands)]
+    return [kind, f"The model 'before' failed most at {place_text(first)}.", *band_lines(c.bands)]
 
 
 def _tables(model: ShownModel, count: int) -> Section:

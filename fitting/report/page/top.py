@@ -145,6 +145,11 @@ def cards(model: ShownModel) -> list[tuple[str, str]]:
     ]
     if stage.held_out_rmse is not None:
         shown.insert(1, (amount(stage.held_out_rmse, c.unit), "error on held-out runs"))
+    shown += [
+        (f"± {amount(band.half_width, 'N')}", f"holds 9 readings of 10 of a new {band.test} run")
+        for band in c.bands
+        if band.known
+    ]
     if c.fingerprint.odd_share is not None and c.rmse > ERROR_TEXT.near_floor * c.floor:
         shown.append((percent(c.fingerprint.odd_share), "of the misfit is odd: changes sign with the direction"))
     tested = "-" if p_value is None else f"{p_value:.2g}"

@@ -12,6 +12,7 @@ from fitting.comparison.fingerprint import Fingerprint
 from fitting.recordings.records import NoiseSource
 from fitting.report.settings import ERROR_TEXT, LAYOUT, SHOWN
 from fitting.report.text.amounts import amount, percent, places
+from fitting.report.text.bands import band_lines
 from fitting.report.text.instruments import channel_lines
 from fitting.report.text.layout import columns, line, lines, spaced
 from fitting.report.text.noise import NOISE_TEXT
@@ -140,6 +141,7 @@ def comparison_report(c: Comparison) -> list[RenderableType]:
     shown: list[RenderableType] = [
         line("RESULT", judgement(c), "bold"),
         line("ERROR", error_text(c)),
+        *lines("NEW RUN", band_lines(c.bands)),
         *([line("WHERE", worst_text(c))] if fails(c) else []),
         line("KIND", kind_text(c)),
         *lines("WARNING", comparison_warnings(c), "yellow"),
