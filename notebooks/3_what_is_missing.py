@@ -8,7 +8,7 @@ with app.setup(hide_code=True):
     from drawing import errors, loops
 
     from fitting import compare, diagnose, effects_named, example_data, fit, read_experiment, sealed_truth, use_64_bit
-    from fitting.report import effects_picture, kind_text, leading_text, verdict_text
+    from fitting.report import effects_picture, kind_text, leading_text, readable, verdict_text
     from mckibben_jax import CoulombFriction, IdealCylinder, with_effects
 
     use_64_bit()
@@ -96,9 +96,9 @@ def _(suspect):
 @app.cell(hide_code=True)
 def _(found):
     mo.md(f"""
-    > {verdict_text(found)}
+    > {readable(verdict_text(found))}
     >
-    > {leading_text(found) or ""}
+    > {readable(leading_text(found) or "")}
 
     The bars are errors on runs that were **held out** of the fit. The test behind the verdict rests on: {found.rests_on}. If
     nothing were missing, whole loops of the error could have their signs flipped and look the same; here they do
@@ -138,7 +138,7 @@ def _(CONTROL):
 @app.cell(hide_code=True)
 def _(acquitted, alone):
     mo.md(f"""
-    > {verdict_text(acquitted)}
+    > {readable(verdict_text(acquitted))}
 
     p = {acquitted.p_value:.2g}; the model is {alone.rmse:.2f} N off, the noise is {acquitted.noise_floor:.2f} N.
     """)

@@ -23,6 +23,7 @@ from fitting.least_squares.held_out import folds, rms
 from fitting.least_squares.record import Fit
 from fitting.report.text.amounts import amount, percent
 from fitting.report.text.diagnosis import verdict_text
+from fitting.report.text.names import identifiers
 from fitting.study.diagnosing import all_candidates
 from fitting.study.discovering import Discovery, discover_task
 from fitting.study.request import Request
@@ -156,4 +157,4 @@ def rubber_text(found: Discovery) -> str:
 if __name__ == "__main__":
     prepare()
     for place in data_sets(sys.argv[1:]):
-        print(outcome_text(discovered(place)), flush=True)
+        print(identifiers(outcome_text(discovered(place))), flush=True)

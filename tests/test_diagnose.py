@@ -80,7 +80,7 @@ def test_what_explains_the_data_and_is_not_named_says_why(diagnoses):
     """Mooney and Rivlin's rubber does all that the hidden neo-Hookean one does; so may others, each with its reason."""
     wider = diagnoses["muscle_a"].effects["bladder_mooney_rivlin"]
     assert wider.adequate
-    assert why_text(wider.why) == "explains the data, and so does its special case bladder_neo_hookean"
+    assert why_text(wider.why) == "explains the data, and so does its special case ⟦bladder_neo_hookean⟧"
     for found in diagnoses.values():
         unnamed = [e for e in found.effects.values() if e.adequate and (e.name,) not in found.explanations]
         assert all(why_text(e.why).startswith("explains the data, ") for e in unnamed)

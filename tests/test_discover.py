@@ -335,8 +335,8 @@ def test_every_step_is_printed_when_it_is_made_and_stands_in_the_result(tmp_path
     order = ["discover", folder, "--candidates", "linear_spring", "tip", "--json", out]
     done = CliRunner().invoke(main, [str(word) for word in order])
     assert done.exit_code == 0, done.output
-    assert done.stdout.index("STEP      baseline") < done.stdout.index("STEP      + linear_spring")
-    assert done.stdout.index("STEP      + linear_spring") < done.stdout.index("RESULT")
+    assert done.stdout.index("STEP      baseline") < done.stdout.index("STEP      + Spring in parallel (linear_spring)")
+    assert done.stdout.index("STEP      + Spring in parallel (linear_spring)") < done.stdout.index("RESULT")
     steps = json.loads(out.read_text())["steps"]
     assert [step["effect"] for step in steps] == ["baseline", "linear_spring"]
     assert steps[1]["rmse_N"] == pytest.approx(0.3, rel=0.1)  # the noise that was put in

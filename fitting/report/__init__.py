@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from fitting.report.text.design import prices as price_text  # noqa: F401
     from fitting.report.text.diagnosis import leading_text as leading_text
     from fitting.report.text.diagnosis import verdict_text as verdict_text
+    from fitting.report.text.names import readable as readable
 else:
     __getattr__, __dir__ = lazily(
         __name__,
@@ -45,5 +46,6 @@ else:
             "design_text": "text.design:describe",
             "price_text": "text.design:prices",
             **dict.fromkeys(("leading_text", "verdict_text"), "text.diagnosis"),
+            "readable": "text.names",
         },
     )

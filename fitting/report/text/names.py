@@ -38,6 +38,11 @@ def identifiers(text: str) -> str:
     return MARKED.sub(r"\1", text)
 
 
+def readable(text: str) -> str:
+    """The text as the terminal says it: the program's own effects by their names for readers and for commands."""
+    return Names().spoken(text)
+
+
 class Names:
     """What readers call the effects of a library, the program's own unless one is given, and their parameters."""
 
