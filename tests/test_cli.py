@@ -177,7 +177,7 @@ def test_an_edited_model_is_used_and_left_alone(data):
 def test_add_lets_the_error_fall_and_drop_lets_it_rise(data, tmp_path):
     out = tmp_path / "a.json"
     words = run("add", data, "linear_spring", "--json", out, "--starts", 2).stdout
-    assert "+ linear_spring: error" in words
+    assert "+ Spring in parallel (linear_spring): error" in words
     assert f"NEXT      mckibben diagnose {data}\n" in words
     found = json.loads(out.read_text())
     assert found["rmse_N"] < 0.2 * found["before"]["rmse_N"]
@@ -200,7 +200,7 @@ def test_the_models_before_and_after_a_change_are_sought_by_shooting(data, monke
 
 def test_a_rival_is_replaced_and_it_is_said(data):
     words = " ".join(run("add", data, "textile_friction", "--no-save", "--starts", 2).stdout.split())
-    assert "in place of coulomb_friction" in words
+    assert "in place of Coulomb friction of the strands (coulomb_friction)" in words
     assert not (data / "model.toml").exists()
 
 
@@ -225,7 +225,7 @@ def test_diagnose_writes_the_promised_keys(data, tmp_path, monkeypatch):
     monkeypatch.setattr("fitting.study.diagnosing.diagnose", diagnose)
     out = tmp_path / "d.json"
     words = run("diagnose", data, "--json", out, "--html", tmp_path / "d.html").stdout
-    assert "linear_spring is missing." in words
+    assert "Spring in parallel (linear_spring) is missing." in words
     assert f"mckibben add {data} linear_spring" in " ".join(words.split())
     found = json.loads(out.read_text())
     assert found.keys() >= {

@@ -29,9 +29,10 @@ class World:
         names = "abcd"
         self.effects = {name: SimpleNamespace(family=families.get(name)) for name in names}
         self.follows, self.denies = follows, denies
+        self.settings = SimpleNamespace(workers=2)
 
     def mimicking(self, smaller):
-        def fit(effects, vector):
+        def fit(effects, vector, decide=True):
             return SimpleNamespace(rows=NOISE * (0.01 if (effects, smaller.key) in self.follows else 1))
 
         return SimpleNamespace(fit=fit)

@@ -193,8 +193,8 @@ def test_the_evidence_of_motions_is_told_as_force():
     """A model of motions errs in millimetres; the errors of its diagnosis are newtons, or the user's own."""
     spring = Evidence("linear_spring", rmse=1.5, held_out_rmse=2.5, detection_limit=0.5)
     found = replace(_nothing(), effects={"linear_spring": spring}, held_out_rmse=20.0)
-    task = SimpleNamespace(experiments=(SimpleNamespace(units=({"N": "lbf", "m": "inch"},)),))
-    comparison = SimpleNamespace(unit="m", fit=None)
+    task = SimpleNamespace(library={}, experiments=(SimpleNamespace(units=({"N": "lbf", "m": "inch"},)),))
+    comparison = SimpleNamespace(unit="m", fit=SimpleNamespace(samples=()))
     step = Step("model", ("fit",), task, comparison, None, found)
     shown = evidence(step, {"linear_spring": "<button>linear_spring</button>"})
     assert f"{1.5 / POUND:.3g} lbf" in shown

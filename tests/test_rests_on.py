@@ -43,8 +43,8 @@ def test_a_size_that_is_off_moves_a_parameter_as_far_as_is_said(experiment):
 def test_what_rests_on_a_stated_size_is_said(experiment):
     found = fit([stated(experiment)], [IdealCylinder(), CoulombFriction(), PressureGain()], free=["muscle.radius"])
     said = rests_on_texts(found)
-    assert any("uncertainty of pressure_gain.g comes from muscle.radius" in text for text in said)
-    assert not any(text.startswith("Most of the uncertainty of muscle.radius") for text in said)
+    assert any("uncertainty of ⟦pressure_gain.g⟧ comes from ⟦muscle.radius⟧" in text for text in said)
+    assert not any(text.startswith("Most of the uncertainty of ⟦muscle.radius⟧") for text in said)
 
 
 def test_nothing_rests_on_sizes_that_are_held(experiment):

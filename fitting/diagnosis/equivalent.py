@@ -19,7 +19,7 @@ def contains(
     world: Universe, larger: CandidateFit, smaller: CandidateFit, noise: float, settings: VerdictSettings = VERDICT
 ) -> bool:
     """Whether one fitted set can predict all that another predicts."""
-    followed = world.mimicking(smaller).fit(larger.effects, larger.vector)
+    followed = world.mimicking(smaller).fit(larger.effects, larger.vector, decide=False)
     return held_out.rms(followed.rows) < settings.followed * noise
 
 

@@ -106,19 +106,24 @@ class Universe:
         return (*self.always_free, *(name for name in own if name not in self.fixed))
 
     def fit(
-        self, effects: frozenset[str], start: np.ndarray, new: Sequence[str] = (), decide: bool = True
+        self,
+        effects: frozenset[str],
+        start: np.ndarray,
+        new: Sequence[str] = (),
+        decide: bool = True,
+        enough: float = 0.0,
     ) -> CandidateFit:
         """Fit a set of effects from a vector of all unknowns; the new ones' shapes from several starts.
 
-        Unless it is to `decide`, it is one among many, of which few matter: its search ends sooner, and whatever is at
-        its bound is taken to be held there, for to ask the data takes a refit.
+        Unless it is to `decide`, whatever is at its bound is taken to be held there: to ask the data takes a refit.
+        `enough` is a share of the sum of squares, as of `solve`.
         """
         names = self.free(effects)
         subset = self.subset(effects, self.layout.at(names), start)
         begin = self._starts(subset, names, start, new)
         best = None
         for place in begin:  # one at a time: any number of starts is the same compiled function
-            found = self._solve(subset, place, enough=0.0 if decide else self.settings.screened)
+            found = self._solve(subset, place, enough=enough)
             if best is None or float(found.cost) < float(best.cost):
                 best = found
         assert best is not None
@@ -196,9 +201,13 @@ class Universe:
     def fit_all(
         self, sets: Sequence[tuple[frozenset[str], np.ndarray, Sequence[str]]], decide: bool = True
     ) -> list[CandidateFit]:
-        """Fit many sets, two at a time; arguments as of `fit`."""
+        """Fit many sets, two at a time; arguments as of `fit`.
+
+        Unless they are to `decide`, they are candidates of which few will matter: their searches end sooner.
+        """
+        enough = 0.0 if decide else self.settings.screened
         with ThreadPoolExecutor(self.settings.workers) as workers:
-            return list(workers.map(lambda job: self.fit(*job, decide=decide), sets))
+            return list(workers.map(lambda job: self.fit(*job, decide=decide, enough=enough), sets))
 
     def mimicking(self, fit: CandidateFit) -> "Universe":
         """The same data sets, had they measured exactly what this fit predicts."""
@@ -224,7 +233,7 @@ class Universe:
         for g in np.unique(group):
             rest = self.confined() if fit.confined else self
             rest = replace(rest, problem=rest.problem.without(widened(group == g, self.real, self._count)))
-            rows[group == g] = rest.fit(fit.effects, fit.vector).rows[group == g] * LIGHT
+            rows[group == g] = rest.fit(fit.effects, fit.vector, decide=False).rows[group == g] * LIGHT
         return rows
 
     def rows_at(self, fit: CandidateFit, problem: Problem, without: Iterable[str] = ()) -> np.ndarray:

@@ -99,7 +99,7 @@ def _refits(fit: Fit, runs: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray
 def _steps(fit: Fit, runs: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray]]:
     """The same to first order; what ended at an end of its range stays there."""
     count, at = len(fit.samples), fit.layout.at(fit.free)
-    moves = np.array([name not in fit.at_bound for name in fit.free])
+    moves = np.array([name not in fit.at_bound for name in fit.free], bool)
     slopes, rows = fit.slopes * moves, fit.residual / fit.samples.sigma
     group = np.searchsorted(runs, fit.samples.run) + np.where(np.isin(fit.samples.run, runs), 0, len(runs))
     for step in left_out_steps(rows, slopes[:count], slopes[count:], group)[: len(runs)]:
@@ -113,7 +113,9 @@ def fitted_to_these(fit: Fit) -> bool:
 
     Of a model file that was fitted to other data they were not; of a fit to every third reading they count as fitted.
     """
-    free = np.array([name not in fit.at_bound for name in fit.free])
+    free = np.array([name not in fit.at_bound for name in fit.free], bool)
+    if not free.any():
+        return False
     slopes = fit.slopes[:, free]
     priors = np.asarray(fit.problem.prior_rows(jnp.asarray(fit.vector)))
     rows = np.concatenate([fit.residual / fit.samples.sigma, priors])

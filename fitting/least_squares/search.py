@@ -59,10 +59,9 @@ def _together(given: Residuals, subset: Subset, place: jax.Array) -> tuple[jax.A
 def _two_by_two(given: Residuals, subset: Subset, place: jax.Array) -> tuple[jax.Array, jax.Array]:
     """Tangents pushed forward two at a time, with what is beside these two alone.
 
-    What only fills a standard size then costs nothing, and neither does an effect along another's direction: where
-    nothing remembers, fits among all effects were measured to be 2 to 9 times as fast as with all tangents together,
-    and signatures 14 times; the program is a quarter smaller. One at a time, memories take twice as long: a step along
-    a run costs the same for one tangent as for two.
+    What only fills a standard size then costs nothing, and neither does an effect along another's direction
+    (`tests/benchmarks/test_slopes_bench.py` measures what that saves). One at a time would cost memories twice the
+    time: a step along a run costs the same for one tangent as for two.
     """
     assert subset.varying is not None
     assert subset.beside is not None

@@ -10,7 +10,6 @@ from fitting.report.settings import LAYOUT
 from fitting.report.text.amounts import amount
 from fitting.report.text.attempts import attempts_text, held_text, strained_text
 from fitting.report.text.layout import columns, line, lines, spaced
-from fitting.report.text.names import marked
 from fitting.report.text.stages import stage_text
 from fitting.study.stages import Stage
 from fitting.study.task import Task
@@ -31,9 +30,12 @@ def data_text(experiments: Sequence[Experiment]) -> str:
 
 
 def opening(task: Task) -> list[RenderableType]:
-    """The first lines of every study: which model, which data."""
+    """The first lines of every study: which model, which data.
+
+    The model's effects are named as files and commands name them, so that one line says them and where they come from.
+    """
     return [
-        line("MODEL", f"{marked(task.names, ' + ')} ({task.origin})"),
+        line("MODEL", f"{' + '.join(task.names)} ({task.origin})"),
         line("DATA", data_text(task.experiments)),
     ]
 
