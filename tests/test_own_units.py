@@ -192,9 +192,10 @@ def test_many_data_sets_are_answered_in_the_unit_they_share(tmp_path):
 def test_the_evidence_of_motions_is_told_as_force():
     """A model of motions errs in millimetres; the errors of its diagnosis are newtons, or the user's own."""
     spring = Evidence("linear_spring", rmse=1.5, held_out_rmse=2.5, detection_limit=0.5)
-    found = replace(_nothing(), effects={"linear_spring": spring}, held_out_rmse=20.0)
+    fit = SimpleNamespace(samples=())
+    found = replace(_nothing(), effects={"linear_spring": spring}, held_out_rmse=20.0, baseline=fit)
     task = SimpleNamespace(library={}, experiments=(SimpleNamespace(units=({"N": "lbf", "m": "inch"},)),))
-    comparison = SimpleNamespace(unit="m", fit=SimpleNamespace(samples=()))
+    comparison = SimpleNamespace(unit="m", fit=fit)
     step = Step("model", ("fit",), task, comparison, None, found)
     shown = evidence(step, {"linear_spring": "<button>linear_spring</button>"})
     assert f"{1.5 / POUND:.3g} lbf" in shown
