@@ -2,6 +2,7 @@
 
 import json
 import shutil
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -13,7 +14,7 @@ from fitting.cli.main import main
 from fitting.comparison.compare import compare
 from fitting.least_squares.band_level import band_edges, cautious_width, expected_width, runs_needed
 from fitting.least_squares.evaluate import evaluate
-from fitting.least_squares.force_band import _refits, _steps, force_bands
+from fitting.least_squares.force_band import _refits, _steps, fitted_to_these, force_bands
 from fitting.report.text.bands import band_text, bands_result
 
 use_64_bit()
@@ -89,6 +90,12 @@ def test_one_step_leaves_a_run_out_as_a_refit_does(spring):
         assert np.all(np.abs(vector - true_vector)[at] <= 0.1 * errors)
         assert np.any(np.abs(vector - found.vector)[at] > 0.2 * errors) or run
         assert rows[mine] == pytest.approx(true_rows[mine], abs=0.01 * found.rmse / 0.3)
+
+
+def test_what_stands_at_its_bounds_was_fitted_and_what_never_varied_was_not(spring):
+    found = fit([spring], baseline())
+    assert fitted_to_these(replace(found, at_bound=found.free))
+    assert not fitted_to_these(evaluate([spring], baseline(), found.values, ()))
 
 
 def test_a_comparison_says_how_far_readings_of_a_new_run_lie(spring):

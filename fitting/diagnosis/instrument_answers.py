@@ -1,7 +1,7 @@
 """Instruments as answers: how large each error seems, may be, and had to be to explain a misfit."""
 
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.optimize import minimize_scalar
@@ -11,6 +11,7 @@ from fitting.diagnosis.examine import Examiner
 from fitting.diagnosis.findings import InstrumentAnswer, Source
 from fitting.diagnosis.instrument_errors import InstrumentErrors
 from fitting.diagnosis.missing_effect import Ground
+from fitting.diagnosis.nuisance import Nuisance
 from fitting.diagnosis.settings import INSTRUMENTS, InstrumentSettings
 from fitting.least_squares.decomposed import orthonormal, svd
 
@@ -37,20 +38,18 @@ def instrument_answers(
 
 @dataclass(frozen=True)
 class WithoutNoise:
-    """A fitted set free of the correlation that noise makes: all that instruments could make of it, rows, slopes."""
+    """A fitted set free of the correlation that noise makes: what instruments could add to it, rows, what gives way."""
 
     every: InstrumentErrors
     rows: np.ndarray
-    slopes: np.ndarray
-    prior_rows: np.ndarray
-    prior_slopes: np.ndarray
+    by: Nuisance
 
     @classmethod
     def of(cls, ground: Ground, every: InstrumentErrors, fit: CandidateFit) -> "WithoutNoise":
         """That of one fitted set."""
         errors = every.changed(ground.without_noise(every.per_run), ground.without_noise(every.shared))
-        rows, slopes = ground.without_noise(fit.rows), ground.without_noise(fit.slopes)
-        return cls(errors, rows, slopes, fit.prior_rows, fit.prior_slopes)
+        by = replace(Nuisance.of(fit), slopes=ground.without_noise(fit.slopes))
+        return cls(errors, ground.without_noise(fit.rows), by)
 
 
 def likeliest_size(white: WithoutNoise, source: Source, settings: InstrumentSettings = INSTRUMENTS) -> float:
@@ -59,14 +58,14 @@ def likeliest_size(white: WithoutNoise, source: Source, settings: InstrumentSett
     Whitened by noise and all other errors, and free of the parameters, scores along the columns' own directions have
     the variances 1 + (size x strength)^2.
     """
-    every = white.every
+    every, by = white.every, white.by
     without = every.chosen([s for s in every.sources if s.allowed > 0 and s != source]).whitener()
     mine = without(every.chosen([source]).columns)
-    known = orthonormal(np.vstack([without(white.slopes), white.prior_slopes]))
+    known = orthonormal(np.vstack([without(by.slopes), by.prior_slopes]))
     free = lambda rows, prior: _free_of(known, np.concatenate([rows, prior]))  # noqa: E731
-    side, strength, _ = svd(free(mine, np.zeros((len(white.prior_rows), mine.shape[1]))))
+    side, strength, _ = svd(free(mine, np.zeros((len(by.prior_rows), mine.shape[1]))))
     seen = strength > settings.visible
-    score = side[:, seen].T @ free(without(white.rows), white.prior_rows)
+    score = side[:, seen].T @ free(without(white.rows), by.prior_rows)
     return _likeliest(strength[seen], score, settings)
 
 

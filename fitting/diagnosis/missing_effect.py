@@ -11,7 +11,7 @@ import numpy as np
 
 from fitting.diagnosis.detection import detectable
 from fitting.diagnosis.flip_groups import FlipGroups
-from fitting.diagnosis.instrument_errors import InstrumentErrors, InstrumentWhitener
+from fitting.diagnosis.instrument_errors import InstrumentErrors
 from fitting.diagnosis.nuisance import Nuisance
 from fitting.diagnosis.omnibus import Basis
 from fitting.diagnosis.projected import Projected, projected
@@ -82,14 +82,10 @@ class Ground:
         """Rows (rows, q) free of the correlation that noise makes."""
         return self._noise_whitener()(columns)
 
-    def without_instruments(self, errors: InstrumentErrors) -> InstrumentWhitener:
-        """What takes these errors out of rows that are free of the correlation that noise makes."""
-        whitener = self._noise_whitener()
-        return errors.changed(whitener(errors.per_run), whitener(errors.shared)).whitener()
-
     def whitened(self, rows: np.ndarray, by: Nuisance, signatures: np.ndarray) -> "Whitened":
         """All that is tested, free of the correlation that noise and instruments make."""
-        errors = self.without_instruments(self.errors)
+        felt = self.errors
+        errors = felt.changed(self.without_noise(felt.per_run), self.without_noise(felt.shared)).whitener()
         parts = [rows[:, None], by.slopes, signatures, self.basis.smooth, self.basis.fine]
         plain = self.without_noise(np.hstack(parts))
         split = lambda flat: np.split(flat, np.cumsum([part.shape[1] for part in parts])[:-1], axis=1)  # noqa: E731

@@ -162,4 +162,3 @@ def _pieces(member: np.ndarray, size: int) -> list[np.ndarray]:
 def whitened(columns: np.ndarray, samples: Samples, together: np.ndarray, noise: Noise) -> np.ndarray:
     """Columns in which samples that may err together are no longer correlated, as far as the noise model knows."""
     return Whitener.of(noise, samples, together)(columns)
-

@@ -27,9 +27,8 @@ class ForceBand:
     test: str
     runs: int
     fitted: bool  # to these runs, each of which was left out in turn; else the values come from elsewhere
-    scores: tuple[np.ndarray, ...] = field(
-        repr=False
-    )  # N, of each run, sorted: how far readings lie from fits without it
+    # N, of each run, sorted: how far readings lie from fits without it
+    scores: tuple[np.ndarray, ...] = field(repr=False)
     vectors: np.ndarray = field(repr=False)  # (runs, unknowns) of the fits without each run
     level: float = LEVEL
 
@@ -99,7 +98,7 @@ def _refits(fit: Fit, runs: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray
 def _steps(fit: Fit, runs: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray]]:
     """The same to first order; what ended at an end of its range stays there."""
     count, at = len(fit.samples), fit.layout.at(fit.free)
-    moves = np.array([name not in fit.at_bound for name in fit.free], bool)
+    moves = np.array([name not in fit.at_bound for name in fit.free])
     slopes, rows = fit.slopes * moves, fit.residual / fit.samples.sigma
     group = np.searchsorted(runs, fit.samples.run) + np.where(np.isin(fit.samples.run, runs), 0, len(runs))
     for step in left_out_steps(rows, slopes[:count], slopes[count:], group)[: len(runs)]:
@@ -113,9 +112,9 @@ def fitted_to_these(fit: Fit) -> bool:
 
     Of a model file that was fitted to other data they were not; of a fit to every third reading they count as fitted.
     """
-    free = np.array([name not in fit.at_bound for name in fit.free], bool)
-    if not free.any():
+    if not fit.free:
         return False
+    free = np.array([name not in fit.at_bound for name in fit.free])
     slopes = fit.slopes[:, free]
     priors = np.asarray(fit.problem.prior_rows(jnp.asarray(fit.vector)))
     rows = np.concatenate([fit.residual / fit.samples.sigma, priors])

@@ -15,9 +15,7 @@ class HeldOutSettings:
     folds: int = 10  # groups at most, where there are more than three times as many runs or loops
     fewest_groups: int = 4  # of whole runs, or of whole loops: fewer are cut finer
     refit_below: int = 500  # samples: each group of few points weighs much, and one step from the whole fit misjudges
-    at_best: float = (
-        0.05  # of the sum of squares, that a step takes from a fit to a part of these readings at most; chosen
-    )
+    at_best: float = 0.05  # of the sum of squares: a step takes no more from a fit to a part of these readings; chosen
 
 
 HELD_OUT = HeldOutSettings()

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from concurrent.futures import FIRST_COMPLETED, wait
 from pathlib import Path
 
 import click
 
-from ..hidden.study.run import append, bar, pool, records
-from .cases import Case, attempted, plan
+from ..case_by_case import work_through
+from ..hidden.study.run import records
+from .cases import judged, plan
 from .page import page
 
 
@@ -24,27 +24,12 @@ def main(cases: int, workers: int, seed: int, quick: bool, out: str, about: str,
     """Draw data sets from the prior, ask the program what it knows of each, and count how often it is right."""
     place = Path(out)
     if not only_page:
-        grown(plan(cases, seed, quick), place, workers)
+        work_through(judged, plan(cases, seed, quick), place, workers, "data sets")
     found = records(place)
     command = f"python -m tests.calibration --cases {cases} --seed {seed}{' --quick' if quick else ''}"
     written = place.with_suffix(".md")
     written.write_text(page(found, command, about), encoding="utf-8")
     click.echo(f"{len(found)} data sets; {written}")
-
-
-def grown(cases: list[Case], place: Path, workers: int) -> None:
-    """Work through the cases; what the file holds already is not done again."""
-    done = {record["id"] for record in records(place)}
-    todo = [case for case in cases if case.id not in done]
-    with pool(workers) as working, bar(False) as shown:
-        number = shown.add_task("data sets", total=len(cases), completed=len(cases) - len(todo))
-        waiting = {working.schedule(attempted, args=(case,)) for case in todo}
-        while waiting:
-            ended, waiting = wait(waiting, return_when=FIRST_COMPLETED)
-            for future in ended:
-                record = future.result()
-                append(place, record)
-                shown.update(number, advance=1, description=record["id"])
 
 
 if __name__ == "__main__":

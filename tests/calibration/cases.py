@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import time
-import traceback
 from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -44,15 +43,6 @@ def plan(count: int, seed: int, quick: bool) -> list[Case]:
     Those with an effect left out get the quick look: what warns of them is the same code for both samplers.
     """
     return [Case(group, number, seed, quick or group == GROUPS[1]) for number in range(count) for group in GROUPS]
-
-
-def attempted(case: Case) -> dict[str, Any]:
-    """One case; what goes wrong is written down."""
-    try:
-        return judged(case)
-    except Exception as error:
-        where = traceback.format_exc(limit=-3)
-        return {"id": case.id, "group": case.group, "error": f"{type(error).__name__}: {error}", "traceback": where}
 
 
 def judged(case: Case) -> dict[str, Any]:

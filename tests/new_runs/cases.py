@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import traceback
 from dataclasses import dataclass
 from itertools import product
 from pathlib import Path
@@ -44,15 +43,6 @@ def plan(count: int, seed: int) -> list[Case]:
     """The cases: `count` of each group, order and number of runs."""
     kinds = list(product((RIGHT, WRONG), (MIXED, LATER), RUNS))
     return [Case(group, order, runs, number, seed) for number in range(count) for group, order, runs in kinds]
-
-
-def attempted(case: Case) -> dict[str, Any]:
-    """One case; what goes wrong is written down."""
-    try:
-        return judged(case)
-    except Exception as error:
-        where = traceback.format_exc(limit=-3)
-        return {"id": case.id, "group": case.group, "error": f"{type(error).__name__}: {error}", "traceback": where}
 
 
 def judged(case: Case) -> dict[str, Any]:
