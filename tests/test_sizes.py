@@ -75,6 +75,12 @@ def test_recordings_of_any_lengths_end_in_arrays_of_a_standard_size(recordings, 
     assert one.blocks[0].measured.size <= next(size for size in sizes.SAMPLES if size > 1.3 * samples)
 
 
+def test_runs_that_just_miss_four_lanes_get_four_longer_ones():
+    """Three runs of 595 samples and nine of 330 do not fit into 4 x 1,200; one lane of 4,800 takes far more steps."""
+    lengths = np.array([595] * 3 + [330] * 9)
+    assert sizes._quickest(lengths, np.full(12, 100.0)).run.shape == (4, 1500)
+
+
 def test_runs_that_no_lane_has_room_for_are_padded(mixed, monkeypatch):
     layout, given = mixed
     monkeypatch.setattr(sizes, "LANE_SHAPES", ((2, 40),))

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from small_muscle import loops, write
 
+from fitting.diagnosis.examine import Examiner
 from fitting.diagnosis.lay_out import universe
 from fitting.diagnosis.signatures import signatures
 from fitting.least_squares.fit import fit
@@ -107,6 +108,27 @@ def test_slopes_two_at_a_time_are_those_of_all_together(world, base, more):
     np.testing.assert_allclose(slopes, together, rtol=1e-9, atol=1e-9 * float(np.abs(together).max()))
     assert np.any(np.asarray(slopes)[:, :count] != 0, axis=0).all()
     assert not np.asarray(slopes)[:, count:].any()
+
+
+def test_what_a_test_rests_on_is_that_of_its_own_set(world, base):
+    """Also after another set was tested."""
+    larger = world.fit(world.with_added(["end_stop"]), base.vector, ["end_stop"])
+    examiner = Examiner(world, base, seed=0)
+    for each in (base, larger, base):
+        ground = examiner.ground(each)
+        left = each.slopes - ground.explained @ (ground.explained.T @ each.slopes)
+        assert np.abs(left).max() < 1e-6 * np.abs(each.slopes).max()
+        assert ground.noise is examiner.noise(each)
+        assert ground.errors is examiner.errors(each)
+
+
+def test_what_was_only_looked_at_is_fitted_to_the_end_before_it_is_tested(world, base):
+    effects = world.with_added(["tip", "end_stop"])
+    whole = world.fit(effects, base.vector, decide=False)
+    sooner = world.fit(effects, base.vector, decide=False, enough=10.0)
+    assert sooner.cost > 1.0005 * whole.cost  # or this shows nothing
+    assert not sooner.is_decided
+    assert world.decided(sooner).cost == pytest.approx(whole.cost, rel=1e-4)
 
 
 def test_sets_hold_together(recorded, world):
