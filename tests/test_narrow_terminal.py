@@ -20,6 +20,8 @@ from fitting.report.text.comparison import comparison_report
 from fitting.report.text.diagnosis import diagnosis_report
 from fitting.report.text.equations import equation_report, equations_report
 from fitting.report.text.fit import fit_report
+from fitting.report.text.layout import columns, spaced
+from fitting.report.text.names import mark
 from fitting.report.text.plan import plan_report
 from fitting.report.text.selftest import selftest_report
 from fitting.report.text.study import opening, step_report, steps_report
@@ -56,6 +58,17 @@ def holds_in_80_columns(shown):
 def identifiers(text):
     """Every name with an underscore, with what stands around it up to the next space: a part of one is another."""
     return {word for word in re.findall(r"[\w.@]+", text) if "_" in word}
+
+
+@pytest.mark.parametrize("width", [80, 90, 100, 110, 120, 140])
+def test_a_remark_in_the_last_column_is_broken_and_never_cut(width):
+    """Beside columns of numbers and long names, of which some are given up where there is no room."""
+    remark = "explains the data, and so does its special case bladder_neo_hookean"
+    table = columns("effect added", "RMS", "held out", "smallest", "most similar", "", words=(0, 4, 5), spare=(4, 3))
+    for name in ("bladder_mooney_rivlin", "tip"):
+        table.add_row(mark(name), "0.592 N", "0.595 N", "0.332 N", "bladder_neo_hookean 1.00", remark)
+    words = printed([spaced(table)], width).split()
+    assert all(words.count(word) >= 2 for word in remark.split())
 
 
 def everything_found(d):

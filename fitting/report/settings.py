@@ -10,7 +10,7 @@ class LayoutSettings:
     width: int = 110  # letters of a line, where the output is no terminal and COLUMNS is not set; chosen
     label: int = 9  # letters of the label before a line; chosen
     note: int = 16  # letters to which the last column, often a remark, may be narrowed; chosen
-    unbounded: int = 10_000  # letters of a line in which a table is measured; chosen
+    gap: int = 2  # letters between columns; chosen
     bar: int = 12  # letters of the longest bar; chosen
 
 

@@ -12,7 +12,6 @@ from typing import Any
 
 from rich.cells import cell_len
 from rich.console import Console, ConsoleOptions, RenderableType, RenderResult
-from rich.measure import Measurement
 from rich.table import Table
 from rich.text import Text
 
@@ -101,29 +100,46 @@ class TextTable:
 
     def __rich_console__(self, console: Console, options: ConsoleOptions) -> RenderResult:
         """The table with as many of its columns as there is room for."""
-        unbounded = options.update(width=LAYOUT.unbounded)
-        fits = lambda table: Measurement.get(console, unbounded, table).minimum <= options.max_width  # noqa: E731
         rows = [([_spoken(console, cell) for cell in cells], style) for cells, style in self.rows]
         shown = list(range(len(self.heads)))
         for column in (*self.spare, None):
             for pieces in (_whole, _names):
-                if fits(table := self._table(rows, shown, pieces)):
-                    yield table
+                least, whole = self._widths(rows, shown, pieces)
+                if sum(least) + LAYOUT.gap * (len(shown) - 1) <= options.max_width:
+                    yield self._table(rows, shown, least, whole, options.max_width)
                     return
             if column is not None:
                 shown.remove(column)
-        yield self._table(rows, shown, str.split)
+        yield self._table(rows, shown, *self._widths(rows, shown, str.split), options.max_width)
 
-    def _table(self, rows: Rows, shown: Sequence[int], pieces: Callable[[str], list[str]]) -> Table:
-        """The columns that are shown; those of words may be broken between the `pieces` of their cells."""
-        table = Table(box=None, pad_edge=False, padding=(0, 2), collapse_padding=True)
+    def _widths(
+        self, rows: Rows, shown: Sequence[int], pieces: Callable[[str], list[str]]
+    ) -> tuple[list[int], list[int]]:
+        """The least and the whole width of each column: those of words may be broken between `pieces` of their cells,
+        the last one, often a remark, between words.
+        """
+        least, whole = [], []
         for number in shown:
-            side, last = ("left" if number in self.words else "right"), number == len(self.heads) - 1
             cells = [self.heads[number], *(str(row[number]) for row, _ in rows)]
-            parts = pieces if number in self.words else _whole
-            least = max(cell_len(part) for cell in cells for part in parts(cell) or [""])
-            least = min(least, LAYOUT.note) if last and parts is not str.split else least
-            table.add_column(self.heads[number], justify=side, header_style="dim", min_width=least, overflow="fold")
+            longest = lambda parts: max(cell_len(part) for cell in cells for part in parts(cell) or [""])  # noqa: B023, E731
+            narrow = longest(pieces if number in self.words else _whole)
+            last = number == len(self.heads) - 1
+            least.append(max(longest(str.split), min(narrow, LAYOUT.note)) if last else narrow)
+            whole.append(longest(_whole))
+        return least, whole
+
+    def _table(self, rows: Rows, shown: Sequence[int], least: Sequence[int], whole: Sequence[int], room: int) -> Table:
+        """The columns that are shown, the widest of them narrowed until all have room.
+
+        Rich would narrow a column below its least width, widen it again, and cut the last one off.
+        """
+        widths, gaps = list(whole), LAYOUT.gap * (len(shown) - 1)
+        while sum(widths) + gaps > room and any(width > low for width, low in zip(widths, least, strict=True)):
+            widths[max(range(len(shown)), key=lambda i: (widths[i] > least[i], widths[i]))] -= 1
+        table = Table(box=None, pad_edge=False, padding=(0, LAYOUT.gap), collapse_padding=True)
+        for number, width in zip(shown, widths, strict=True):
+            side = "left" if number in self.words else "right"
+            table.add_column(self.heads[number], justify=side, header_style="dim", width=width, overflow="fold")
         for cells, style in rows:
             table.add_row(*(cells[number] for number in shown), style=style)
         return table
