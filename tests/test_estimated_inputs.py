@@ -6,10 +6,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from hidden.simulator import COLOURED, Muscle, Noise, Truth, dataset, isometric, loops, with_baseline, write
-from scipy.interpolate import make_smoothing_spline
+from scipy.interpolate import CubicSpline, make_smoothing_spline
 from scipy.linalg import cho_solve
 
-from fitting.diagnosis.diagnose import diagnose
+from fitting.diagnosis.diagnose import diagnose, prepared
 from fitting.recordings.experiment import read_experiment
 from fitting.recordings.inputs import WhiteError, estimated, rounding, stamp_error
 from fitting.recordings.smoother import estimate
@@ -85,6 +85,43 @@ def test_the_stated_variance_is_that_of_the_error():
     found = [estimate(UNEVEN, signal + noise(seed)) for seed in range(20)]
     scaled = [np.mean((f.level - signal) ** 2 / f.variance) for f in found]
     assert np.mean(scaled) == pytest.approx(1, abs=0.25)
+
+
+# ------------------------------------------------------------------------------------------------------------- slopes
+
+
+@pytest.mark.parametrize("time", [EVEN, UNEVEN], ids=["even", "uneven"])
+def test_the_slope_is_that_of_the_natural_cubic_spline_through_the_level(time):
+    found = estimate(time, 3e3 * np.sin(time / 3) + noise(5))
+    apart = np.append(True, np.diff(time) > 0.01)  # nearer, the spline of scipy rounds
+    spline = CubicSpline(time, found.level, bc_type="natural")(time, 1)
+    assert found.slope[apart] == pytest.approx(spline[apart], abs=1e-6 * 1e3)
+
+
+def test_the_stated_variance_of_the_slope_is_that_of_a_random_walk_of_the_slope():
+    """Signals drawn from the smoother's own model; the stated variance supposes that its bandwidth is known."""
+    scaled, ends = [], []
+    for seed in range(30):
+        walk = np.random.default_rng([7, seed]).normal(size=COUNT) * 30 * np.sqrt(0.05)
+        slope = np.cumsum(walk)
+        found = estimate(EVEN, np.cumsum(slope) * 0.05 + noise(seed))
+        off = (found.slope - slope) ** 2 / found.slope_variance
+        scaled.append(off[50:-50].mean())
+        ends.append(off[:20].mean())
+    assert np.mean(scaled) == pytest.approx(1, abs=0.3)
+    assert 0.3 < np.mean(ends) < 1.6
+
+
+def test_a_triangle_has_the_slopes_of_its_sides():
+    corners = np.searchsorted(EVEN, TURNS[1:-1])
+    found = estimated(EVEN, triangle(EVEN) + noise(4), corners, WhiteError(0.0))
+    off = found.slope - 2e4 * np.where((EVEN // 10) % 2, -1, 1)
+    near = np.min(np.abs(np.arange(COUNT)[:, None] - corners), axis=1) <= 4
+    assert np.abs(off[~near]).max() < 5 * GAUGE * np.sqrt(12 / 200**3) / 0.05  # five errors of a line through a side
+
+
+def test_exact_readings_have_no_slope_of_a_smoother():
+    assert estimated(EVEN, np.exp(EVEN / 10), np.array([], dtype=int), WhiteError(0.0)).slope is None
 
 
 # ------------------------------------------------------------------------------------------------- jumps and corners
@@ -229,6 +266,17 @@ def test_a_lag_of_the_supply_is_found_where_the_pressure_moves(tmp_path):
     made = rig(isometric, errs, 3, {"supply_lag": {"tau": 0.1}}, contractions=(0.0, 0.05, 0.1), samples=600)
     found = diagnose([read(tmp_path, made, errs)], BASELINE, candidates=CANDIDATES)
     assert ("supply_lag",) in found.explanations
+
+
+def test_a_noisy_encoder_does_not_make_a_law_of_speed_look_easier_to_find(tmp_path):
+    """The scatter of a speed from local polynomials, whitened, once made its detection limit a third too low."""
+
+    def limit(name, position):
+        errs = replace(COLOURED, position=position)
+        search = prepared([read(tmp_path / name, rig(loops, errs, 3), errs)], BASELINE)
+        return search.examiner.adequacy(frozenset(), search.base, {}, limits=True).of("kinetic_friction").limit
+
+    assert limit("noisy", 1e-5) == pytest.approx(limit("exact", 0.0), rel=0.05)
 
 
 # ------------------------------------------------------------------------------------------------ rounded time stamps

@@ -99,6 +99,19 @@ def spread(parts: np.ndarray) -> np.ndarray:
     return sums
 
 
+def slopes(at: np.ndarray, level: np.ndarray, bend: np.ndarray) -> np.ndarray:
+    """Slope (n,) per step of the natural cubic spline through `level` (n,), before each sample; after the first one.
+
+    `bend` (n-2,) is its second derivative at the inner samples: 0 where the slope is free, so that it is cut there.
+    """
+    step, chord = np.diff(at), np.diff(level) / np.diff(at)
+    bend = np.concatenate([[0.0], bend, [0.0]])
+    return np.concatenate([
+        [chord[0] - step[0] * (2 * bend[0] + bend[1]) / 6],
+        chord + step * (bend[:-1] + 2 * bend[1:]) / 6,
+    ])  # fmt: skip
+
+
 def explained(w: np.ndarray, inverse: np.ndarray) -> np.ndarray:
     """Share (n,) by which the variance of each level is below R: the diagonal of w' inverse w."""
     share = spread(w**2 * inverse[0])

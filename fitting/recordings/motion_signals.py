@@ -158,8 +158,12 @@ def rate(time: np.ndarray, signal: np.ndarray, edges: np.ndarray, noise: float) 
         s, e = _branch_rate(time[inner], signal[inner], noise)
         own = slice(first + (first > 0), last + 1)  # a turning point belongs to the branch it ends
         slope[own], error[own] = (np.pad(v, inset, mode="edge")[own.start - first :] for v in (s, e))
-    slope[np.abs(slope) <= 2 * error] = 0.0
-    return _without_flicker(time, slope, noise), error
+    return without_doubt(time, slope, error, noise), error
+
+
+def without_doubt(time: np.ndarray, slope: np.ndarray, error: np.ndarray, noise: float) -> np.ndarray:
+    """A time derivative, exactly 0 where its sign is unknown: below twice its error, or for a way lost in the noise."""
+    return _without_flicker(time, np.where(np.abs(slope) <= 2 * error, 0.0, slope), noise)
 
 
 def _without_flicker(time: np.ndarray, slope: np.ndarray, noise: float) -> np.ndarray:

@@ -40,6 +40,7 @@ class Settings:
     expected: float = 2.58  # standard errors of the same where a change is expected, at turning points: normal, 1 %
     dust: float = 1e-12  # of the largest reading: errors below are those of arithmetic
     rounds: int = 30  # searches for changes at most; each finds several
+    follows: float = 1.0  # q dt^3/R from which on less than a sample is averaged: the readings are their own signal
     reach: float = 3.0  # bandwidths, (R/q dt^3)^(1/4) samples, within which two changes would be told as one
 
 
@@ -48,12 +49,17 @@ SETTINGS = Settings()
 
 @dataclass(frozen=True)
 class Estimate:
-    """A signal behind its readings; `level` and `variance` have the shape of the readings, and its unit and square."""
+    """A signal behind its readings, and its time derivative; arrays have the shape of the readings, and SI units.
+
+    Where the slope is free to change abruptly, at a turning point, it is that of the branch which ends there.
+    """
 
     level: np.ndarray
     variance: np.ndarray  # of `level`
     error: float  # standard deviation of one reading's white error
     constant: bool = False  # within its error the signal does not change
+    slope: np.ndarray | None = None  # time derivative of `level`; None where the readings themselves are the level
+    slope_variance: np.ndarray | None = None  # of `slope`
 
     @classmethod
     def as_read(cls, readings: np.ndarray, error: float) -> "Estimate":
@@ -84,8 +90,17 @@ def estimate(
     line = _line(at, readings, contrasts)
     still = contrasts.misfit(algebra.size_of_noise(at, contrasts), line.squares)
     if still - contrasts.misfit_at(ratio) < SETTINGS.evidence:
-        return line.estimate
-    return _smoothed(readings, contrasts, ratio, np.zeros(len(at) - 2, bool) if turns is None else turns[1:-1])
+        return _by_seconds(line.estimate, time)
+    expected = np.zeros(len(at) - 2, bool) if turns is None else turns[1:-1]
+    return _by_seconds(_smoothed(at, readings, contrasts, ratio, expected), time)
+
+
+def _by_seconds(found: Estimate, time: np.ndarray) -> Estimate:
+    """The same with its slope per second instead of per mean step."""
+    if found.slope is None or found.slope_variance is None:
+        return found
+    rate = (len(time) - 1) / float(time[-1] - time[0])
+    return replace(found, slope=rate * found.slope, slope_variance=rate**2 * found.slope_variance)
 
 
 def _likeliest(contrasts: Contrasts) -> float:
@@ -116,13 +131,16 @@ def _line(at: np.ndarray, readings: np.ndarray, contrasts: Contrasts) -> _Line:
     squares = float(((readings - mean - slope * at) ** 2).sum())
     variance = contrasts.variance(squares)
     error = float(np.sqrt(variance))
+    unsure = np.full(count, variance / spread)
     if abs(slope) < SETTINGS.slope * np.sqrt(variance / spread):
-        return _Line(Estimate(np.full(count, mean), np.full(count, variance / count), error, True), squares)
-    return _Line(Estimate(mean + slope * at, variance * (1 / count + at**2 / spread), error), squares)
+        level, known = np.full(count, mean), np.full(count, variance / count)
+        return _Line(Estimate(level, known, error, True, np.zeros(count), unsure), squares)
+    level, known = mean + slope * at, variance * (1 / count + at**2 / spread)
+    return _Line(Estimate(level, known, error, False, np.full(count, slope), unsure), squares)
 
 
-def _smoothed(readings: np.ndarray, contrasts: Contrasts, ratio: float, turns: np.ndarray) -> Estimate:
-    """Level and variance at this ratio; abrupt changes that the readings show are set free first."""
+def _smoothed(at: np.ndarray, readings: np.ndarray, contrasts: Contrasts, ratio: float, turns: np.ndarray) -> Estimate:
+    """Level and slope at this ratio; abrupt changes that the readings show are set free first."""
     for left in range(SETTINGS.rounds, -1, -1):
         factor = contrasts.factor(ratio)
         solved, inverse = cho_solve_banded((factor, True), contrasts.z), algebra.inverse_bands(factor)
@@ -134,9 +152,28 @@ def _smoothed(readings: np.ndarray, contrasts: Contrasts, ratio: float, turns: n
         ratio = _likeliest(contrasts)
     error, known = float(np.sqrt(variance)), algebra.explained(contrasts.weights, inverse)
     off = algebra.spread(contrasts.weights * solved)
+    slope = unsure = None
+    if ratio < SETTINGS.follows:
+        slope = algebra.slopes(at, readings - off, np.asarray(ratio * solved))
+        unsure = variance * _slope_variance(at, contrasts.free, ratio)
     believed = np.abs(off) > SETTINGS.abrupt * error  # a single reading far off: a valve that springs back, for example
     off, known = np.where(believed, 0.0, off), np.where(believed, 0.0, known)
-    return Estimate(readings - off, variance * np.clip(1 - known, 0.0, 1.0), error)
+    return Estimate(readings - off, variance * np.clip(1 - known, 0.0, 1.0), error, False, slope, unsure)
+
+
+def _slope_variance(at: np.ndarray, free: np.ndarray, ratio: float) -> np.ndarray:
+    """Variance (n,) of the slope per R, per squared step.
+
+    Far from ends it is that of the steady state, (q/R)^(3/4)/(2 sqrt(2)); within a bandwidth of an end, or of a place
+    where the slope is free, that of a filter, which knows one side only: four times as large (Harvey 1989, 4.5). Where
+    a whole piece between two such places is shorter, it is that of a line through its n readings, 12/n^3.
+    """
+    edges = np.concatenate([[0], np.flatnonzero(free) + 1, [len(at) - 1]])
+    piece = np.clip(np.searchsorted(edges, np.arange(len(at)), side="left"), 1, len(edges) - 1)
+    first, last = at[edges[piece - 1]], at[edges[piece]]
+    near = np.minimum(at - first, last - at) < ratio**-0.25
+    steady = ratio**0.75 / (2 * np.sqrt(2)) * np.where(near, 4.0, 1.0)
+    return np.maximum(steady, 12 / (last - first + 1) ** 3)
 
 
 def _abrupt(solved: np.ndarray, inverse: np.ndarray, ratio: float, turns: np.ndarray) -> np.ndarray:
