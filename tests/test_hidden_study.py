@@ -6,8 +6,10 @@ import time
 
 import pytest
 from hidden.simulator import TYPICAL
+from hidden.study import first_test
 from hidden.study import scores as tables
 from hidden.study.cases import KINDS, PLACES, Case
+from hidden.study.erring import case_of
 from hidden.study.judge import judged
 from hidden.study.run import append, records, worked
 
@@ -79,6 +81,29 @@ def test_a_tip_is_named_though_the_length_is_held():
     assert small["verdict"] == "within the instruments"
     assert tables.right(found)
     assert 0.9 < found["left_out_after"] / found["floor"] < 1.1
+
+
+def test_the_first_test_alone_finds_an_effect_at_twice_its_limit():
+    """Two cases of that study: the clean one has no verdict, and says the limits at which effects are hidden."""
+    clean, large = case_of((), 0.0, "sigma", "rich", 0, 1), case_of(("tip",), 2.0, "limit", "rich", 0, 1)
+    nothing = first_test.answer(clean, {}, False)
+    assert not nothing["rejected"]
+    assert "verdict" not in nothing
+    found = first_test.answer(large, nothing["limits"], False)
+    assert found["rejected"]
+    told = first_test.page([nothing, found], "python", "")
+    assert "| laboratory | 0.0 % (0.0 to 79.3) | 0.0 % (0.0 to 79.3) | 1 |" in told
+    assert "| tip | 100.0 % (20.7 to 100.0) | 1 |" in told
+
+
+def test_the_plan_of_the_first_test():
+    """200 clean recordings of most kinds; what nothing needs twice is there once."""
+    cases = first_test.plan(25, 2, 1)
+    assert len({case.id for case in cases}) == len(cases)
+    clean = [case for case in cases if not case.hidden]
+    assert sum(case.instruments == "gauge noise" for case in clean) == 200
+    places = {case.place for case in clean if case.number == 0}
+    assert {case.place for case in cases if case.hidden} <= places
 
 
 @pytest.mark.slow
