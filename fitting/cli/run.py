@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 NOT_CONVERGED = 3
 # what people write, and no command hands out where it likes
-NO_RESULT = (".csv", ".tsv", ".toml", ".py", ".xlsx", ".xlsm", ".mat", ".mcap")
+NO_RESULT = (".csv", ".tsv", ".toml", ".py", ".xlsx", ".xlsm", ".mat", ".mcap", ".tdms")
 
 
 @dataclass(frozen=True)

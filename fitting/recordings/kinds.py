@@ -8,9 +8,11 @@ from fitting.recordings.source import Source
 from fitting.recordings.table_cells import cells_of, heads_of, lines_of, separator_of
 from fitting.recordings.table_text import text_of
 
-MATLAB, SHEETS, BAGS = (".mat",), (".xlsx", ".xlsm"), (".mcap",)
-ENDINGS = (".csv", *MATLAB, *SHEETS, *BAGS)
-INSIDE = {"sheet": SHEETS, "variable": MATLAB, "topic": BAGS}  # options that say which part of a file is meant
+MATLAB, SHEETS, BAGS, LABVIEW = (".mat",), (".xlsx", ".xlsm"), (".mcap",), (".tdms",)
+ENDINGS = (".csv", *MATLAB, *SHEETS, *BAGS, *LABVIEW)
+# options that say which part of a file is meant, the endings that have them, and what such a file is called
+INSIDE = {"sheet": SHEETS, "variable": MATLAB, "topic": BAGS, "group": LABVIEW}
+OWNERS = {"sheet": "an Excel file", "variable": "a MATLAB file", "topic": "a ROS 2 bag", "group": "a TDMS file"}
 
 
 def is_recording(path: Path) -> bool:
@@ -39,6 +41,10 @@ def open_source(path: Path, inside: Mapping[str, str], is_head: Callable[[str], 
         from fitting.recordings.bag import bag_source
 
         return bag_source(path, inside.get("topic"))
+    if ending in LABVIEW:
+        from fitting.recordings.tdms_file import tdms_source
+
+        return tdms_source(path, inside.get("group"))
     return _csv_source(path, is_head)
 
 
@@ -56,6 +62,10 @@ def parts_of(path: Path) -> list[dict[str, str]]:
         from fitting.recordings.bag import measured_topic
 
         return [{"topic": name} for name in measured_topic(path)] or [{}]
+    if path.suffix.lower() in LABVIEW:
+        from fitting.recordings.tdms_file import group_names
+
+        return _choices("group", group_names(path))
     return [{}]
 
 
@@ -67,8 +77,9 @@ def _choices(option: str, names: Iterable[str]) -> list[dict[str, str]]:
 def _check_inside(inside: Mapping[str, str], ending: str, path: Path) -> None:
     for option in inside:
         if ending not in INSIDE[option]:
-            of = {"sheet": "an Excel file", "variable": "a MATLAB file", "topic": "a ROS 2 bag"}[option]
-            raise InputError(f"only {of} has a {option}", path, value=inside[option], cure=f"leave {option} out")
+            raise InputError(
+                f"only {OWNERS[option]} has a {option}", path, value=inside[option], cure=f"leave {option} out"
+            )
 
 
 def _csv_source(path: Path, is_head: Callable[[str], bool]) -> Source:

@@ -14,7 +14,8 @@ FAILED = ("#DIV/0!", "#N/A", "#NAME?", "#NULL!", "#NUM!", "#REF!", "#VALUE!")  #
 class Source:
     """A recording as its file has it. `cells` gives the columns in the order of `heads`, and the decimal mark.
 
-    `rows` are the numbers by which a user finds a row: lines of a CSV, rows of a sheet, places in a variable or topic.
+    `rows` are the numbers by which a user finds a row: lines of a CSV, rows of a sheet, places in a variable, topic
+    or channel.
     Columns may differ in length where a file keeps each by itself.
     """
 

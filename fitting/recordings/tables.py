@@ -69,7 +69,8 @@ def read_table(
 ) -> Table:
     """Read and check a recording; `called` maps names to what the file calls them, `given_units` states units.
 
-    `inside` may hold `sheet` (of an Excel file), `variable` (of a MATLAB file) or `topic` (of a ROS 2 bag).
+    `inside` may hold `sheet` (of an Excel file), `variable` (of a MATLAB file), `topic` (of a ROS 2 bag) or `group` (of
+    a TDMS file).
     InputError with file, row, column, value and cure where anything cannot be used.
     """
     source = open_source(path, inside or {}, _is_head)

@@ -49,7 +49,7 @@ def write_muscle_file(folder: Path | str) -> Path:
     if not folder.is_dir():
         raise InputError("no such folder", folder, cure="make it and put the recordings into it")
     if not recordings_in(folder):
-        cure = "put the recordings into it first: CSV, Excel (.xlsx), MATLAB (.mat) or ROS 2 (.mcap)"
+        cure = "put the recordings into it first: CSV, Excel (.xlsx), MATLAB (.mat), LabVIEW (.tdms) or ROS 2 (.mcap)"
         raise InputError("no recording is in this folder", folder, cure=cure)
     path = folder / "muscle.toml"
     if path.exists():
