@@ -281,3 +281,57 @@ def test_draws_are_refused_where_no_form_holds_them(fitted, tmp_path):
     done = run("export", fitted / "model.toml", "--to", "table", "--draws", 3, "--out", tmp_path / "n.csv")
     assert done.exit_code == 2
     assert "holds no draws of the parameters" in " ".join(done.output.split())
+
+
+# ---------------------------------------------------------------------------------------- fitted to several data sets
+
+
+@pytest.fixture(scope="module")
+def two(tmp_path_factory):
+    """Two muscles that share no friction, fitted together; the first one's folder has the model."""
+    place = tmp_path_factory.mktemp("two")
+    one, other = write(place / "one", loops()), write(place / "other", [(*row[:4], 1.1 * row[4]) for row in loops()])
+    effects = ("--effects", "ideal_cylinder", "coulomb_friction", "--own", "coulomb_friction.f_s")
+    assert run("fit", one, other, *effects).exit_code == 0
+    return one, other
+
+
+def test_a_model_of_several_data_sets_is_exported_for_each_of_them(two, tmp_path):
+    one, other = two
+    both = ("--data", one, "--data", other)
+    told, pulls = {}, {}
+    for name in ("one", "other"):
+        muscle, told[name] = exported(one, tmp_path_of(tmp_path, name), *both, "--draws", 200, "--of", name)
+        assert muscle.PARAMETERS == ("muscle.radius", "muscle.braid_angle", "coulomb_friction.f_s")
+        pulls[name] = muscle.force(0.1, 3e5, 1)
+        drawn = [muscle.force(0.1, 3e5, 1) for k in range(50) if muscle.use(k) is None]
+        assert np.mean(drawn) == pytest.approx(pulls[name], rel=0.01)
+    assert pulls["other"] == pytest.approx(1.1 * pulls["one"], rel=0.02)
+    assert told["one"]["force_error_N"] == told["other"]["force_error_N"] > 0
+    first, _ = exported(one, tmp_path_of(tmp_path, "first"), *both)
+    assert first.force(0.1, 3e5, 1) == pytest.approx(pulls["one"], rel=1e-12)
+
+
+def test_the_other_data_sets_of_a_model_are_asked_for(two, tmp_path):
+    one, _ = two
+    _, told = exported(one, tmp_path)
+    assert "the model was fitted to 2 data sets: one, other" in told["force_error"]
+    done = run("export", one / "model.toml", "--to", "python", "--draws", 3, "--out", tmp_path / "n.py")
+    assert done.exit_code == 2
+    assert "--data one --data other" in " ".join(done.output.split())
+    done = run("export", one / "model.toml", "--to", "python", "--of", "others", "--out", tmp_path / "n.py")
+    assert done.exit_code == 2
+    assert "did you mean 'other'" in " ".join(done.output.split())
+
+
+def test_a_run_of_the_second_muscle_is_simulated(two, tmp_path):
+    one, other = two
+    peaks = {}
+    for name in ("one", "other"):
+        out = tmp_path / name
+        assert (
+            run("simulate", one / "model.toml", "--out", out, "--of", name, "--data", one, "--data", other).exit_code
+            == 0
+        )
+        peaks[name] = max(float(row.split(",")[-1]) for row in (out / "loop.csv").read_text().splitlines()[1:])
+    assert peaks["other"] == pytest.approx(1.1 * peaks["one"], rel=0.02)

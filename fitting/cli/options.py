@@ -97,3 +97,14 @@ shooting_option = request_options(*names_of(SHOOTING))
 save_options = request_options(*names_of(SAVE))
 output_options = request_options(*names_of(OUTPUT))
 effect_file_option = request_options("effect_file")
+fitted_data_options = bundle(
+    click.option(
+        "--data",
+        multiple=True,
+        metavar="FOLDER",
+        help="The data that the model was fitted to, once for each data set; default: the model file's folder.",
+    ),
+    click.option(
+        "--of", metavar="NAME", help="The data set whose muscle is meant, where there are several; default: the first."
+    ),
+)

@@ -8,6 +8,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from fitting import full_names
 from fitting.errors import InputError
 from fitting.exporting.settings import EXPORT
 from fitting.least_squares.record import Fit
@@ -31,6 +32,12 @@ class Draws:
         kept = [at for at, name in enumerate(self.names) if name.split(".")[0] in ("muscle", *whole.names)]
         names, units = (tuple(some[at] for at in kept) for some in (self.names, self.units))
         return Draws(names, units, self.values[:, kept], self.origin)
+
+    def of_set(self, dataset: str) -> "Draws":
+        """Those of one data set, where each has values of its own: 'muscle.radius@a' is called 'muscle.radius' then."""
+        own = {at: full_names.common(name) for at, name in enumerate(self.names)
+               if name in (full_names.common(name), full_names.of_set(full_names.common(name), dataset))}  # fmt: skip
+        return Draws(tuple(own.values()), tuple(self.units[at] for at in own), self.values[:, [*own]], self.origin)
 
 
 def posterior_draws(fit: Fit, found: Posterior, count: int, seed: int) -> Draws:

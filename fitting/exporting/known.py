@@ -37,8 +37,11 @@ class Known:
         """The largest force error to expect."""
         return force_error(self.fit, self.task.experiments, self._covariance(), self.origin)
 
-    def draws(self, count: int, seed: int) -> Draws:
-        """So many sets of parameters; InputError where none varies."""
+    def draws(self, count: int, seed: int, dataset: str | None = None) -> Draws:
+        """So many sets of parameters of one data set, the first unless named; InputError where none varies."""
+        return self._draws(count, seed).of_set(dataset or self.task.experiments[0].name)
+
+    def _draws(self, count: int, seed: int) -> Draws:
         if not self.fit.free:
             cure = "a value with +/- in muscle.toml varies, and so do the parameters of effects"
             raise InputError("no parameter of this model varies, so that there is nothing to draw", cure=cure)

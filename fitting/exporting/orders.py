@@ -48,7 +48,7 @@ def export_of(given: dict[str, Any]) -> Exported:
     """Write what was asked for."""
     form, file = given["form"], Path(given["out"] or DEFAULT[given["form"]])
     check_place(file, form)
-    whole, source = stored_model(given["model"], given["muscle"], given["effect_file"])
+    whole, source = stored_model(given["model"], given["muscle"], given["effect_file"], given["of"])
     whole = without(whole, given["without"])
     told = _told(given)
     result = {"file": str(file), "form": form, "effects": list(whole.names), **_result_of(told)}
@@ -87,7 +87,7 @@ def _told(given: dict[str, Any]) -> Told:
         cure = f"take --to {', '.join(DRAWN)}"
         raise InputError(f"--to {given['form']} holds no draws of the parameters", cure=cure)
     known = known_of(given)
-    return Told(_of_whole(known.error(), given["without"]), known.draws(given["draws"], given["seed"]))
+    return Told(_of_whole(known.error(), given["without"]), known.draws(given["draws"], given["seed"], given["of"]))
 
 
 def _of_whole(error: ForceError, left_out: Sequence[str]) -> ForceError:

@@ -2,7 +2,7 @@
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +15,7 @@ from fitting.problem.priors import Prior, stated_priors
 from fitting.recordings.muscle_file import line_of, read_toml
 from fitting.recordings.records import Experiment
 from fitting.version import NAME, program_version
-from mckibben_jax.effect import Effect
+from mckibben_jax.effect import Effect, name_of
 from mckibben_jax.muscle import Muscle, quantities
 from mckibben_jax.parameter import parameters
 
@@ -39,6 +39,37 @@ class ModelFile:
     def fitted_to(self, experiments: Sequence[Experiment]) -> bool:
         """Whether these are the very data that it was fitted to."""
         return bool(self.data) and {e.sha256 for e in experiments} == set(self.data.values())
+
+    @property
+    def sets(self) -> tuple[str, ...]:
+        """The data sets that it has values for, by name; the first one's muscle is `muscle`."""
+        more = (name.split(full_names.OF, 1)[1] for name in self.values if full_names.OF in name)
+        return tuple(dict.fromkeys((self.name, *more)))
+
+    @property
+    def own(self) -> tuple[str, ...]:
+        """The parameters of effects of which each data set has a value of its own: 'coulomb_friction.f_s'."""
+        found = (full_names.common(name) for name in self.values if full_names.OF in name)
+        return tuple(name for name in dict.fromkeys(found) if full_names.owner_of(name) != "muscle")
+
+    def of_set(self, dataset: str) -> "ModelFile":
+        """The same with the muscle and the effects of one of its data sets; InputError where there is no such one."""
+        if dataset not in self.sets:
+            raise unknown_name("data set", dataset, self.sets, self.path)
+        first = dataset == self.name
+        names = {
+            name: f"muscle.{name}" if first else full_names.of_set(f"muscle.{name}", dataset) for name in quantities()
+        }
+        sizes = {name: self.values[full] for name, full in names.items() if full in self.values}
+        effects = tuple(self._effect_of_set(effect, dataset) for effect in self.effects)
+        return replace(self, muscle=_muscle(sizes, self.path) if sizes else None, effects=effects)
+
+    def _effect_of_set(self, effect: Effect, dataset: str) -> Effect:
+        """An effect with the values of one data set, where data sets have values of their own."""
+        plain = {p.name: f"{name_of(effect)}.{p.name}" for p in parameters(type(effect))}
+        own = {key: full_names.of_set(name, dataset) for key, name in plain.items()}
+        places = {key: own[key] if own[key] in self.values else plain[key] for key in plain}
+        return type(effect)(**{key: self.values[name] for key, name in places.items() if name in self.values})
 
 
 def read_model(path: Path | str, known: dict[str, type[Effect]] | None = None) -> ModelFile:

@@ -28,8 +28,10 @@ class SimulatedBand:
     why: str = ""
 
 
-def write_band(data: SimulatedData, fit: Fit) -> SimulatedBand:
+def write_band(data: SimulatedData, fit: Fit, dataset: int = 0) -> SimulatedBand:
     """Write the band of a data set that was simulated from a model of this fit, beside it; force in N.
+
+    `dataset` is the number of the data set whose muscle it is, where the fit has several.
 
     Cells are empty beyond the pressures and contractions that were measured.
     """
@@ -40,21 +42,21 @@ def write_band(data: SimulatedData, fit: Fit) -> SimulatedBand:
         return SimulatedBand(band)
     known = [_is_known(fit, band.test, course) for course in data.courses]
     rows = [row for number, both in enumerate(zip(data.courses, known, strict=True))
-            for row in _rows(number, fit, band, *both)]  # fmt: skip
+            for row in _rows(number, fit, dataset, band, *both)]  # fmt: skip
     file = band_file(data.file)
     write_text(file, "\n".join([HEAD, *rows]) + "\n")
     return SimulatedBand(band, file, len(rows), sum(int(np.sum(~each)) for each in known))
 
 
-def _rows(number: int, fit: Fit, band: ForceBand, course: Course, known: np.ndarray) -> list[str]:
-    force, low, high = _edges(fit, band, course)
+def _rows(number: int, fit: Fit, dataset: int, band: ForceBand, course: Course, known: np.ndarray) -> list[str]:
+    force, low, high = _edges(fit, dataset, band, course)
     cells = zip(course.time, force, low, high, known, strict=True)
     return [f"{number},{t:.6g},{f:.9g},{f'{a:.6g}' if k else ''},{f'{b:.6g}' if k else ''}" for t, f, a, b, k in cells]
 
 
-def _edges(fit: Fit, band: ForceBand, course: Course) -> Sequence[np.ndarray]:
+def _edges(fit: Fit, dataset: int, band: ForceBand, course: Course) -> Sequence[np.ndarray]:
     """The force along a course (N), and the band's lower and upper edge."""
-    whole, *without = (fit.layout.model(jnp.asarray(vector)) for vector in (fit.vector, *band.vectors))
+    whole, *without = (fit.layout.model(jnp.asarray(vector), dataset) for vector in (fit.vector, *band.vectors))
     forces = np.array([record_course(each, course, band.test) for each in without])
     return record_course(whole, course, band.test), *band.edges(forces)
 

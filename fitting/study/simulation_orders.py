@@ -17,7 +17,7 @@ from fitting.study.stored_model import stored_model
 def simulate_request(folder: Path, options: dict[str, Any]) -> SimulatedData:
     """Simulate the recordings that the options describe, and write them."""
     test = kind_of(options["test"])
-    whole, _ = stored_model(options["model"], options["muscle"], options["effect_file"])
+    whole, _ = stored_model(options["model"], options["muscle"], options["effect_file"], options["of"])
     noise = None
     if options["noise"]:
         noise = units.to_si(options["noise"], "N" if test in FORCE_TESTS else "m", "--noise")
@@ -30,10 +30,11 @@ def band_of_request(data: SimulatedData, options: dict[str, Any]) -> SimulatedBa
     if data.test not in FORCE_TESTS:
         return None
     try:
-        _, fit, _ = fitted_data(options)
+        task, fit, _ = fitted_data(options)
     except InputError as error:
         return SimulatedBand(why=error.problem)
-    return write_band(data, fit)
+    names = [experiment.name for experiment in task.experiments]
+    return write_band(data, fit, names.index(options["of"]) if options["of"] else 0)
 
 
 def _quantities(test: str, options: dict[str, Any]) -> dict[str, Any]:

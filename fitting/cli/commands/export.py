@@ -4,7 +4,7 @@ from typing import Any
 
 import click
 
-from fitting.cli.options import Command, effect_file_option, output_options
+from fitting.cli.options import Command, effect_file_option, fitted_data_options, output_options
 from fitting.cli.run import errors_for_machines
 
 
@@ -35,9 +35,7 @@ from fitting.cli.run import errors_for_machines
     metavar="N",
     help="python, c, mujoco: so many sets of parameters that the data leave open, of which a simulation chooses.",
 )
-@click.option(
-    "--data", metavar="FOLDER", help="The data that the model was fitted to; default: the model file's folder."
-)
+@fitted_data_options
 @click.option("--muscle", metavar="FILE", help="muscle.toml, where it is not the model file's muscle.")
 @effect_file_option
 @output_options

@@ -5,7 +5,7 @@ from typing import Any
 
 import click
 
-from fitting.cli.options import Command, effect_file_option, output_options
+from fitting.cli.options import Command, effect_file_option, fitted_data_options, output_options
 from fitting.cli.run import check_places, errors_for_machines
 
 # as fitting.recordings.records has them, which would load jax for `--help`
@@ -31,9 +31,7 @@ KINDS = ("loop", "isometric", "static", "isotonic", "quick release", "step")
 @click.option("--rate", metavar="VALUE", help="Samples per second; 50 Hz, releases and steps 500 Hz.")
 @click.option("--noise", metavar="VALUE", help="Standard deviation of one reading; none unless given.")
 @click.option("--muscle", metavar="FILE", help="muscle.toml, where it is not the model file's muscle.")
-@click.option(
-    "--data", metavar="FOLDER", help="The data that the model was fitted to; default: the model file's folder."
-)
+@fitted_data_options
 @effect_file_option
 @click.option("--out", required=True, metavar="FOLDER", help="Where the data set goes.")
 @output_options
