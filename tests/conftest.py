@@ -1,5 +1,5 @@
-"""Strict settings for every test: 64 bit, a warning raised by our own code is an error, and no compiled program is
-kept longer than its file of tests. Beside them what several files of tests look at."""
+"""Strict settings for every test: 64 bit, a warning raised by our own code is an error, and no compiled program stays
+in memory longer than its file of tests. Beside them what several files of tests look at."""
 
 import gc
 
@@ -7,8 +7,23 @@ import jax
 import pytest
 from threadpoolctl import threadpool_limits
 
-jax.config.update("jax_enable_x64", True)
+from fitting import use_64_bit
+
+use_64_bit()  # with the store of compiled programs: what one file of tests has compiled, the next ones load
 threadpool_limits(1, "blas")  # as a diagnosis does: on small matrices a second thread costs a hundredfold
+
+# Files that take a minute and more: they begin first, so that no worker waits for another one's at the end.
+LONGEST = (
+    "test_notebooks.py", "test_workbench_browser.py", "test_shooting.py", "test_hidden_study.py",
+    "test_posterior_studies.py", "test_cli.py", "test_posterior.py", "test_search.py", "test_discover.py",
+    "test_each.py", "test_define.py", "test_sweep_cluster.py", "test_motion.py", "test_static_maps.py",
+    "test_envelopes.py", "test_export_c.py",
+)  # fmt: skip
+
+
+def pytest_collection_modifyitems(items):
+    order = {name: place for place, name in enumerate(LONGEST)}
+    items.sort(key=lambda item: order.get(item.path.name, len(order)))  # stable: the others keep their places
 
 
 def pytest_configure(config):

@@ -4,9 +4,9 @@ import numpy as np
 
 from fitting.recordings import motion_signals as signals
 from fitting.recordings.accuracy import Accuracy, ChannelAccuracy
+from fitting.recordings.ideal import ideal_pull
 from fitting.recordings.inputs import SETTINGS, InputErrors, WhiteError
 from fitting.recordings.records import FORCE_TESTS, Run
-from mckibben_jax.laws.braid import ideal_force
 from mckibben_jax.muscle import Muscle
 
 
@@ -32,10 +32,8 @@ def _negligible(run: Run, test: str, muscle: Muscle) -> tuple[float, float]:
     as quick, is seen against when slow noise is whitened.
     """
     pressure = float(np.median(np.abs(run.pressure)))
-    by_pressure, at_rest, shortened = (
-        float(ideal_force(place, load, muscle.radius, muscle.braid_angle))
-        for place, load in ((0.0, 1.0), (0.0, pressure), (SETTINGS.step, pressure))
-    )
+    places, loads = np.array([0.0, 0.0, SETTINGS.step]), np.array([1.0, pressure, pressure])
+    by_pressure, at_rest, shortened = map(float, ideal_pull(places, loads, muscle))
     by_contraction = abs(at_rest - shortened) / SETTINGS.step
     noise = max(signals.noise_level(run.time, run.measured), SETTINGS.noise * float(np.abs(run.measured).max()))
     force = noise * (1.0 if test in FORCE_TESTS else by_contraction / float(muscle.length))

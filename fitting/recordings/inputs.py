@@ -54,17 +54,21 @@ class InputErrors:
 
 
 UNKNOWN = InputErrors()
-COMMANDED = WhiteError(negligible=np.inf)  # no reading, and exact
 
 
 def estimated(time: np.ndarray, reading: np.ndarray, turns: np.ndarray, white: WhiteError) -> Estimate:
-    """The signal behind a reading (n,) that may turn abruptly at the samples `turns`; itself if its error is not felt.
+    """The signal behind a reading (n,), itself if its error is not felt; at the samples `turns` it may turn abruptly."""
+    return as_felt(time, reading, smoothed(time, reading, turns, white), white)
+
+
+def smoothed(time: np.ndarray, reading: np.ndarray, turns: np.ndarray, white: WhiteError) -> Estimate:
+    """The same however small the error is: a rate feels errors that the force does not.
 
     What looks like an error because time stamps are rounded is none: the force was read at the same moment.
     """
     known = white.stated
     error = signals.noise_level(time, reading) if known is None else known
-    least = max(white.negligible, SETTINGS.dust * float(np.abs(reading).max()))
+    least = SETTINGS.dust * float(np.abs(reading).max())
     if known is None:
         least = max(least, SETTINGS.stamps * stamp_error(time, reading))
     if error <= least:
@@ -75,6 +79,13 @@ def estimated(time: np.ndarray, reading: np.ndarray, turns: np.ndarray, white: W
     found = estimate(time, reading, step, near, known)
     exact = not found.constant and found.error <= least  # steps and rests of a set-point look like rounding at first
     return Estimate.as_read(reading, found.error) if exact else found
+
+
+def as_felt(time: np.ndarray, reading: np.ndarray, behind: Estimate, white: WhiteError) -> Estimate:
+    """The smoothed signal `behind` a reading, or the reading itself where its error is not felt in the force."""
+    error = signals.noise_level(time, reading) if white.stated is None else white.stated
+    exact = not behind.constant and behind.error <= white.negligible
+    return Estimate.as_read(reading, error) if error <= white.negligible or exact else behind
 
 
 def stamp_error(time: np.ndarray, reading: np.ndarray) -> float:

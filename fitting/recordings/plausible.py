@@ -12,11 +12,11 @@ import numpy as np
 
 from fitting import units
 from fitting.errors import InputError
+from fitting.recordings.ideal import ideal_pull
 from fitting.recordings.readings import POSITIONS
 from fitting.recordings.records import FORCE_TESTS, Experiment, Recording, Run
 from fitting.recordings.settings import PLAUSIBLE
 from fitting.recordings.tables import Table
-from mckibben_jax.laws.braid import ideal_force
 from mckibben_jax.muscle import Muscle
 
 TINY_STROKE, LARGE_DROP = 0.005, 0.5  # a stroke of half a per cent does not take half of the force away
@@ -31,10 +31,10 @@ def check_plausible(parts: Sequence[Run], table: Table, test: str, muscle: Muscl
     pressure = max(float(np.max(part.pressure[part.usable])) for part in used)
     if pressure < PLAUSIBLE.least_pressure:
         return []
-    reach = _ideal(np.minimum(np.concatenate([p.contraction[p.usable] for p in used]).min(), 0.0), pressure, muscle)
+    reach = ideal_pull(np.minimum(np.concatenate([p.contraction[p.usable] for p in used]).min(), 0.0), pressure, muscle)
     notes = _too_large(parts, table, column, float(reach))
     if test in FORCE_TESTS:
-        ideal = [np.maximum(_ideal(part.contraction, part.pressure, muscle), 0.0) for part in parts]
+        ideal = [np.maximum(ideal_pull(part.contraction, part.pressure, muscle), 0.0) for part in parts]
         _too_small(parts, table, ideal)
         _constant(parts, table, ideal)
         _opposed(parts, table, ideal)
@@ -43,10 +43,6 @@ def check_plausible(parts: Sequence[Run], table: Table, test: str, muscle: Muscl
     else:
         _at_rest(used, table)
     return notes
-
-
-def _ideal(contraction: np.ndarray, pressure: np.ndarray | float, muscle: Muscle) -> np.ndarray:
-    return np.asarray(ideal_force(contraction, pressure, muscle.radius, muscle.braid_angle))
 
 
 def _forces(part: Run) -> np.ndarray:

@@ -6,7 +6,7 @@ import numpy as np
 
 from fitting.recordings import motion_signals as signals
 from fitting.recordings import weightless
-from fitting.recordings.inputs import COMMANDED, UNKNOWN, InputErrors, WhiteError, estimated
+from fitting.recordings.inputs import UNKNOWN, InputErrors, as_felt, smoothed
 from fitting.recordings.records import Run
 from fitting.recordings.settings import CYCLES
 from fitting.recordings.smoother import Estimate
@@ -27,9 +27,10 @@ def run_of(readings: Run, test: str, errors: InputErrors = UNKNOWN) -> Run:
 def _loop(r: Run, errors: InputErrors) -> Run:
     """Length is imposed: branches go by the length, and a sample whose direction is unknown carries no weight."""
     branches = _by_length(r, rests=True)
-    speed = _speed(r, r.contraction, branches, errors.contraction)
+    behind = smoothed(r.time, r.contraction, branches.edges[1:-1], errors.contraction)
+    speed = _speed(r, behind, branches)
+    place = as_felt(r.time, r.contraction, behind, errors.contraction)
     pressure, pressure_rate = _pressure(r, branches.edges, errors)
-    place = estimated(r.time, r.contraction, branches.edges[1:-1], errors.contraction)
     run = _without_edges(r, branches)
     late = weightless.late_jumps(r.measured, branches.edges, signals.noise_level(r.time, r.measured))
     run = run.leave_out(late, "where the reading jumps late after a turning point")
@@ -78,7 +79,7 @@ def _isotonic(r: Run, errors: InputErrors) -> Run:
     branches = _by_pressure(r)
     pressure, pressure_rate = _pressure(r, branches.edges, errors)
     pressure = replace(pressure, level=signals.monotone(pressure.level, branches))
-    speed = _speed(r, r.contraction, branches, errors.contraction)
+    speed = _speed(r, smoothed(r.time, r.contraction, branches.edges[1:-1], errors.contraction), branches)
     run = replace(_without_edges(r, branches), rate=speed, branch=branches.sign)
     return _with(run, branches, pressure, pressure_rate)
 
@@ -93,8 +94,7 @@ def _transient(r: Run, errors: InputErrors) -> Run:
     branches = _by_length(r)
     start = int(np.searchsorted(r.time, 0.0))
     edges = np.unique(np.concatenate([branches.edges, [min(start, len(r.time) - 1)]]))
-    behind = estimated(r.time, r.contraction, edges[1:-1], _felt(errors.contraction))
-    speed = _rate(r.time, r.contraction, behind, edges)
+    speed = _rate(r.time, r.contraction, smoothed(r.time, r.contraction, edges[1:-1], errors.contraction), edges)
     pressure, pressure_rate = _pressure(r, edges, errors)
     run = replace(r, rate=speed, branch=np.sign(speed).astype(int))
     return _with(run, branches, pressure, pressure_rate)
@@ -120,28 +120,21 @@ def _by_pressure(r: Run) -> signals.Branches:
     )
 
 
-def _speed(r: Run, signal: np.ndarray, branches: signals.Branches, white: WhiteError) -> np.ndarray:
-    """Rate of the signal, 0 where its sign is unknown or against the branch."""
-    speed = _rate(r.time, signal, estimated(r.time, signal, branches.edges[1:-1], _felt(white)), branches.edges)
+def _speed(r: Run, behind: Estimate, branches: signals.Branches) -> np.ndarray:
+    """Rate of the signal `behind` the contraction, 0 where its sign is unknown or against the branch."""
+    speed = _rate(r.time, r.contraction, behind, branches.edges)
     return np.where(speed * branches.sign < 0, 0.0, speed)
 
 
 def _rate(time: np.ndarray, reading: np.ndarray, behind: Estimate, edges: np.ndarray) -> np.ndarray:
     """Time derivative of the signal `behind` a reading, 0 where its sign is unknown.
 
-    An exact reading is its own signal: then local polynomials are cut at the `edges`, where it turns between samples.
+    Local polynomials scatter from sample to sample: a law of speed, whitened for slow noise, would see that and not the
+    effect. An exact reading is its own signal: then they are cut at the `edges`, where it turns between samples.
     """
     if behind.slope is None or behind.slope_variance is None:
         return signals.rate(time, reading, edges, signals.noise_level(time, reading))[0]
     return signals.without_doubt(time, behind.slope, np.sqrt(behind.slope_variance), behind.error)
-
-
-def _felt(white: WhiteError) -> WhiteError:
-    """The same error, felt however small it is: a rate feels errors that the force does not.
-
-    A law of speed, whitened for slow noise, would else see the scatter of a derivative and not the effect.
-    """
-    return replace(white, negligible=0.0)
 
 
 def _pressure(r: Run, edges: np.ndarray, errors: InputErrors) -> tuple[Estimate, np.ndarray]:
@@ -151,12 +144,14 @@ def _pressure(r: Run, edges: np.ndarray, errors: InputErrors) -> tuple[Estimate,
     """
     commanded = r.set_pressure is not None and np.array_equal(r.pressure, r.set_pressure)
     turns = signals.turning_points(r.pressure, signals.turning_threshold(r.time, r.pressure, CYCLES.smallest_cycle))
-    pressure = estimated(r.time, r.pressure, turns, COMMANDED if commanded else errors.pressure)
+    if commanded:
+        behind = pressure = Estimate.as_read(r.pressure, signals.noise_level(r.time, r.pressure))
+    else:  # a lag would earn by an error that is not the rate's, too: both come from one smoother
+        behind = smoothed(r.time, r.pressure, turns, errors.pressure)
+        pressure = as_felt(r.time, r.pressure, behind, errors.pressure)
     if pressure.constant:
         return pressure, np.zeros(len(r.time))
-    # the error of a rate must not be that of the pressure, or a lag would earn by it: both come from one smoother
-    smooth = pressure if commanded else estimated(r.time, r.pressure, turns, _felt(errors.pressure))
-    return pressure, _rate(r.time, r.pressure, smooth, edges)
+    return pressure, _rate(r.time, r.pressure, behind, edges)
 
 
 def _without_edges(r: Run, branches: signals.Branches) -> Run:
