@@ -57,7 +57,7 @@ UNKNOWN = InputErrors()
 
 
 def estimated(time: np.ndarray, reading: np.ndarray, turns: np.ndarray, white: WhiteError) -> Estimate:
-    """The signal behind a reading (n,), itself if its error is not felt; at the samples `turns` it may turn abruptly."""
+    """The signal behind a reading (n,), itself if its error is not felt; at the samples `turns` it may turn sharply."""
     return as_felt(time, reading, smoothed(time, reading, turns, white), white)
 
 
