@@ -107,6 +107,7 @@ class LiveSettings:
 
     readings: int = 10_000  # at most, of all runs; about 20 bytes each with two models; chosen
     fewest: int = 24  # of a run, or it has no shape; of more runs than that leaves room for, some are left out; chosen
+    fewest_on_a_branch: int = 6  # readings, or its corners are lost; chosen
 
 
 @dataclass(frozen=True)

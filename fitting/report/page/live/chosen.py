@@ -34,13 +34,20 @@ def chosen_readings(panels: Sequence[Panel], residual: np.ndarray) -> list[Chose
 
 
 def _of_run(panel: Panel, residual: np.ndarray, share: float) -> Chosen:
-    if share < 1.0:
-        part = largest_triangles(residual, max(int(share * len(residual)), LIVE.fewest))
-    else:
-        part = np.arange(len(residual))
+    part = np.arange(len(residual)) if share >= 1.0 else _thinned(panel, residual, share)
     if panel.is_few:  # points of a map stand in no order of their own: so that lines run along the axis
         part = part[np.argsort(panel.along[panel.position[part]], kind="stable")]
     return Chosen(panel, panel.mine[part], panel.position[part])
+
+
+def _thinned(panel: Panel, residual: np.ndarray, share: float) -> np.ndarray:
+    """Of every branch its share with both ends, so that a loop keeps its corners; of many short ones, of all as one."""
+    turns = np.flatnonzero(np.diff(panel.run.half[panel.position])) + 1
+    if LIVE.fewest_on_a_branch * (len(turns) + 1) > share * len(residual):
+        return largest_triangles(residual, max(int(share * len(residual)), LIVE.fewest))
+    branches = np.split(np.arange(len(residual)), turns)
+    counts = [max(int(share * len(branch)), LIVE.fewest_on_a_branch) for branch in branches]
+    return np.concatenate([b[largest_triangles(residual[b], n)] for b, n in zip(branches, counts, strict=True)])
 
 
 def thinned_text(chosen: Sequence[Chosen], panels: Sequence[Panel]) -> str:
@@ -50,6 +57,6 @@ def thinned_text(chosen: Sequence[Chosen], panels: Sequence[Panel]) -> str:
         return ""
     runs = f" of the {len(chosen)} runs with the largest errors" if len(chosen) < len(panels) else ""
     return (
-        f"To keep the page small, this picture holds {held:,} of {known:,} readings{runs}: of every run the first, the "
-        "last, and those that shape the misfit most. Every number elsewhere on the page is from all readings."
+        f"To keep the page small, this picture holds {held:,} of {known:,} readings{runs}: the ends of every branch, "
+        "and those that shape the misfit most. Every number elsewhere on the page is from all readings."
     )

@@ -40,11 +40,9 @@ def live_picture(models: Sequence[ShownModel], task: Task, called: Callable[[str
     chosen = chosen_readings(panels, first.residual)
     names = [called(short_name(model, len(models))) for model in models]
     thinned = thinned_text(chosen, panels)
-    words = f'<p class="note">{escape(thinned)}</p>' if thinned else ""
-    words += f"<details><summary>How to use this picture</summary><p>{escape(HOW)}</p></details>"
     return LivePicture(
-        html=code.skeleton(),
-        words=f'<div class="with-live" hidden>{words}</div>',
+        html=code.skeleton().replace("HOW", escape(HOW)),
+        words=f'<p class="note with-live" hidden>{escape(thinned)}</p>' if thinned else "",
         data=payload(models, chosen, names),
         code=code.code(),
         style=code.style(),

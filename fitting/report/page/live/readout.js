@@ -33,7 +33,7 @@ function showReadout(figure, state, loud = false) {
   } else if (state.picked) {
     place.append(named("name", state.picked.words()));
   } else {
-    place.append(named("name", "Point at a reading, or at a cell of the map, to see its values."));
+    place.append(named("name", `Point at a reading${data.maps ? ", or at a cell of the map," : ""} to see its values.`));
   }
 }
 
