@@ -8,7 +8,7 @@ function coloursOf(figure) {
   figure.querySelector(".key").append(probe);
   const ranks = [0, 1, 2, 3, 4].map(rank => { probe.className = `h${rank}`; return getComputedStyle(probe).borderTopColor; });
   probe.remove();
-  const page = name => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
+  const page = name => getComputedStyle(figure).getPropertyValue(name).trim();
   return { ranks, ink: page("--ink"), soft: page("--soft"), line: page("--line"), grey: "#8c8c8c" };
 }
 

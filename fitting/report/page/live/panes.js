@@ -75,6 +75,15 @@ function panesOf(figure, state) {
     u.batch(() => { u.setScale("x", { min: x[0], max: x[1] }); u.setScale("y", { min: y[0], max: y[1] }); });
   }
   function reset() { if (pair.length) { set(pair[0], all.x, all.y); set(pair[1], all.x, all.missed); } }
+  /** Let the axes follow a model that leaves them or hardly fills them, unless the reader has enlarged a part. */
+  function refit() {
+    if (!isAll()) return;
+    const needed = spans(state);
+    const isOff = (has, needs) => needs[0] < has[0] || needs[1] > has[1] || 3 * (needs[1] - needs[0]) < has[1] - has[0];
+    if (!isOff(all.y, needed.y) && !isOff(all.missed, needed.missed)) return;
+    all = needed;
+    reset();
+  }
   function isAll() {
     const same = (scale, ends) => Math.abs(scale.min - ends[0]) + Math.abs(scale.max - ends[1]) < 1e-9 * (ends[1] - ends[0]);
     return pair.every(u => same(u.scales.x, all.x)) && same(pair[0].scales.y, all.y) && same(pair[1].scales.y, all.missed);
@@ -85,5 +94,5 @@ function panesOf(figure, state) {
   }
   const fit = u => u.setSize({ width: u.root.parentElement.clientWidth, height: u.height });
   new ResizeObserver(() => pair.forEach(fit)).observe(upper);
-  return { build, reset, isAll, enlarge, redraw: () => pair.forEach(u => u.redraw(false, false)), pair: () => pair };
+  return { build, reset, refit, isAll, enlarge, redraw: () => pair.forEach(u => u.redraw(false, false)), pair: () => pair };
 }

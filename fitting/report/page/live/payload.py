@@ -2,6 +2,7 @@
 
 import json
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -10,7 +11,6 @@ from fitting import units
 from fitting.comparison.compare import Comparison
 from fitting.report.page.live import packed
 from fitting.report.page.live.chosen import Chosen
-from fitting.report.page.models import ShownModel, bar_width
 from fitting.report.pictures import maps
 from fitting.report.pictures.overview import held_ranks
 from fitting.report.pictures.panels import Panel
@@ -20,10 +20,19 @@ from fitting.report.text.amounts import amount
 NO_CELL = 255
 
 
-def payload(models: Sequence[ShownModel], chosen: Sequence[Chosen], names: Sequence[str]) -> str:
-    """JSON for the page; `names` are those of the models for readers. It holds no character that HTML gives a meaning.
+@dataclass(frozen=True)
+class Curve:
+    """A model as it is drawn: its name, its bar in % of the longest, model minus measured of all samples."""
 
-    Quantities are in the unit that the axes show.
+    name: str
+    width: float
+    residual: np.ndarray
+
+
+def payload(curves: Sequence[Curve], chosen: Sequence[Chosen], compared: Sequence[Comparison] = ()) -> str:
+    """JSON for the script; `compared` are the comparisons whose maps stand beside the picture, one for each curve.
+
+    It holds no character that HTML gives a meaning. Quantities are in the unit that the axes show.
     """
     groups = list(dict.fromkeys((one.panel.xlabel, one.panel.ylabel) for one in chosen))
     panels = [one.panel for one in chosen]
@@ -31,17 +40,13 @@ def payload(models: Sequence[ShownModel], chosen: Sequence[Chosen], names: Seque
     content = {
         "groups": [_group(group, panels) for group in groups],
         "runs": [_run(one, groups, ranks) for one in chosen],
-        "readings": _readings(chosen, models[0].comparison),
+        "readings": _readings(chosen, compared[0] if compared else None),
         "pressure_unit": units.shown_in("Pa")[0],
         "models": [
-            {
-                "name": name,
-                "width": bar_width(model, models),
-                "values": packed.floats(_joined([_model(one, model.residual) for one in chosen])),
-            }
-            for model, name in zip(models, names, strict=True)
+            {"name": curve.name, "width": curve.width, "values": packed.floats(values_of(curve.residual, chosen))}
+            for curve in curves
         ],
-        "maps": _maps([model.comparison for model in models]),
+        "maps": _maps(compared),
         "parts": FIGURE.parts,
     }
     text = json.dumps(content, allow_nan=False, separators=(",", ":"))
@@ -69,11 +74,16 @@ def _run(one: Chosen, groups: Sequence[tuple[str, str]], ranks: Sequence[dict[st
             "rank": ranks[group][panel.held], "few": panel.is_few}  # fmt: skip
 
 
+def values_of(residual: np.ndarray, chosen: Sequence[Chosen]) -> np.ndarray:
+    """The model at every reading of the picture, from model minus measured of all samples."""
+    return _joined([_model(one, residual) for one in chosen])
+
+
 def _model(one: Chosen, residual: np.ndarray) -> np.ndarray:
     return (one.panel.run.measured[one.position] + residual[one.at]) / one.panel.size
 
 
-def _readings(chosen: Sequence[Chosen], c: Comparison) -> dict[str, Any]:
+def _readings(chosen: Sequence[Chosen], c: Comparison | None) -> dict[str, Any]:
     """Of every reading: where it was taken, what was measured, its line in the file, its branch and its cell.
 
     `branch` is 0 while elongating, 1 where it cannot be told, 2 while contracting.
@@ -87,7 +97,9 @@ def _readings(chosen: Sequence[Chosen], c: Comparison) -> dict[str, Any]:
         "measured": packed.floats(_joined([one.panel.measured[one.position] for one in chosen])),
         "row": packed.counts(_joined([run.row[at] for run, at in runs])),
         "branch": packed.counts(_joined([run.branch[at] for run, at in runs]) + 1),
-        "cell": packed.counts(_joined([_cells(c)[one.at] for one in chosen])),
+        "cell": packed.counts(
+            _joined([np.full(len(one.at), NO_CELL) if c is None else _cells(c)[one.at] for one in chosen])
+        ),
     }
 
 
@@ -109,7 +121,7 @@ def _cells(c: Comparison) -> np.ndarray:
 
 def _maps(compared: Sequence[Comparison]) -> dict[str, Any] | None:
     """The values of the cells of every map and model, and the colours that they have."""
-    cells = compared[0].cells
+    cells = compared[0].cells if compared else None
     if cells is None or len({tuple(m.branches for m in maps.cell_maps(c)) for c in compared}) > 1:
         return None
     scale = maps.scale_of(compared)

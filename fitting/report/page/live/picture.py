@@ -6,19 +6,10 @@ from html import escape
 
 from fitting.report.page.live import code
 from fitting.report.page.live.chosen import chosen_readings, thinned_text
-from fitting.report.page.live.payload import payload
-from fitting.report.page.models import ShownModel, short_name
+from fitting.report.page.live.payload import Curve, payload
+from fitting.report.page.models import ShownModel, bar_width, short_name
 from fitting.report.pictures.panels import every_panel
 from fitting.study.task import Task
-
-HOW = (
-    "The upper picture shows the readings as grey dots and the model as lines. The lower one shows model minus "
-    "measured, as dots, and as lines that are averages over short parts of the axis. Point at a reading to see its "
-    "values. Drag over a part to enlarge it, and press twice quickly to see all again. Point at a cell of the map to "
-    "mark its readings here, and press it to keep the mark. Point at a model on the switch, or at its bar, to see as a "
-    "dotted line what it would give. With the keyboard, the arrow keys go from reading to reading and from run to run "
-    "(with the shift key in larger steps), plus and minus enlarge and reduce, and Escape shows all again."
-)
 
 
 @dataclass(frozen=True)
@@ -38,12 +29,12 @@ def live_picture(models: Sequence[ShownModel], task: Task, called: Callable[[str
     first = models[0]
     panels = every_panel(task.experiments, first.comparison.fit.samples, first.residual)
     chosen = chosen_readings(panels, first.residual)
-    names = [called(short_name(model, len(models))) for model in models]
+    curves = [Curve(called(short_name(m, len(models))), bar_width(m, models), m.residual) for m in models]
     thinned = thinned_text(chosen, panels)
     return LivePicture(
-        html=code.skeleton().replace("HOW", escape(HOW)),
+        html=code.skeleton(),
         words=f'<p class="note with-live" hidden>{escape(thinned)}</p>' if thinned else "",
-        data=payload(models, chosen, names),
+        data=payload(curves, chosen, [model.comparison for model in models]),
         code=code.code(),
         style=code.style(),
         allowed=code.allowed(),

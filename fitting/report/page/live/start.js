@@ -61,13 +61,9 @@ function wirePointer(panes, state, point) {
   });
 }
 
-function start() {
-  const figure = document.querySelector(".live"), place = document.getElementById("live-data");
-  if (!figure || !place || !window.ResizeObserver) return;
-  const data = readData(place.textContent);
-  if (!data.count) return;
-  for (const part of document.querySelectorAll(".live, .with-live")) part.hidden = false;
-  document.documentElement.classList.add("moved");
+/** Fill a figure with its data; what the page around it has beside it (a switch, maps) moves along. */
+function begin(figure, data) {
+  figure.hidden = false;
   const state = newState(figure, data), panes = panesOf(figure, state), maps = mapsOf(data);
   const refresh = refresher(figure, state, panes, maps), choose = chooser(figure, state, panes, maps);
   state.changed = () => {
@@ -95,7 +91,5 @@ function start() {
     state.colours = coloursOf(figure);
     panes.redraw();
   });
-  figure.live = { state, data, panes }; // for whoever looks at it from the console
+  figure.live = { state, data, panes, refresh }; // for whoever looks at it from the console
 }
-
-start();
