@@ -25,8 +25,10 @@ UPLOT = {
 
 
 def three_steps(c, diagnosis):
-    """Two models and a third: one can step over the second."""
+    """Two models and a third, so that one can step over the second; the map of the first one is orange."""
     before, after = two_steps(c, diagnosis)
+    cells = replace(c.cells, mean={branch: mean + 4 for branch, mean in c.cells.mean.items()})
+    before = replace(before, comparison=replace(before.comparison, cells=cells))
     last = off_by(c, -2)
     return [before, after, replace(after, comparison=last, rmse=last.rmse, added=("end_stop",))]
 
@@ -335,7 +337,7 @@ def test_cells_can_be_reached_by_keyboard(shown):
 
 WATCH = """() => { window.seen = []; const live = document.querySelector('.live'); const look = () => {
   const bar = parseFloat(getComputedStyle(document.querySelector('.steps .bar')).width);
-  const cell = document.querySelector('.stack.branch > .m0 [id$="-cells"] > path').style.fillOpacity;
+  const cell = document.querySelector('.stack.branch > .m0 [id$="-cells"] > path').style.cssText;
   seen.push([live.dataset.moving, live.live.state.values[100], bar, cell]);
   if (seen.length < 2000) requestAnimationFrame(look); }; look(); }"""
 
@@ -354,6 +356,7 @@ def test_curves_map_and_bar_fall_together_and_end_at_the_values_sent(shown, writ
     assert len(between) >= 2
     assert np.all(np.diff([one[1] for one in seen]) >= 0)
     assert len({one[2] for one in seen}) >= 2  # the bar grows with it
+    assert len({one[3] for one in seen}) >= 2  # and the map changes its colours
     assert np.array_equal(values(shown), unpacked(data["models"][0]["values"]))
     assert shown.locator(paths).evaluate_all("all => all.map(path => path.getAttribute('style'))") == printed
     assert shown.locator(".steps .bar").get_attribute("style") in (None, "")
