@@ -22,6 +22,7 @@ with app.setup(hide_code=True):
     from fitting.workbench import session as bench
     from fitting.workbench import data as dropping
     from fitting.workbench import home
+    from fitting.workbench.live import follow, live_element, live_of
     from fitting.workbench import text as words
     from fitting.errors import InputError
     from fitting.workbench.job import Job
@@ -296,11 +297,32 @@ def _():
 
 
 @app.cell
-def _(last, set_moves):
+def _():
+    element = live_element()  # None where anywidget is not installed
+    drawing = None if element is None else mo.ui.anywidget(element)
+    return drawing, element
+
+
+@app.cell
+def _(element, last):
+    live = None if last is None or element is None else live_of(last, element)
+    frames = [] if last is None or live is not None else bench.frames_of(last)
+    return frames, live
+
+
+@app.cell
+def _(last, live, set_moves):
+    def moved(_):
+        """The live picture follows at once; the still ones are drawn by a cell that counts the moves."""
+        if live is None:
+            set_moves(lambda count: count + 1)
+        else:
+            follow(last, live, {name: one.value for name, one in sliders.items()})
+
     def slider(handle):
         return mo.ui.slider(
             steps=list(handle.places), value=handle.start, label=handle.label, show_value=True, full_width=True,
-            on_change=lambda _: set_moves(lambda count: count + 1),
+            on_change=moved,
         )  # fmt: skip
 
     sliders = {} if last is None else {handle.name: slider(handle) for handle in last.laid_out.sliders}
@@ -316,18 +338,19 @@ def _(last, sliders):
 
 
 @app.cell
-def _(last):
-    frames = [] if last is None else bench.frames_of(last)
-    return (frames,)
+def _(drawing, live):
+    mo.stop(live is None)
+    mo.vstack([drawing, mo.md(live.left_out)])
+    return
 
 
 @app.cell
-def _(frames, last, moves, sliders):
+def _(frames, last, live, moves, sliders):
     moves()
-    mo.stop(last is None)
-    moved = last.laid_out.moved({name: one.value for name, one in sliders.items()})
-    loops, error = bench.loops_of(last, frames, moved)
-    mo.Html(words.error_now(last, error, moved) + loops)
+    mo.stop(last is None or live is not None)
+    _moved = last.laid_out.moved({name: one.value for name, one in sliders.items()})
+    _loops, _error = bench.loops_of(last, frames, _moved)
+    mo.Html(words.error_now(last, _error, _moved) + _loops)
     return
 
 

@@ -78,6 +78,11 @@ def nothing_missing(d, verdict=Verdict.NOTHING):
                         effects=d.effects | shown)  # fmt: skip
 
 
+def without_code(text):
+    """A page without its script and the data of it."""
+    return re.sub(r"<script.*?</script>", "", text, flags=re.DOTALL)
+
+
 def as_read(text):
     """What a reader sees of HTML: no tags, and the identifiers behind the names."""
     return html.unescape(re.sub(r"<[^>]*>", "", text))

@@ -22,7 +22,7 @@ PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
 EXTRAS = PROJECT["project"]["optional-dependencies"]
 CALLED = {"sklearn": "scikit-learn", "mcap_ros2": "mcap-ros2-support"}  # imported by one name, installed by another
 FOR_OTHERS = {"flatbuffers"}  # jax writes exported programs with it, and does not bring it
-COME_ALONG = {"cloudpickle": "distributed", "uvicorn": "marimo"}  # what brings it
+COME_ALONG = {"cloudpickle": "distributed", "uvicorn": "marimo", "traitlets": "anywidget"}  # what brings it
 
 
 def plain(requirement: str) -> str:
@@ -157,7 +157,16 @@ def test_the_wheel_holds_what_the_commands_need(built):
         listed = next(archive.read(name).decode() for name in names if name.endswith("METADATA"))
     commands = {f"fitting/cli/commands/{name}.py" for name in COMMANDS}
     assert {*commands, "mckibben_jax/py.typed", "fitting/py.typed"} <= names
-    page = {f"fitting/report/page/{name}" for name in ("page.html", "pictures.css")}
+    live = (
+        "live.html",
+        "live.css",
+        "start.js",
+        "widget.js",
+        "uplot/uPlot.iife.min.js",
+        "uplot/uPlot.min.css",
+        "uplot/LICENSE",
+    )
+    page = {f"fitting/report/page/{name}" for name in ("page.html", "pictures.css", *(f"live/{one}" for one in live))}
     assert {*page, "fitting/workbench/workbench.css"} <= names
     assert {"fitting/_data/muscle_a/loops.csv", "fitting/_data/sealed/muscle_a.json"} <= names
     assert "fitting/_notebooks/workbench.py" in names

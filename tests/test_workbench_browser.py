@@ -209,7 +209,7 @@ def test_a_bare_csv_is_described_by_hand_and_can_be_taken_home(visit, tmp_path):
         page.get_by_role("combobox", name="is").nth(row).select_option(meaning)
         page.get_by_role("textbox", name="unit").nth(row).fill(unit)
     press(page, "Open these data")
-    page.locator(".loops figure").first.wait_for()
+    page.locator(".loops figure, .live canvas").first.wait_for()
     page.locator(".now", has_text="As fitted").wait_for()
     assert 'length = "300 mm"' in download(page, "muscle.toml", tmp_path).read_text(encoding="utf-8")
 
@@ -257,7 +257,7 @@ def test_ten_thousand_samples_follow_a_slider_at_once(visit, tmp_path):
     page = visit()
     begun = time.monotonic()
     page.locator("input[type=file]").first.set_input_files([big / "muscle.toml", big / "loops.csv"])
-    page.locator(".loops figure").first.wait_for()
+    page.locator(".loops figure, .live canvas").first.wait_for()
     first = time.monotonic() - begun
     page.locator(".now", has_text="As fitted").wait_for()
     page.get_by_role("slider").nth(1).focus()
@@ -277,9 +277,11 @@ def test_ten_thousand_samples_follow_a_slider_at_once(visit, tmp_path):
 # milliseconds from a key that is pressed to the frame in which the error, and with it the loops, has changed
 STOPWATCH = """() => {
   window.addEventListener("keydown", () => { window.pressed = performance.now(); }, true);
-  let shown = document.querySelector(".now").textContent;
+  const find = root => root.querySelector(".now")
+    || [...root.querySelectorAll("*")].filter(one => one.shadowRoot).map(one => find(one.shadowRoot)).find(Boolean);
+  let place = find(document), shown = place.textContent;
   const look = () => {
-    const now = document.querySelector(".now");
+    const now = place.isConnected ? place : (place = find(document));
     if (now && now.textContent !== shown) {
       shown = now.textContent;
       window.drawn = performance.now() - window.pressed;

@@ -102,6 +102,15 @@ class FigureSettings:
 
 
 @dataclass(frozen=True)
+class LiveSettings:
+    """The picture that follows the pointer."""
+
+    readings: int = 10_000  # at most, of all runs; about 20 bytes each with two models; chosen
+    fewest: int = 24  # of a run, or it has no shape; of more runs than that leaves room for, some are left out; chosen
+    fewest_on_a_branch: int = 6  # readings, or its corners are lost; chosen
+
+
+@dataclass(frozen=True)
 class EffectPictureSettings:
     """The picture of what one effect does."""
 
@@ -139,4 +148,4 @@ class StatedTextSettings:
 LAYOUT, SHOWN, ERROR_TEXT, WARNING_TEXT = LayoutSettings(), AmountSettings(), ErrorTextSettings(), WarningTextSettings()
 ADVICE, FIGURE, PICTURE = AdviceTextSettings(), FigureSettings(), EffectPictureSettings()
 POSTERIOR_PICTURE, DESIGN_PICTURE = PosteriorPictureSettings(), DesignPictureSettings()
-READINGS, STATED = ReadingPictureSettings(), StatedTextSettings()
+LIVE, READINGS, STATED = LiveSettings(), ReadingPictureSettings(), StatedTextSettings()

@@ -281,8 +281,13 @@ def loops_of(step: Step, frames: Sequence[Frame], moved: dict[str, float]) -> tu
     runs = sum(len(r.runs) for e in step.task.experiments for r in e.recordings)
     words = thinning_text(frames, runs)
     picture = f"{key(frames)}{loops_html(frames, [residual])}<p class='thinned'>{words}</p>"
+    return picture, error_of(step, residual)
+
+
+def error_of(step: Step, residual: np.ndarray) -> float:
+    """Root mean square of model minus measured (of force, if any), SI."""
     mine = residual[step.laid_out.given.of_force(step.laid_out.samples)]
-    return picture, float(np.sqrt(np.mean(mine**2)))
+    return float(np.sqrt(np.mean(mine**2)))
 
 
 def fit_of(session: Session) -> Fit:

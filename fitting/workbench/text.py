@@ -174,7 +174,7 @@ def error_now(step: Step, error: float, moved: Mapping[str, float]) -> str:
     if step.comparison is None:
         return f'<p class="now" role="status">At the starting values: {amount(error, unit)}.</p>'
     if not moved:
-        words = f"As fitted: {amount(error, unit)}. Move a parameter and the loops follow."
+        words = f"As fitted: {amount(error, unit)}. Move a parameter and the model follows."
         return f'<p class="now" role="status">{words}</p>'
     fitted, named = amount(step.comparison.rmse, unit), PageNames(step.task.library).html
     return (

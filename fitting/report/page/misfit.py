@@ -4,6 +4,7 @@ from collections.abc import Sequence
 
 from fitting.comparison.compare import Comparison
 from fitting.comparison.compare import Table as ErrorTable
+from fitting.report.page.live.picture import LivePicture
 from fitting.report.page.models import ShownModel
 from fitting.report.page.parts import Grid, Line, Section, as_sentence
 from fitting.report.pictures import figures, maps
@@ -29,7 +30,7 @@ def overview(models: Sequence[ShownModel], task: Task) -> Section | None:
         return None
     pale = " The lines of the chosen model are strong, those of the others pale." if len(models) > 1 else ""
     words = f"Model minus measured, run by run, each line averaged over short parts of the axis.{pale}"
-    return Section("The misfit of all runs at once", sentences=(words,), picture=picture)
+    return Section("The misfit of all runs at once", sentences=(words,), picture=picture, is_still=True)
 
 
 def loops(models: Sequence[ShownModel], task: Task) -> Section:
@@ -42,8 +43,8 @@ def loops(models: Sequence[ShownModel], task: Task) -> Section:
     return Section("Measured and model, run by run", picture=picture, caption=thinning_text(frames, runs))
 
 
-def where(models: Sequence[ShownModel]) -> list[Section]:
-    """Where each model fails: sentences, maps on one scale of colours, and folded tables."""
+def where(models: Sequence[ShownModel], live: LivePicture) -> list[Section]:
+    """Where each model fails: sentences, the live picture above maps on one scale of colours, and folded tables."""
     compared = [model.comparison for model in models]
     scale = maps.scale_of(compared)
     drawn = compared[0].cells is not None
@@ -51,7 +52,7 @@ def where(models: Sequence[ShownModel]) -> list[Section]:
     picture = Section(
         "Where it fails",
         said=tuple((model.number, text) for model in models for text in _where_texts(model, compared[0])),
-        picture=_switched_maps(compared, scale) if drawn else "",
+        picture=live.html + (_switched_maps(compared, scale) if drawn else "") + live.words,
         caption=colours if drawn else "",
     )
     return [picture, *(_tables(model, len(models)) for model in models)]

@@ -85,6 +85,11 @@ def _with_diagnosis(stages: Sequence[Stage], d: Diagnosis | None) -> tuple[Stage
     return tuple(replace(s, diagnosis=d) if k == owner else s for k, s in enumerate(stages))
 
 
+def bar_width(model: ShownModel, models: Sequence[ShownModel]) -> float:
+    """How long the bar of its error is on the switch, in % of the longest."""
+    return 100 * model.stage.rmse / (max(each.stage.rmse for each in models) or 1.0)
+
+
 def short_name(model: ShownModel, count: int) -> str:
     """What the switch calls a model: 'before', '+ tip', 'after: + creep'."""
     if count == 1:

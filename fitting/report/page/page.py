@@ -11,6 +11,7 @@ from fitting.least_squares.record import Fit
 from fitting.report.page import misfit, steps, top
 from fitting.report.page.diagnosed import of_diagnoses
 from fitting.report.page.diagnosis import errors_grid, tried_table
+from fitting.report.page.live.picture import live_picture
 from fitting.report.page.models import ShownModel, models_of
 from fitting.report.page.names import PageNames
 from fitting.report.page.parts import Grid, Line, Section, as_sentence, pictures_style, render_page
@@ -73,10 +74,11 @@ def page(
     """
     models, names = models_of(c, d, stages, chosen), PageNames(task.library)
     here = steps.chosen_of(models)
+    live = live_picture(models, task, names.plain)
     sections = [
         steps.fall(models, c, d, stages, names.html),
         misfit.overview(models, task),
-        *misfit.where(models),
+        *misfit.where(models, live),
         misfit.loops(models, task),
         *of_diagnoses(models, names),
         *_of_each(models, lambda m: _parameters(m.comparison.fit)),
@@ -95,6 +97,7 @@ def page(
         typed=following or top.next_command(here, models, task),
         sections=[section for section in sections if section is not None],
         style=pictures_style(),
+        live=live,
         named=names.html,
     )
 

@@ -16,7 +16,7 @@ Named = Callable[[str], str]  # of a text: the same as HTML, with the names of e
 # what the template may be without
 EMPTY: dict[str, Any] = {
     "heads": (), "choices": (), "typed": (), "style": "", "verdict": "", "lead": (), "cards": (), "warnings": (),
-    "named": str,
+    "named": str, "live": None,
 }  # fmt: skip
 
 
@@ -58,6 +58,7 @@ class Section:
     folded_picture: str = ""
     said: tuple[tuple[int, str], ...] = ()
     model: int | None = None
+    is_still: bool = False  # a live picture takes its place where a script runs, but not on paper
 
 
 def write_text_page(path: str, title: str, shown: Iterable[Any], pictures: Sequence[Section] = ()) -> None:

@@ -8,7 +8,7 @@ import numpy as np
 from fitting.comparison.compare import Comparison
 from fitting.diagnosis.record import Diagnosis
 from fitting.least_squares.record import Fit
-from fitting.report.page.models import ShownModel, short_name
+from fitting.report.page.models import ShownModel, bar_width, short_name
 from fitting.report.page.parts import Grid, Line, Named, Section
 from fitting.report.pictures.fall import fall_html
 from fitting.report.text.amounts import amount
@@ -36,13 +36,12 @@ def choices(models: Sequence[ShownModel], called: Callable[[str], str]) -> list[
     """The models on the switch; none where there is nothing to choose. `called` gives the names for readers."""
     if len(models) < 2:
         return []
-    top = max(model.stage.rmse for model in models) or 1.0
     chosen = chosen_of(models).number
     return [
         Choice(
             called(short_name(m, len(models))),
             amount(m.stage.rmse, m.comparison.unit),
-            100 * m.stage.rmse / top,
+            bar_width(m, models),
             m.number == chosen,
         )
         for m in models

@@ -42,34 +42,53 @@ def scale_of(compared: Sequence[Comparison]) -> Scale:
     return Scale(noise, FIGURE.noise_steps[: max(needed, 2)])
 
 
-def branch_maps(c: Comparison, scale: Scale | None = None) -> list["Figure"]:
-    """The misfit over contraction and pressure, a small figure for each direction."""
+@dataclass(frozen=True)
+class CellMap:
+    """What one small map shows: values (pressure, contraction) in N, and of which branches they are the misfit."""
+
+    kind: str  # "branch" or "parity"
+    title: str
+    branches: tuple[int, ...]
+    values: np.ndarray
+
+
+def cell_maps(c: Comparison) -> list[CellMap]:
+    """The misfit over contraction and pressure: of each direction; what is the same in both, and what changes sign."""
     if c.cells is None:
         return []
-    shown = {branch_name(b, _led_by(c)): c.cells.mean[b] for b in (1, -1, 0) if c.cells.count[b].any()}
-    return _small_maps(c, shown if len(shown) > 1 else {"all points": next(iter(shown.values()))}, scale)
+    seen = [b for b in (1, -1, 0) if c.cells.count[b].any()]
+    names = [branch_name(b, _led_by(c)) for b in seen] if len(seen) > 1 else ["all points"]
+    found = [CellMap("branch", name, (b,), c.cells.mean[b]) for name, b in zip(names, seen, strict=True)]
+    if c.cells.odd_share is not None:
+        found.append(CellMap("parity", "even: the same in both directions", (1, -1), c.cells.even))
+        found.append(CellMap("parity", "odd: changes its sign", (1, -1), c.cells.odd))
+    return found
+
+
+def branch_maps(c: Comparison, scale: Scale | None = None) -> list["Figure"]:
+    """The misfit over contraction and pressure, a small figure for each direction."""
+    return _small_maps(c, "branch", scale)
 
 
 def parity_maps(c: Comparison, scale: Scale | None = None) -> list["Figure"]:
     """What of the misfit is the same in both directions (even), and what changes its sign (odd)."""
-    if c.cells is None or c.cells.odd_share is None:
-        return []
-    shown = {"even: the same in both directions": c.cells.even, "odd: changes its sign": c.cells.odd}
-    return _small_maps(c, shown, scale)
+    return _small_maps(c, "parity", scale)
 
 
-def _small_maps(c: Comparison, shown: dict[str, np.ndarray], scale: Scale | None) -> list["Figure"]:
-    assert c.cells is not None  # the callers have looked
+def _small_maps(c: Comparison, kind: str, scale: Scale | None) -> list["Figure"]:
     scale = scale or scale_of([c])
     drawn = []
-    for title, values in shown.items():
+    for one in cell_maps(c):
+        if one.kind != kind or c.cells is None:
+            continue
         figure = blank(3.9, 0.95 + 0.22 * max(len(c.cells.pressure), 5))
         figure.set_layout_engine("constrained")
         with settings():
             axes = figure.add_subplot()
-            mesh = axes.pcolormesh(np.ma.masked_invalid(values), **_colours(scale), edgecolors="none")
+            mesh = axes.pcolormesh(np.ma.masked_invalid(one.values), **_colours(scale), edgecolors="none")
+            mesh.set_gid("cells")
             _label_cells(axes, c, True)
-            axes.set_title(title, loc="left")
+            axes.set_title(one.title, loc="left")
             _colour_bar(figure, axes, mesh, scale)
         drawn.append(figure)
     return drawn
@@ -144,11 +163,14 @@ def _colours(scale: Scale) -> dict[str, Any]:
     """Blue where the model pulls too little, vermilion where too much, the stronger the more; grey within the noise."""
     from matplotlib.colors import BoundaryNorm, ListedColormap, to_rgba
 
-    strengths = np.linspace(0.35, 1.0, len(scale.steps))  # opacity: so a weak colour is weak on a dark page too
-    below = [to_rgba(BLUE, s) for s in strengths[::-1]]
-    above = [to_rgba(VERMILION, s) for s in strengths]
-    shades = ListedColormap([*below, to_rgba(GREY, 0.25), *above]).with_extremes(bad="none")
-    return {"cmap": shades, "norm": BoundaryNorm(scale.ends, shades.N, extend="both")}
+    coloured = ListedColormap([to_rgba(*shade) for shade in shades(scale)]).with_extremes(bad="none")
+    return {"cmap": coloured, "norm": BoundaryNorm(scale.ends, coloured.N, extend="both")}
+
+
+def shades(scale: Scale) -> list[tuple[str, float]]:
+    """Colour and opacity of every step, from the model that pulls least to the one that pulls most."""
+    strengths = [float(s) for s in np.linspace(0.35, 1.0, len(scale.steps))]  # opacity: weak on a dark page too
+    return [*((BLUE, s) for s in strengths[::-1]), (GREY, 0.25), *((VERMILION, s) for s in strengths)]
 
 
 def _rising() -> Any:

@@ -38,7 +38,7 @@ def overview_html(shown: Sequence[Panel], models: Sequence[np.ndarray]) -> str:
     alike = _on_one_axis(shown)
     if len(alike) < 2:
         return ""
-    held = _held(alike)
+    held = held_ranks(alike)
     courses = [[c for panel in alike for c in _courses(panel, residual, held)] for residual in models]
     band = FIGURE.sigmas * float(np.median([panel.noise / panel.size for panel in alike]))
     drawn = "".join(_drawn(shape, alike[0], courses, band) for shape in SHAPES)  # the page shows the one that fits
@@ -62,7 +62,7 @@ def _on_one_axis(shown: Sequence[Panel]) -> list[Panel]:
     return [panel for panel in shown if (panel.xlabel, panel.ylabel) == (xlabel, ylabel)]
 
 
-def _held(shown: Sequence[Panel]) -> dict[str, int]:
+def held_ranks(shown: Sequence[Panel]) -> dict[str, int]:
     """What runs hold, as words, with its rank among the colours: the least first."""
     level = {panel.held: panel.level for panel in shown}
     order = sorted(level, key=level.__getitem__)
@@ -150,4 +150,4 @@ def overview_style() -> str:
 
 
 def _rule(rank: int, colour: str) -> str:
-    return f".overview path.h{rank} {{ stroke: {colour}; }} .overview i.h{rank} {{ border-color: {colour}; }}\n"
+    return f".overview path.h{rank} {{ stroke: {colour}; }} .key i.h{rank} {{ border-color: {colour}; }}\n"

@@ -99,10 +99,11 @@ class Panel:
     def shown(self, values: np.ndarray) -> list[np.ndarray]:
         """Of each branch its ends and the samples that shape these values most (largest triangles)."""
         each = max(FIGURE.points // len(self.branches), FIGURE.fewest_on_a_branch)
-        return [part[_largest_triangles(values[part], each)] for part in self.branches]
+        return [part[largest_triangles(values[part], each)] for part in self.branches]
 
 
-def _largest_triangles(values: np.ndarray, most: int) -> np.ndarray:
+def largest_triangles(values: np.ndarray, most: int) -> np.ndarray:
+    """Places of the ends and of the finite values that shape this line most, in order; so many at most."""
     finite = np.flatnonzero(np.isfinite(values))
     if len(finite) <= most:
         return finite
@@ -113,6 +114,13 @@ def _largest_triangles(values: np.ndarray, most: int) -> np.ndarray:
 
 def panels(experiments: Sequence[Experiment], samples: Samples, residual: np.ndarray) -> list[Panel]:
     """Every run that carries weight; those with the largest errors where there are too many to look at."""
+    found = every_panel(experiments, samples, residual)
+    worst = sorted(found, key=lambda panel: -panel.rmse)[: FIGURE.panels]
+    return [panel for panel in found if any(panel is one for one in worst)]
+
+
+def every_panel(experiments: Sequence[Experiment], samples: Samples, residual: np.ndarray) -> list[Panel]:
+    """Every run that carries weight."""
     found: list[Panel] = []
     number = 0
     for experiment in experiments:
@@ -121,9 +129,7 @@ def panels(experiments: Sequence[Experiment], samples: Samples, residual: np.nda
             for run in recording.runs:
                 found += _panel(samples, residual, recording, run, number, noise)
                 number += 1
-    found = _with_files(found, experiments, samples)
-    worst = sorted(found, key=lambda panel: -panel.rmse)[: FIGURE.panels]
-    return [panel for panel in found if any(panel is one for one in worst)]
+    return _with_files(found, experiments, samples)
 
 
 def _with_files(found: list[Panel], experiments: Sequence[Experiment], samples: Samples) -> list[Panel]:
