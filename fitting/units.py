@@ -36,6 +36,7 @@ _USUAL = ("m", "mm", "cm", "deg", "rad", "Pa", "hPa", "kPa", "MPa", "GPa", "bar"
           "kg", "g", "s", "ms", "us", "min", "Hz", "J", "inch", "%")  # fmt: skip
 _SPELLED = {"": "1", "1": "1", "-": "1", "%": "percent", "°": "deg", "µs": "us", "barg": "bar", "psig": "psi"}
 _ABSOLUTE = {"bara": "bar", "psia": "psi", "kpaa": "kPa", "mbara": "mbar"}  # say in their name that they are absolute
+_CASES = {"kpa": "kPa", "hpa": "hPa", "gpa": "GPa", "kgf": "kgf", "degs": "deg"}  # not mpa: it could be mPa or MPa
 _ANGLES = ("radian", "degree", "turn", "arcminute", "arcsecond")
 _COUNTS = ("count", "bit", "byte")  # plain numbers to the library, but no share of anything
 
@@ -61,7 +62,7 @@ def _unit(text: str) -> Any:
     if len(spelled) > _LONGEST_UNIT or _PIECE.sub("", spelled):
         raise InputError(f"'{text[:_LONGEST_UNIT]}' is not a unit", cure=_spelling(text))
     try:
-        unit = _registry().Unit("" if spelled == "1" else spelled)
+        unit = _registry().Unit("" if spelled == "1" else _in_its_case(spelled))
         straight = all(_registry()._units[name].converter.is_multiplicative for name in unit._units)
     except Exception:  # the library raises many kinds for nonsense; all mean the same to the user
         raise InputError(f"'{text}' is not a unit", cure=_spelling(text)) from None
@@ -71,7 +72,17 @@ def _unit(text: str) -> Any:
     return unit
 
 
+def _in_its_case(spelled: str) -> str:
+    """A unit's name as the units library has it: 'Newton' and 'KPA' are no names to it, 'newton' and 'kPa' are."""
+    if not spelled.isalpha() or len(spelled) < 3 or spelled in _registry():
+        return spelled
+    lower = spelled.lower()
+    return _CASES.get(lower, lower)
+
+
 def _spelling(text: str) -> str:
+    if re.match(r",\d", text.strip()):
+        return "write the decimal mark as a point, as in '6.95 mm'"
     gauge = _ABSOLUTE.get(text.strip().lower())
     if gauge:
         return f"write '{gauge}', and for a column of absolute readings pressure = \"absolute\" in its [[recording]]"

@@ -134,7 +134,7 @@ def test_the_sketch_prints_what_numpy_computes(tmp_path):
     _, pressure, displacement = trajectory(LENGTH)
     counts = np.round(pressure / 1220.7 + 102.4), np.round(displacement / 1e-4)
     pressure = (f32(counts[0]) - f32(102.4)) * f32(1220.7)  # what the sketch makes of the counts
-    displacement = f32(counts[1]) * f32(1e-4)
+    displacement = followed(f32(counts[1]) * f32(1e-4), 3e-4)
     call = lambda name, k, *more: getattr(library, name)(*(ctypes.c_float(c[k]) for c in counts), *more)  # noqa: E731
     call("begin", 0)
     state, expected, found = muscle.start(pressure[0], displacement[0]), [], []
@@ -149,6 +149,28 @@ def test_the_sketch_prints_what_numpy_computes(tmp_path):
     assert len(found) == (len(pressure) - 1) // 20
     assert np.ptp(expected) > 100
     np.testing.assert_allclose(found, expected, rtol=0, atol=2e-5 * np.abs(expected).max())
+
+
+def followed(readings, still):
+    """What follows the readings at this distance at most."""
+    held = [readings[0]]
+    for reading in readings[1:]:
+        held.append(np.clip(held[-1], reading - np.float32(still), reading + np.float32(still)))
+    return np.array(held)
+
+
+@cpp
+def test_a_reading_that_jitters_by_one_count_leaves_the_force_alone(tmp_path):
+    """Friction turns round with every motion, however small: the sketch takes jitter for none."""
+    export(WHOLE, tmp_path / "arm", form="arduino")
+    (tmp_path / "arm" / "board.cpp").write_text(ARDUINO)
+    library = compiled(["g++", "-std=c++11", "-O1", "-fPIC", "-shared"], tmp_path / "arm" / "board.cpp")
+    library.turn.restype = ctypes.c_double
+    library.begin(ctypes.c_float(350.0), ctypes.c_float(100.0))
+    rise = np.append(np.arange(100.0, 300.0), 300.0 + np.tile([0.0, 1.0], 300))
+    found = [library.turn(ctypes.c_float(350.0), ctypes.c_float(at), ctypes.c_ulong(10_000 * (k + 1)))
+             for k, at in enumerate(rise)]  # fmt: skip
+    assert np.abs(np.diff(found[300:])).max() < 2  # N: it creeps; friction would jump by a hundred
 
 
 # --------------------------------------------------------------------------------------------------------- the command

@@ -3,6 +3,7 @@
 import ctypes
 import functools
 import json
+import re
 import shutil
 import sys
 
@@ -267,6 +268,34 @@ def test_other_data_than_those_that_were_fitted_say_nothing(fitted, tmp_path):
     assert "not the data that the model was fitted to" in told["force_error"]
     done = run("export", folder / "model.toml", "--to", "python", "--draws", 3, "--out", tmp_path / "n.py")
     assert done.exit_code == 2
+
+
+def test_the_error_of_a_model_without_an_effect_is_not_known(fitted, tmp_path):
+    muscle, told = exported(fitted, tmp_path, "--without", "coulomb_friction")
+    assert np.isnan(muscle.FORCE_ERROR)
+    assert "with coulomb_friction, left out here, the model errs by" in told["force_error"]
+
+
+def test_values_that_were_edited_beyond_what_was_measured_have_no_error(fitted, tmp_path):
+    """It was that of the nearest value which the data allow, a thousandth of the true one."""
+    folder = shutil.copytree(fitted, tmp_path / "edited")
+    text = re.sub(r'radius = \{value = "[^"]*"', 'radius = {value = "20 mm"', (folder / "model.toml").read_text())
+    (folder / "model.toml").write_text(text)
+    muscle, told = exported(folder, tmp_path_of(tmp_path, "out"))
+    assert np.isnan(muscle.FORCE_ERROR)
+    assert "muscle.radius = 20 mm lies outside what was measured" in told["force_error"]
+
+
+def test_how_far_draws_differ_is_said_beside_what_the_model_lacks(fitted, tmp_path):
+    done = run(
+        "export", fitted, "--to", "python", "--draws", 300, "--out", tmp_path / "m.py", "--json", tmp_path / "m.json"
+    )
+    assert done.exit_code == 0, done.output
+    told, muscle = json.loads((tmp_path / "m.json").read_text()), numpy_muscle((tmp_path / "m.py").read_text())
+    assert "The force differs between them by" in " ".join(done.output.split())
+    rows = np.array(loops()).T[:, ::20]
+    found = [muscle.force(rows[3] / muscle.LENGTH, rows[2], 1) for k in range(100) if muscle.use(k) is None]
+    assert told["draws"]["scatter_N"] == pytest.approx(np.sqrt(np.mean(np.var(found, axis=0))), rel=0.3)
 
 
 def test_chains_of_another_model_are_not_drawn_from(fitted, tmp_path):

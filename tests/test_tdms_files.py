@@ -58,6 +58,13 @@ def test_a_waveform_brings_its_times_along(tmp_path):
     np.testing.assert_allclose(run.time, expected(tmp_path).time, atol=1e-9)
 
 
+def test_the_units_of_labview_are_known(tmp_path):
+    columns = with_units()
+    columns["force"] = columns["force"][0], {"unit_string": "Newton"}
+    (run,) = read(tmp_path, tdms({"Monday": columns}), "").recordings[0].runs
+    np.testing.assert_array_equal(run.measured, expected(tmp_path).measured)
+
+
 def test_a_channel_of_moments_counts_from_the_first_one(tmp_path):
     columns = with_units()
     seconds, _ = columns["time"]
@@ -83,7 +90,13 @@ def test_init_makes_a_recording_of_every_group(tmp_path):
     assert read_heads(tmp_path / "b.tdms", {"group": "3 bar"})[0] == "time [s]"
 
 
-@pytest.mark.parametrize(("values", "reason"), [(np.zeros(7), "sampled at other times"), (["a"] * 202, "no numbers")])
+@pytest.mark.parametrize(
+    ("values", "reason"),
+    [
+        (np.zeros(7), "it has 7 readings, and 'time' has 202"),
+        (["a"] * 202, "it holds no numbers"),
+    ],
+)
 def test_why_a_channel_is_no_column_is_said_where_it_is_wanted(tmp_path, values, reason):
     columns = with_units() | {"force": (values, {})}
     assert reason in refused(tmp_path, tdms({"Monday": columns}), "")

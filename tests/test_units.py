@@ -111,7 +111,19 @@ def test_what_is_shown_with_an_error_reads_back(si):
     assert error == pytest.approx(0.01, rel=0.05)
 
 
-@pytest.mark.parametrize(("written", "meant"), [("psii", "psi"), ("inhc", "inch"), ("KPA", "kPa")])
+@pytest.mark.parametrize(("written", "meant"), [
+    ("Newton", "N"), ("Newtons", "N"), ("Millimeter", "mm"), ("KPA", "kPa"), ("Bar", "bar"), ("PSI", "psi"),
+])  # fmt: skip
+def test_names_of_units_are_known_in_capitals(written, meant):
+    assert units.factor(written, meant) == 1.0
+
+
+def test_a_decimal_comma_is_told_to_be_a_point():
+    with pytest.raises(InputError, match="point"):
+        units.to_si("6,95 mm", "m", "radius")
+
+
+@pytest.mark.parametrize(("written", "meant"), [("psii", "psi"), ("inhc", "inch"), ("MPA", "MPa")])
 def test_a_misspelt_unit_gets_the_nearest(written, meant):
     with pytest.raises(InputError) as told:
         units.factor(written, "m")

@@ -22,6 +22,7 @@ class ForceError:
     newtons: float
     sentence: str
     bands: tuple[ForceBand, ...] = ()
+    scatter: float = float("nan")  # N, root mean square over the readings: what the parameters leave open
 
 
 def unknown_error(why: str) -> ForceError:
@@ -40,15 +41,17 @@ def force_error(fit: Fit, experiments: Sequence[Experiment], covariance: np.ndar
         return unknown_error("the recordings of this muscle measure positions, no force")
     bands = force_bands(fit)
     misfit, what = _misfit(fit.residual[at], bands)
-    spread = EXPORT.deviations * float(np.max(_deviations(fit, covariance)[at], initial=0.0))
+    deviations = _deviations(fit, covariance)[at]
+    spread = EXPORT.deviations * float(np.max(deviations, initial=0.0))
     sentence = (
         f"Largest force error to expect, {misfit + spread:.3g} N, is the sum of two: {misfit:.3g} N, "
         f"{what}, and {spread:.3g} N, which is {EXPORT.deviations:g} times the largest standard "
         f"deviation of the force that "
         f"follows from the uncertainty of the parameters ({origin}). "
-        f"It holds where was measured: {_range(experiments)}."
+        f"It holds where was measured: {_range(experiments)}; just after a reversal the force may be off by twice the "
+        "dry friction."
     )
-    return ForceError(misfit + spread, sentence, bands)
+    return ForceError(misfit + spread, sentence, bands, float(np.sqrt(np.mean(deviations**2))))
 
 
 def _misfit(residual: np.ndarray, bands: Sequence[ForceBand]) -> tuple[float, str]:

@@ -1,5 +1,6 @@
 """What a muscle computes, as functions that jax can trace: every language writes these, and nothing else."""
 
+import math
 import textwrap
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -153,6 +154,8 @@ def title(whole: Model, source: str, told: Told = NOTHING) -> str:
     """Where a muscle is from, its sizes, the parameters of its effects and what is known of them, for a file's head."""
     measured = {name: unit for name, (unit, _) in quantities().items() if getattr(whole.muscle, name) is not None}
     lines = [f"muscle.{name} = {units.show(float(getattr(whole.muscle, name)), u)}" for name, u in measured.items()]
+    straight = 1 - 1 / math.cos(float(whole.muscle.braid_angle))
+    lines.append(f"The braid is straight at contraction {straight:.3g}: beyond, the law ends and numbers mean nothing")
     for effect in whole.effects:
         own = [f"{p.name} = {units.show(float(getattr(effect, p.name)), p.unit)}" for p in parameters(effect)]
         lines.append(f"{name_of(effect)}: {', '.join(own) or 'no parameters'} ({effect.source})")

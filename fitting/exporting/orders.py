@@ -2,19 +2,21 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from fitting import units
 from fitting.errors import InputError
 from fitting.exporting.export import DRAWN, check_place, export
-from fitting.exporting.force_error import ForceError
+from fitting.exporting.force_error import ForceError, unknown_error
 from fitting.exporting.known import error_of, known_of
 from fitting.exporting.laws import Told, without
 from fitting.exporting.settings import EXPORT
 from fitting.exporting.table import BRANCHES, free_contraction
 from fitting.least_squares.force_band import ForceBand
+from fitting.library.library import library
+from fitting.model_files.model_file import read_model
 from fitting.recordings.settings import TABLES
 from fitting.study.stored_model import stored_model
 from mckibben_jax.model import Model
@@ -47,8 +49,8 @@ class Exported:
 def export_of(given: dict[str, Any]) -> Exported:
     """Write what was asked for."""
     form, file = given["form"], Path(given["out"] or DEFAULT[given["form"]])
-    check_place(file, form)
     whole, source = stored_model(given["model"], given["muscle"], given["effect_file"], given["of"])
+    check_place(file, form)
     whole = without(whole, given["without"])
     told = _told(given)
     result = {"file": str(file), "form": form, "effects": list(whole.names), **_result_of(told)}
@@ -87,14 +89,20 @@ def _told(given: dict[str, Any]) -> Told:
         cure = f"take --to {', '.join(DRAWN)}"
         raise InputError(f"--to {given['form']} holds no draws of the parameters", cure=cure)
     known = known_of(given)
-    return Told(_of_whole(known.error(), given["without"]), known.draws(given["draws"], given["seed"], given["of"]))
+    return Told(_of_whole(known.error(), given["without"]), known.draws(given["draws"], given["seed"], _set_of(given)))
+
+
+def _set_of(given: dict[str, Any]) -> str | None:
+    """The name of the data set whose muscle is meant, where one was asked for."""
+    return read_model(given["model"], library(given["effect_file"])).called(given["of"]) if given["of"] else None
 
 
 def _of_whole(error: ForceError, left_out: Sequence[str]) -> ForceError:
-    """What was found of the model with all its effects, said to be so where some are left out."""
+    """What was found of the model with all its effects, which says nothing of one without some of them."""
     if not left_out or not math.isfinite(error.newtons):
         return error
-    return replace(error, sentence=f"{error.sentence} It was found with {' + '.join(left_out)}, left out here.")
+    names = " + ".join(left_out)
+    return unknown_error(f"with {names}, left out here, the model errs by {error.newtons:.3g} N at most")
 
 
 def _result_of(told: Told) -> dict[str, Any]:
@@ -106,6 +114,7 @@ def _result_of(told: Told) -> dict[str, Any]:
             "parameters": list(told.draws.names),
             "count": len(told.draws.values),
             "from": told.draws.origin,
+            "scatter_N": told.error.scatter if math.isfinite(told.error.scatter) else None,
         }
     return found
 
@@ -135,7 +144,10 @@ def _counts(text: str) -> tuple[int, int]:
 
 
 def _ends(text: str, unit: str, what: str) -> tuple[float, float]:
-    ends = [units.to_si(part.strip(), unit, what) for part in text.split(",")]
+    parts = [part.strip() for part in text.split(",")]
+    last = units.split_value(parts[-1], what)[1]
+    whole = [part if units.split_value(part, what)[1] else f"{part} {last}".strip() for part in parts]
+    ends = [units.to_si(part, unit, what) for part in whole]
     if len(ends) != 2 or ends[0] >= ends[1]:
         cure = f"for example {what} '{units.write(0.0, unit)}, {units.example(unit)}'"
         raise InputError(f"{what} needs a lower and an upper end", value=text, cure=cure)

@@ -38,7 +38,7 @@ def use(draw=None):
     """
     global $scope
     if draw is not None and not 0 <= draw < len(DRAWS):
-        raise ValueError(f"draw is {draw}: there are draws 0 to {len(DRAWS) - 1}")
+        raise ValueError(f"draw is {draw}: there are draws 0 to {len(DRAWS) - 1}; use() takes the fitted values")
     _now = tuple(FITTED if draw is None else DRAWS[draw])
 $length
 

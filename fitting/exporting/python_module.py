@@ -74,8 +74,9 @@ def start(pressure=0.0, displacement=0.0):
 def step(state, pressure, displacement, dt):
     """The state and the force (N) after `dt` seconds in which pressure (Pa) and displacement (m) went straight here.
 
-    Friction keeps its direction while the braid stands. `state` is from `start` or from the step before; None for a
-    muscle that stood where it is now.
+    Friction keeps its direction while the braid stands, and turns round with any motion: a displacement that jitters,
+    as a sensor's does, makes the force jump by twice the friction. Give a smooth one. `state` is from `start` or from
+    the step before; None for a muscle that stood where it is now.
     """
     if not dt > 0:
         raise ValueError(f"dt is {dt}: a step takes time, in seconds")

@@ -52,10 +52,15 @@ class ModelFile:
         found = (full_names.common(name) for name in self.values if full_names.OF in name)
         return tuple(name for name in dict.fromkeys(found) if full_names.owner_of(name) != "muscle")
 
+    def called(self, asked: str) -> str:
+        """The data set of this name, or in the folder of this name; InputError where there is none."""
+        folders = dict(zip(self.data, self.sets, strict=False)) if len(self.data) == len(self.sets) else {}
+        if asked not in (*self.sets, *folders):
+            raise unknown_name("data set", asked, (*self.sets, *folders), self.path)
+        return asked if asked in self.sets else folders[asked]
+
     def of_set(self, dataset: str) -> "ModelFile":
-        """The same with the muscle and the effects of one of its data sets; InputError where there is no such one."""
-        if dataset not in self.sets:
-            raise unknown_name("data set", dataset, self.sets, self.path)
+        """The same with the muscle and the effects of one of its data sets."""
         first = dataset == self.name
         names = {
             name: f"muscle.{name}" if first else full_names.of_set(f"muscle.{name}", dataset) for name in quantities()
@@ -73,8 +78,9 @@ class ModelFile:
 
 
 def read_model(path: Path | str, known: dict[str, type[Effect]] | None = None) -> ModelFile:
-    """Read a model file; `known` are the effects that there are, by name: the program's own, unless given."""
+    """Read a model file, or the one in a folder; `known` are the effects by name: the program's own, unless given."""
     path, known = Path(path), library() if known is None else known
+    path = path / "model.toml" if path.is_dir() else path
     if not path.is_file():
         raise InputError("no such model file", path, cure="'mckibben fit' writes one beside the data")
     table, raw = read_toml(path)

@@ -25,6 +25,7 @@ class Source:
     raw: bytes
     cells: Callable[[], tuple[list[pd.Series], str]]
     unread: Mapping[str, str] = field(default_factory=dict)  # heads that stand for no column, and why
+    readable: str = "save it as a vector"  # what to do that they do
 
 
 def series_of(values: Sequence[Any]) -> pd.Series:

@@ -15,7 +15,8 @@ from fitting.recordings.table_text import bytes_of
 FEWER = "write the channels of the muscle alone, or cut the file into several recordings"
 AGAIN = "close the file in LabVIEW before you copy it; its index (.tdms_index) is not needed"
 BEGIN = "write pressure, length and force as channels of one group"
-OTHER_TIMES = "is sampled at other times than the first channel: write it into a group of its own"
+OTHER_TIMES = "is sampled at other times than the first channel"
+TOGETHER = "write all channels of the muscle with the same clock, as one reading each at every moment"
 NO_NUMBERS = "holds no numbers"
 UNITS = ("unit_string", "NI_UnitDescription")  # properties by which LabVIEW and DAQmx say the unit of a channel
 EPOCH = "time [s]"
@@ -35,7 +36,7 @@ def tdms_source(path: Path, group: str | None) -> Source:
     heads, longest = [*columns, *unread], max(map(len, columns.values()))
     empty = pd.Series([], dtype=float)
     cells = [*columns.values(), *(empty for _ in unread)]
-    return Source(heads, None, np.arange(1, longest + 1), raw, lambda: (cells, "."), unread)
+    return Source(heads, None, np.arange(1, longest + 1), raw, lambda: (cells, "."), unread, TOGETHER)
 
 
 def group_names(path: Path) -> list[str]:
@@ -98,12 +99,19 @@ def _columns(channels: list[Any]) -> tuple[dict[str, pd.Series], dict[str, str]]
     timing = _timing(numeric[0])
     for channel in numeric:
         if _timing(channel) != timing:
-            unread[_head(channel)] = OTHER_TIMES
+            unread[_head(channel)] = _unlike(channel, numeric[0])
         else:
             columns[_head(channel)] = _readings(channel)
     if timing[1] and not any(_is_time(channel) for channel in numeric):
         columns = {EPOCH: pd.Series(timing[1] * np.arange(timing[0]))} | columns
     return columns, unread
+
+
+def _unlike(channel: Any, first: Any) -> str:
+    """Why a channel stands beside no reading of the first one."""
+    if len(channel) != len(first):
+        return f"has {len(channel)} readings, and '{printable(first.name)}' has {len(first)}"
+    return OTHER_TIMES
 
 
 def _timing(channel: Any) -> tuple[int, float, str]:

@@ -3,6 +3,7 @@
 from pathlib import Path
 from typing import Any
 
+from fitting import units
 from fitting.errors import InputError
 from fitting.least_squares.record import Fit
 from fitting.library.library import library
@@ -13,7 +14,8 @@ from fitting.study.task import Task, as_known, task_of
 
 def fitted_data(given: dict[str, Any]) -> tuple[Task, Fit, Path]:
     """The task of what was typed, the model at its values, the first folder; InputError where they cannot be used."""
-    model = Path(given["model"])
+    stored = read_model(given["model"], library(given["effect_file"]))
+    model = stored.path
     if given["muscle"]:
         cure = "leave --muscle out; or take the model without draws"
         raise InputError("the muscle of --muscle is not the one that was measured", given["muscle"], cure=cure)
@@ -22,16 +24,29 @@ def fitted_data(given: dict[str, Any]) -> tuple[Task, Fit, Path]:
     for folder in folders:
         if not (folder / "muscle.toml").is_file():
             raise InputError("there are no data beside the model file", model, cure=cure)
-    stored = read_model(model, library(given["effect_file"]))
     more = {"effect_file": given["effect_file"], "seed": given["seed"], "own": stored.own}
     task = task_of(Request(data=tuple(map(str, folders)), model=str(model), **more))
     if not stored.fitted_to(task.experiments):
         raise _other_data(folders, stored)
+    _check_allowed(task, stored)
     fit, missing = as_known(task)
     if missing:
         cure = f"'mckibben fit {folder}' fits it"
         raise InputError(f"the model file has no value for {missing[0]}, which varies", model, cure=cure)
     return task, fit, folders[0]
+
+
+def _check_allowed(task: Task, stored: ModelFile) -> None:
+    """Refuse values that the data do not allow: they would be moved to the nearest end without a word."""
+    layout = task.layout
+    for name, lower, upper in zip(layout.names, layout.lower, layout.upper, strict=True):
+        value = task.known.get(name)
+        slack = 1e-6 * (upper - lower)
+        if value is not None and not lower - slack <= value <= upper + slack:
+            unit = layout.entry(name).unit
+            ends = f"{units.show(lower, unit)} to {units.show(upper, unit)}"
+            problem = f"{name} = {units.show(value, unit)} lies outside what was measured of the muscle, {ends}"
+            raise InputError(problem, stored.path, cure="take the value of the fit, or measure again")
 
 
 def _other_data(folders: list[Path], stored: ModelFile) -> InputError:

@@ -6,6 +6,7 @@ from typing import Any
 
 from fitting import units
 from fitting.errors import InputError
+from fitting.model_files.model_file import read_model
 from fitting.recordings.experiment import kind_of
 from fitting.recordings.records import FORCE_TESTS
 from fitting.study.fitted_data import fitted_data
@@ -33,8 +34,10 @@ def band_of_request(data: SimulatedData, options: dict[str, Any]) -> SimulatedBa
         task, fit, _ = fitted_data(options)
     except InputError as error:
         return SimulatedBand(why=error.problem)
+    if not options["of"]:
+        return write_band(data, fit)
     names = [experiment.name for experiment in task.experiments]
-    return write_band(data, fit, names.index(options["of"]) if options["of"] else 0)
+    return write_band(data, fit, names.index(read_model(options["model"], task.library).called(options["of"])))
 
 
 def _quantities(test: str, options: dict[str, Any]) -> dict[str, Any]:

@@ -18,7 +18,7 @@ def stored_model(
     unless given.
     """
     stored = read_model(file, library(effect_file))
-    stored = stored.of_set(dataset or stored.name) if dataset or len(stored.sets) > 1 else stored
+    stored = stored.of_set(stored.called(dataset or stored.name)) if dataset or len(stored.sets) > 1 else stored
     muscle = read_muscle(muscle_file)[0] if muscle_file else stored.muscle
     if muscle is None:
         raise InputError("the model file has no [muscle]", stored.path, cure="add --muscle muscle.toml")

@@ -48,6 +48,7 @@ def command(**options: Any) -> None:
     from fitting.cli.output import output
     from fitting.compiled.prepare import prepare
     from fitting.report.text.bands import band_lines, bands_result
+    from fitting.report.text.export import draws_text
     from fitting.report.text.layout import line, lines
 
     prepare()
@@ -58,5 +59,5 @@ def command(**options: Any) -> None:
     result: dict[str, Any] = made.result | {"bands": bands_result(made.bands)}
     shown = [line("WRITTEN", f"{made.file}: {made.words}"), line("ERROR", result["force_error"])]
     shown += [*lines("NEW RUN", band_lines(made.bands)), line("USE", result["use"])]
-    shown += [line("DRAWS", f"from {result['draws']['from']}")] if "draws" in result else []
+    shown += [line("DRAWS", draws_text(result["draws"], result["force_error_N"]))] if "draws" in result else []
     output(options, "mckibben export", shown, result)
