@@ -103,7 +103,7 @@ def test_a_comparison_says_how_far_readings_of_a_new_run_lie(spring):
     assert (band.test, band.runs, band.needed, band.fitted) == ("loop", 10, 9, True)
     assert 0.5 < band.half_width <= band.cautious < 30
     text = band_text(band)
-    assert text.startswith("On new loop runs like these 10, 9 readings of 10 lie within +/-")
+    assert text.startswith("Record another loop run like these 10: 9 readings of 10 will lie within +/-")
     (record,) = bands_result([band])
     assert record["half_width_N"] == band.half_width
     assert record["cautious_half_width_N"] == band.cautious
@@ -151,7 +151,7 @@ def test_a_simulated_loop_has_a_band_that_holds_new_runs(stored, tmp_path):
     """The truth is the closed form with its spring, at pressures between those that were measured."""
     options = ("--pressures", "120 kPa,230 kPa,380 kPa", "--turns", "0.02,0.18,0.02", "--speed", "17 mm/s")
     said, record, rows = simulated(stored, tmp_path / "loop", *options)
-    assert "9 readings of 10 lie within" in said
+    assert "9 readings of 10 will lie within" in said
     assert record["samples_beyond"] == 0
     force, low, high = rows[:, 2:].T
     assert np.all((low < force) & (force < high))
@@ -197,4 +197,4 @@ def test_an_export_takes_its_misfit_from_runs_that_were_left_out(stored, tmp_pat
     assert "each run predicted from the others" in told["force_error"]
     assert told["bands"][0]["half_width_N"] == pytest.approx(band.half_width, rel=1e-3)
     assert told["force_error_N"] > band.half_width
-    assert "9 readings of 10 lie within" in " ".join(done.output.split())
+    assert "9 readings of 10 will lie within" in " ".join(done.output.split())

@@ -71,7 +71,7 @@ def test_the_page_says_how_far_readings_of_a_new_run_lie(study):
     text = page(task, dataclasses.replace(c, bands=(band,)))
     assert "± 2.25 N" in text  # the 45th of 50 readings of every run
     assert "holds 9 readings of 10 of a new loop run" in text
-    assert "On new loop runs like these 10, 9 readings of 10 lie within +/-2.25 N" in text
+    assert "Record another loop run like these 10: 9 readings of 10 will lie within +/-2.25 N" in text
     few = page(task, dataclasses.replace(c, bands=(dataclasses.replace(band, runs=8, scores=scores[:8]),)))
     assert "9 runs are needed, and there are 8" in few
     assert "of a new loop run</" not in few

@@ -24,9 +24,9 @@ def band_text(band: ForceBand) -> str:
         )
     unseen = "" if band.fitted else " Its values were not fitted to these runs."
     return (
-        f"On new {band.test} runs like these {band.runs}, {_share(band.level)} lie within "
-        f"+/-{amount(band.half_width, 'N')} of the model, right or wrong; within +/-{amount(band.cautious, 'N')} if "
-        f"nothing is presumed of the new run.{unseen}"
+        f"Record another {band.test} run like these {band.runs}: {_share(band.level)} will lie within "
+        f"+/-{amount(band.half_width, 'N')} of the model, even if the model is wrong; within "
+        f"+/-{amount(band.cautious, 'N')} if that run may differ from these as much as it likes.{unseen}"
     )
 
 
