@@ -14,6 +14,7 @@ with app.setup(hide_code=True):
     from fitting.report import BLUE, GREEN, GREY, ORANGE, SKY, VERMILION
     from mckibben_jax import BladderMooneyRivlin, ConicalEnds, ConicalEndsPrinted, IdealCylinder, ReducedLength, Tip
     from mckibben_jax.laws import braid
+    from mckibben_jax.laws.ends import held_ends_factor, held_ends_reach
 
     jax.config.update("jax_enable_x64", True)
 
@@ -149,6 +150,7 @@ cylinder {errors[CYLINDER]} %; cones by their volume {errors[CONES]} %, a reduce
 cones {errors[AS_PRINTED]} %: {printed}.
 
 - The fits: {TIP}, k = {found(judged, TIP, maps)}; {CONES}, k_c = {found(judged, CONES, maps)}.
+- {net_text(maps)}
 - At contractions left out, k lowers the error of the cylinder by {verdict(gains[TIP], names)};
   cones by their volume by {verdict(gains[CONES], names)}.
 - Ends or a second rubber constant? With Treloar rubber and {alike.removesuffix(TRELOAR)} the error is
@@ -157,6 +159,21 @@ cones {errors[AS_PRINTED]} %: {printed}.
 - Without any cone (k_c = 0) the printed law 25 is still {100 * no_cone_left(0.2):.0f} % of the largest force above the
   cylinder at a contraction of 0.2 (20 deg).
 """
+
+
+@app.function
+def net_text(maps, contraction=0.1):
+    """The factor k that a bare net has, held at the radius of its fittings; nothing is fitted."""
+    made = [one.muscle for one in maps]
+    factors = [held_ends_factor(contraction, m.length, m.radius, m.braid_angle) for m in made]
+    reaches = [held_ends_reach(contraction, m.radius, m.braid_angle) / m.radius for m in made]
+    both, far = (
+        " and ".join(f"{float(value):.{digits}f}" for value in values)
+        for values, digits in ((factors, 3), (reaches, 1))
+    )
+    return f"""What k can stand for: an inextensible net without rubber, held at its fittings and contracted by {contraction:g}
+  in the middle, has k = {both} by its exact shape, which comes back to the cylinder's within {far} radii.
+  Nothing is fitted there. At rest it loses no pull; a reduced length does."""
 
 
 @app.function

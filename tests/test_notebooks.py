@@ -80,6 +80,7 @@ ANSWERS = {
         ("cylinder # and # %", [0.586, 0.743], 0.01),
         ("cones by their volume # and # %, a reduced length # and # %", [0.586, 0.604, 0.586, 0.659], 0.01),
         ("k = # +/- # and # +/- #", [0.997, 0.29, 1.13, 0.07], 0.02),
+        ("contracted by 0.1 in the middle, has k = # and # by its exact shape", [1.086, 1.140], 0.002),
         ("Treloar rubber and cones by their volume (25E) the error is # and # %", [0.698, 0.663], 0.01),
         ("is still # % of the largest force above the cylinder", [18.7], 0.6),
     ],
