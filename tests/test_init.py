@@ -54,3 +54,15 @@ def test_a_load_that_is_read_all_the_time_is_a_force_and_what_is_not_used_is_sai
     assert "load = " not in text
     assert '# not used: "Humidity (%)"' in text
     assert 'test = "loop"' in text
+
+
+def test_what_has_no_name_of_a_column_is_known_by_its_unit_where_only_one_has_it(tmp_path):
+    """As LabVIEW calls its channels; of two columns in mm nobody knows which is meant."""
+    (tmp_path / "loops.csv").write_text("time [s],Dev1/ai0 [kPa],Encoder [mm],Load cell [N]\n" + "0,1,2,3\n" * 9)
+    (tmp_path / "other.csv").write_text(
+        "time [s],Dev1/ai0 [kPa],Encoder [mm],Gap [mm],Load cell [N]\n" + "0,1,2,3,4\n" * 9
+    )
+    first, second = muscle_file(tmp_path).split("[[recording]]")[1:]
+    assert 'columns = { pressure = "Dev1/ai0 [kPa]", displacement = "Encoder [mm]", force = "Load cell [N]" }' in first
+    assert "displacement" not in second.split("accuracy")[0]
+    assert '# not used: "Encoder [mm]", "Gap [mm]"' in second

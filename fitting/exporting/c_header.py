@@ -71,7 +71,7 @@ $title
  * Signs: contraction is (l0 - l)/l0 and displacement l0 - l, both positive when shorter; force is positive when
  * pulling. direction is the way of the braid: 1 contracting, -1 elongating, 0 at rest without friction.
  * Dry friction turns round with any motion: a displacement that jitters, as a sensor's does, makes the force of step
- * jump by twice the friction. Give a smooth one.
+ * jump by twice the friction. Give a smooth one. A step takes time: with dt = 0 it gives NaN.
  *
  *     ${n}_state state = ${n}_start(2e5, 0.0);               // 2 bar, rest length
  *     double newton = ${n}_step(&state, 3e5, 0.01, 1e-3);    // a millisecond later: 3 bar, 10 mm shorter

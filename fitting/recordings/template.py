@@ -12,7 +12,7 @@ from fitting.recordings.kinds import parts_of, recordings_in
 from fitting.recordings.muscle_file import REQUIRED
 from fitting.recordings.records import TESTS
 from fitting.recordings.tables import COLUMNS, Table, plain_name, read_heads, read_table, split_head
-from fitting.units import shown_in
+from fitting.units import dimension, is_unit, shown_in
 from fitting.writing import FULL, refused, text_replaced
 from mckibben_jax.muscle import quantities
 
@@ -140,13 +140,16 @@ def _quoted(text: str) -> str:
 
 
 def _columns(heads: list[str]) -> dict[str, str]:
-    """What the columns most likely are: by their own name, by a word in it, by a letter."""
+    """What the columns most likely are: by their own name, by a word in it, by a letter, by a unit of its own."""
     found: dict[str, str] = {}
     for guess in (_by_name, _by_word, _by_letter):
         for head in heads:
             name = guess(head)
             if name and name not in found and head not in found.values() and not _second_position(name, found):
                 found[name] = head
+    for name, head in _by_unit([head for head in heads if found and head not in found.values()]):
+        if name not in found and not _second_position(name, found):
+            found[name] = head
     return {name: found[name] for name in COLUMNS if name in found}
 
 
@@ -166,6 +169,19 @@ def _by_word(head: str) -> str | None:
 
 def _by_letter(head: str) -> str | None:
     return LETTERS.get(plain_name(head))
+
+
+def _by_unit(heads: list[str]) -> Iterator[tuple[str, str]]:
+    """What columns are of which no name is known, where only one of them has such a unit."""
+    for name in ("time", "pressure", "displacement", "force"):
+        alike = [head for head in heads if _has_unit_of(head, str(COLUMNS[name]))]
+        if len(alike) == 1:
+            yield name, alike[0]
+
+
+def _has_unit_of(head: str, si: str) -> bool:
+    unit = split_head(head)[1]
+    return bool(unit) and is_unit(unit) and dimension(unit) == dimension(si)
 
 
 def _test(name: str, table: Table | None, names: set[str]) -> str:
