@@ -205,7 +205,10 @@ def _plain_root(equation: Callable[[jax.Array], jax.Array], guess: jax.Array) ->
 
 
 class Tip(Felt):
-    """The ends do not open fully: the braid contracts k times as much as the muscle's length says."""
+    """The ends do not open fully: the braid contracts k times as much as the muscle's length says.
+
+    A bare net whose ends are held does so by its shape alone: `mckibben_jax.laws.ends.held_ends_factor` is its k.
+    """
 
     title = "Tip correction"
     source = "Tondu & Lopez 2000; Tondu 2012, 'Tip effects'"
