@@ -114,7 +114,9 @@ def read_sources() -> Iterator[Any]:
     yield from (pytest.param(path.read_text(encoding="utf-8"), id=path.name) for path in NUMBERED)
 
 
-EXPORTED = re.compile(r"^(?:import .*\bmuscle_mujoco|from muscle import )", re.MULTILINE)  # what `export` writes
+EXPORTED = re.compile(
+    r"^(?:import .*\bmuscle_mujoco|from muscle import |.*\"muscle\.fmu\")", re.MULTILINE
+)  # what `export` writes
 
 
 @pytest.mark.parametrize("source", list(read_sources()))

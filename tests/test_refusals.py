@@ -64,7 +64,7 @@ BAD_TABLES = {
     ),
     "mass for force": (changed("force [N]", "force [kg]"), "", ("cannot be the unit of a force",)),
     "no such unit": (changed("[bar]", "[Bahr]"), "", ("'Bahr' is not a unit",)),
-    "case of unit": (changed("[bar]", "[kpa]"), "", ("did you mean 'kPa'?",)),
+    "case of unit": (changed("[bar]", "[MPA]"), "", ("did you mean 'MPa'?",)),
     "text": (
         cell(17, 3, "OVLD"),
         "",
