@@ -226,6 +226,16 @@ def load_to_si(text: Any, si: str, what: str = "load") -> float:
     return _checked(number * load_factor(unit), "N", text, what) if unit else to_si(text, "N", what)
 
 
+def list_to_si(text: str, unit: str, what: str, read: Callable[..., float] = to_si) -> list[float]:
+    """Values (SI) separated by commas; a unit at the end stands for all that have none. `read` reads one of them."""
+    parts = [part.strip() for part in text.split(",") if part.strip()]
+    if not parts:
+        raise InputError(f"{what} is empty", cure=f"write for example {example(unit)}")
+    last = split_value(parts[-1], what)[1]
+    whole = [part if split_value(part, what)[1] else f"{part} {last}".strip() for part in parts]
+    return [read(part, unit, what) for part in whole]
+
+
 def measured(text: Any, si: str, what: str = "value") -> Measured:
     """Value and standard uncertainty of '7.0 +/- 0.1 mm' (one unit for both, or each its own) in SI."""
     parts = _PLUS_MINUS.split(text) if isinstance(text, str) else [text]

@@ -11,7 +11,7 @@ from scipy.linalg import cho_solve
 
 from fitting.diagnosis.diagnose import diagnose, prepared
 from fitting.recordings.experiment import read_experiment
-from fitting.recordings.inputs import WhiteError, estimated, rounding, stamp_error
+from fitting.recordings.inputs import WhiteError, as_felt, rounding, smoothed, stamp_error
 from fitting.recordings.smoother import estimate
 from mckibben_jax.effect import name_of
 from mckibben_jax.effects import LIBRARY, CoulombFriction, IdealCylinder
@@ -26,6 +26,11 @@ TURNS = (0.0, 10.0, 20.0, 30.0, 40.0, 50.0)
 
 def noise(seed, count=COUNT, sd=GAUGE):
     return sd * np.random.default_rng(seed).normal(size=count)
+
+
+def estimated(time, reading, turns, white):
+    """What enters the laws."""
+    return as_felt(time, reading, smoothed(time, reading, turns, white), white)
 
 
 def triangle(time):

@@ -144,10 +144,7 @@ def _counts(text: str) -> tuple[int, int]:
 
 
 def _ends(text: str, unit: str, what: str) -> tuple[float, float]:
-    parts = [part.strip() for part in text.split(",")]
-    last = units.split_value(parts[-1], what)[1]
-    whole = [part if units.split_value(part, what)[1] else f"{part} {last}".strip() for part in parts]
-    ends = [units.to_si(part, unit, what) for part in whole]
+    ends = units.list_to_si(text, unit, what)
     if len(ends) != 2 or ends[0] >= ends[1]:
         cure = f"for example {what} '{units.write(0.0, unit)}, {units.example(unit)}'"
         raise InputError(f"{what} needs a lower and an upper end", value=text, cure=cure)

@@ -56,14 +56,10 @@ class InputErrors:
 UNKNOWN = InputErrors()
 
 
-def estimated(time: np.ndarray, reading: np.ndarray, turns: np.ndarray, white: WhiteError) -> Estimate:
-    """The signal behind a reading (n,), itself if its error is not felt; at the samples `turns` it may turn sharply."""
-    return as_felt(time, reading, smoothed(time, reading, turns, white), white)
-
-
 def smoothed(time: np.ndarray, reading: np.ndarray, turns: np.ndarray, white: WhiteError) -> Estimate:
-    """The same however small the error is: a rate feels errors that the force does not.
+    """The signal behind a reading (n,), however small its error; at the samples `turns` it may turn abruptly.
 
+    A rate feels errors that the force does not: `as_felt` gives the reading itself back where the force does not.
     What looks like an error because time stamps are rounded is none: the force was read at the same moment.
     """
     known = white.stated

@@ -146,7 +146,7 @@ def _pressure(r: Run, edges: np.ndarray, errors: InputErrors) -> tuple[Estimate,
     turns = signals.turning_points(r.pressure, signals.turning_threshold(r.time, r.pressure, CYCLES.smallest_cycle))
     if commanded:
         behind = pressure = Estimate.as_read(r.pressure, signals.noise_level(r.time, r.pressure))
-    else:  # a lag would earn by an error that is not the rate's, too: both come from one smoother
+    else:  # one smoother gives both: a lag of the supply could else explain the error of one by that of the other
         behind = smoothed(r.time, r.pressure, turns, errors.pressure)
         pressure = as_felt(r.time, r.pressure, behind, errors.pressure)
     if pressure.constant:

@@ -25,7 +25,7 @@ class Source:
     raw: bytes
     cells: Callable[[], tuple[list[pd.Series], str]]
     unread: Mapping[str, str] = field(default_factory=dict)  # heads that stand for no column, and why
-    readable: str = "save it as a vector"  # what to do that they do
+    cure: str = "save it as a vector"  # how a user makes columns of these
 
 
 def series_of(values: Sequence[Any]) -> pd.Series:

@@ -96,7 +96,7 @@ def _common_rows(source: Source, cells: list[pd.Series], where: Mapping[str, int
     """The numbers of the rows; columns that are used have to be of one length."""
     for at in where.values():
         if reason := source.unread.get(source.heads[at]):
-            raise InputError(f"it {reason}", path, column=source.heads[at], cure=source.readable)
+            raise InputError(f"it {reason}", path, column=source.heads[at], cure=source.cure)
     lengths = {name: len(cells[at]) for name, at in where.items()}
     longest = max(lengths, key=lambda name: (lengths[name], name == "time"), default=None)
     for name, length in lengths.items():

@@ -19,7 +19,7 @@ OTHER_TIMES = "is sampled at other times than the first channel"
 TOGETHER = "write all channels of the muscle with the same clock, as one reading each at every moment"
 NO_NUMBERS = "holds no numbers"
 UNITS = ("unit_string", "NI_UnitDescription")  # properties by which LabVIEW and DAQmx say the unit of a channel
-EPOCH = "time [s]"
+TIMES = "time [s]"
 
 
 def tdms_source(path: Path, group: str | None) -> Source:
@@ -103,7 +103,7 @@ def _columns(channels: list[Any]) -> tuple[dict[str, pd.Series], dict[str, str]]
         else:
             columns[_head(channel)] = _readings(channel)
     if timing[1] and not any(_is_time(channel) for channel in numeric):
-        columns = {EPOCH: pd.Series(timing[1] * np.arange(timing[0]))} | columns
+        columns = {TIMES: pd.Series(timing[1] * np.arange(timing[0]))} | columns
     return columns, unread
 
 

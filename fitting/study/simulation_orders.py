@@ -1,6 +1,6 @@
 """The options of `simulate` as quantities in SI."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -42,19 +42,19 @@ def band_of_request(data: SimulatedData, options: dict[str, Any]) -> SimulatedBa
 
 def _quantities(test: str, options: dict[str, Any]) -> dict[str, Any]:
     """What this kind of test is made of, in SI; what was not typed is left to `simulate`."""
-    pressures = _values(options["pressure"], "Pa", "--pressure")
+    pressures = units.list_to_si(options["pressure"], "Pa", "--pressure")
     check_least("--pressure", pressures, options["pressure"], -units.ATMOSPHERE)
     chosen: dict[str, Any] = {"pressures": pressures}
     chosen |= {key: _positive(options, key, unit) for key, unit in (("rate", "1/s"), ("duration", "s")) if options[key]}
     if test == "loop":
         return chosen | {
-            "turns": _values(options["turns"], "1", "--turns"),
+            "turns": units.list_to_si(options["turns"], "1", "--turns"),
             "speed": _positive(options, "speed", "m/s"),
         }
     if test in ("isometric", "static"):
         typed = options["contraction"]
-        return chosen | ({"contractions": _values(typed, "1", "--contraction")} if typed else {})
-    loads = _values(options["load"], "N", "--load", units.load_to_si)
+        return chosen | ({"contractions": units.list_to_si(typed, "1", "--contraction")} if typed else {})
+    loads = units.list_to_si(options["load"], "N", "--load", units.load_to_si)
     check_least("--load", loads, options["load"], 0.0, itself=False)
     return chosen | {"loads": loads}
 
@@ -71,13 +71,3 @@ def check_least(what: str, values: Sequence[float], typed: Any, least: float, it
         bound = "a vacuum" if least else "0"
         problem = f"{what} goes below {bound}" if itself else f"{what} is not above {bound}"
         raise InputError(problem, value=typed, cure="give what a rig can do")
-
-
-def _values(text: str, unit: str, what: str, read: Callable[..., float] = units.to_si) -> list[float]:
-    """Values separated by commas; a unit at the end stands for all that have none."""
-    parts = [part.strip() for part in text.split(",") if part.strip()]
-    if not parts:
-        raise InputError(f"{what} is empty", cure=f"write for example {units.example(unit)}")
-    last = units.split_value(parts[-1], what)[1]
-    whole = [part if units.split_value(part, what)[1] else f"{part} {last}".strip() for part in parts]
-    return [read(part, unit, what) for part in whole]
