@@ -5,14 +5,16 @@ from pathlib import Path
 import click
 
 
-def listed(_context: click.Context, _option: click.Parameter, words: str) -> tuple[str, ...]:
-    """The groups named in a list with commas."""
-    from .cases import groups_of, plan
+def listed(_context: click.Context, option: click.Parameter, words: str) -> tuple[str, ...]:
+    """The groups, or the kinds of instruments, named in a list with commas."""
+    from .cases import plan
 
-    known, named = groups_of(plan()), tuple(word.strip() for word in words.split(",") if word.strip())
+    field = {"groups": "group", "rigs": "instruments"}[str(option.name)]
+    known = dict.fromkeys(getattr(case, field) for case in plan())
+    named = tuple(word.strip() for word in words.split(",") if word.strip())
     strange = [name for name in named if name not in known]
     if strange:
-        raise click.BadParameter(f"no group {', '.join(strange)}; the plan has {', '.join(known)}")
+        raise click.BadParameter(f"no {', '.join(strange)}; the plan has {', '.join(known)}")
     return named
 
 
@@ -26,9 +28,12 @@ def listed(_context: click.Context, _option: click.Parameter, words: str) -> tup
 @click.option("--page", default=None, help="HTML page; beside it a table in Markdown and CSV. OUT.html unless given.")
 @click.option("--only-page", is_flag=True, help="Only write the page of what is there.")
 @click.option("--groups", default="", callback=listed, help="Groups of the plan, as in kinds,none; all unless given.")
+@click.option(
+    "--instruments", "rigs", default="", callback=listed, help="Kinds of instruments, as laboratory; all unless given."
+)
 def main(
     share: float, workers: int, out: str, seed: int, limit: float, rivals: float, page: str | None, only_page: bool,
-    groups: tuple[str, ...],
+    groups: tuple[str, ...], rigs: tuple[str, ...],
 ) -> None:  # fmt: skip
     """Hide effects, diagnose, and count how often the verdict was right."""
     from .distance import distances
@@ -36,9 +41,10 @@ def main(
     from .run import records, study
 
     place = Path(out)
-    found = records(place) if only_page else study(place, share, workers, seed, limit, rivals, groups=groups)
+    found = records(place) if only_page else study(place, share, workers, seed, limit, rivals, groups=groups, rigs=rigs)
     command = f"python -m tests.hidden.study --share {share:g} --workers {workers} --seed {seed} --rivals {rivals:g}"
     command += f" --groups {','.join(groups)}" if groups else ""
+    command += f" --instruments {','.join(rigs)}" if rigs else ""
     oracle = distances(found, place.with_suffix(".oracle.jsonl"))
     written = write_page(found, Path(page) if page else place.with_suffix(".html"), command, oracle)
     click.echo(rig_markdown(rig_tables(found, oracle)))

@@ -39,12 +39,14 @@ def study(
     quiet: bool = False,
     work: Work | None = None,
     groups: Collection[str] = (),
+    rigs: Collection[str] = (),
 ) -> list[dict[str, Any]]:
-    """Every record of a share of the plan, or of some groups of it.
+    """Every record of a share of the plan, or of some groups of it, or of some kinds of instruments (`rigs`).
 
     `limit` is a case's time in s, `rivals` their share of the cases.
     """
-    return worked(chosen(plan(seed), share, groups), out, workers, limit, rivals, quiet, work or attempted)
+    cases = tuple(case for case in plan(seed) if not rigs or case.instruments in rigs)
+    return worked(chosen(cases, share, groups), out, workers, limit, rivals, quiet, work or attempted)
 
 
 def worked(
