@@ -42,6 +42,7 @@ FLOORS = {
         ("planning",),
         ("posterior",),
         ("designs",),
+        ("evidence",),
         ("study",),
         ("hill", "exporting"),
         ("identified", "selftest"),

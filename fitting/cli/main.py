@@ -14,8 +14,8 @@ from fitting.writing import FULL
 
 # in the order of a study; a command whose file is not there is not offered
 COMMANDS = ("demo", "init", "compare", "fit", "diagnose", "add", "drop", "discover", "plan", "posterior", "report",
-            "hill", "simulate", "selftest", "export", "library", "design", "sweep", "effects", "equations", "cite",
-            "workbench", "warm")  # fmt: skip
+            "evidence", "hill", "simulate", "selftest", "export", "library", "design", "sweep", "effects", "equations",
+            "cite", "workbench", "warm")  # fmt: skip
 
 
 class Stop(click.ClickException):

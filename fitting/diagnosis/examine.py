@@ -174,15 +174,22 @@ class Examiner:
         self, fit: CandidateFit, fits: Mapping[frozenset[str], CandidateFit], glance: bool = False
     ) -> tuple[list[str], np.ndarray]:
         """Whatever could still be added: names, and signatures (rows, names), at three shapes; at a glance, at two."""
+        wanted = self.wanted(fit, fits, glance)
+        columns = signatures(self.world, fit, wanted)
+        usable = np.all(np.isfinite(columns), axis=0) & np.any(columns != 0, axis=0)
+        return [name for (name, _), good in zip(wanted, usable, strict=True) if good], columns[:, usable]
+
+    def wanted(
+        self, fit: CandidateFit, fits: Mapping[frozenset[str], CandidateFit], glance: bool = False
+    ) -> list[tuple[str, dict[str, float]]]:
+        """Whatever could still be added, each with the values of a shape of it; at a glance, at two shapes."""
         wanted = []
         for candidate in self.world.candidates:
             after = self.world.with_added([candidate], fit.effects)
             if candidate not in fit.effects and not self.world.lacking(after):
                 shapes = self._shapes(candidate, fits)
                 wanted += [(candidate, shape) for shape in ([shapes[0], *shapes[1:][-1:]] if glance else shapes)]
-        columns = signatures(self.world, fit, wanted)
-        usable = np.all(np.isfinite(columns), axis=0) & np.any(columns != 0, axis=0)
-        return [name for (name, _), good in zip(wanted, usable, strict=True) if good], columns[:, usable]
+        return wanted
 
     def _shapes(self, candidate: str, fits: Mapping[frozenset[str], CandidateFit]) -> list[dict[str, float]]:
         """A few values of its parameters, the last as fitted alone."""

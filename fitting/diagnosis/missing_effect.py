@@ -86,14 +86,14 @@ class Ground:
         """All that is tested, free of the correlation that noise and instruments make."""
         felt = self.errors
         errors = felt.changed(self.without_noise(felt.per_run), self.without_noise(felt.shared)).whitener()
-        parts = [rows[:, None], by.slopes, signatures, self.basis.smooth, self.basis.fine]
+        parts = [rows[:, None], by.slopes, signatures, self.basis.smooth, self.basis.fine, felt.shared]
         plain = self.without_noise(np.hstack(parts))
         split = lambda flat: np.split(flat, np.cumsum([part.shape[1] for part in parts])[:-1], axis=1)  # noqa: E731
-        e, j, z, smooth, fine = split(errors(plain))
+        e, j, z, smooth, fine, shared = split(errors(plain))
         _, j_plain, z_plain, *_ = split(plain)
         left = Nuisance(j_plain, by.prior_rows, by.prior_slopes).project_out(z_plain)
         share = np.linalg.norm(left, axis=0) / np.maximum(np.linalg.norm(z_plain, axis=0), 1e-300)
-        return Whitened(e, j, z, Basis(smooth, fine), share, self.settings)
+        return Whitened(e, j, z, Basis(smooth, fine), share, shared, self.settings)
 
     def p_values(self, what: Projected) -> PValues:
         """Of projected rows."""
@@ -114,13 +114,17 @@ class Ground:
 
 @dataclass(frozen=True)
 class Whitened:
-    """Rows (rows, 1), slopes of the model's parameters, candidates and bases: not correlated."""
+    """Rows (rows, 1), slopes of the model's parameters, candidates, bases and what instruments err by: not correlated.
+
+    `shared` (rows, errors) are the errors that all runs share.
+    """
 
     e: np.ndarray
     j: np.ndarray
     z: np.ndarray
     basis: Basis
     share_left: np.ndarray  # of each candidate, what the parameters leave where instruments do not err
+    shared: np.ndarray
     settings: FlipTestSettings = FLIP_TEST
 
     def project_out(self, by: Nuisance) -> Projected:

@@ -54,6 +54,7 @@ class Instruments:
     ripple_pitch: float = 0.02  # m of stroke for one wave
     warming: float = 0.0  # share by which dry friction has changed when everything is warm; not drawn, always this size
     warm_after: float = 600.0  # s of the clock, time constant
+    number: int | None = None  # of a set of instruments: what lasts is the same in all its recordings; None: a new set
 
     def scaled(self, share: float) -> Instruments:
         """The same rig with errors `share` times as large."""
@@ -146,12 +147,13 @@ class Session:
     def __init__(self, instruments: Instruments, seed: int):
         self.instruments, self.random = instruments, np.random.default_rng([seed, STREAM])
         channels = (instruments.pressure, instruments.force, instruments.position)
-        self.lasting = [self.drawn(channel) for channel in channels]
-        self.phase = self.random.uniform(0, 2 * np.pi)
+        made = self.random if instruments.number is None else np.random.default_rng([instruments.number, STREAM])
+        self.lasting = [self.drawn(channel, made) for channel in channels]
+        self.phase = made.uniform(0, 2 * np.pi)
 
-    def drawn(self, channel: Channel) -> Drawn:
+    def drawn(self, channel: Channel, made: np.random.Generator) -> Drawn:
         """What a channel errs by in the whole recording."""
-        zero, gain, hysteresis, drift = self.random.standard_normal(4)
+        zero, gain, hysteresis, drift = made.standard_normal(4)
         return Drawn(zero * channel.zero, gain * channel.gain, abs(hysteresis) * channel.hysteresis,
                      drift * channel.drift)  # fmt: skip
 

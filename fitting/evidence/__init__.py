@@ -1,0 +1,1 @@
+"""Evidence that grows from session to session, and holds wherever one stops."""
