@@ -84,7 +84,7 @@ class Examiner:
         How errors are felt hardly depends on what is added: the base's stand for all.
         """
         if fit not in self._left:  # every set is compared with many
-            self._left[fit] = Nuisance.of(fit).left(fit.rows, self.errors(self.base))
+            self._left[fit] = Nuisance.of(fit).left(fit.rows, self._whitener)
         return self._left[fit]
 
     def adequacy(
@@ -208,12 +208,16 @@ class Examiner:
         whitened rows, in one step from the fit, unless there are so few readings that each group is refitted.
         """
         if len(self.world.samples) <= held_out.HELD_OUT.refit_below:
-            return self._whitener(self.left_out(fit, glance))
-        rows, slopes = self._whitener(fit.rows), self._whitener(fit.slopes)
+            return self.without_instruments(self.left_out(fit, glance))
+        rows, slopes = self.without_instruments(fit.rows), self.without_instruments(fit.slopes)
         whole, target = np.vstack([slopes, fit.prior_slopes]), np.concatenate([rows, fit.prior_rows])
         at_best = target - whole @ lstsq(whole, target, 1e-12)
         rows, prior_rows = at_best[: len(rows)], at_best[len(rows) :]
         return held_out.left_out_rows(rows, slopes, prior_rows, fit.prior_slopes, self.groups)
+
+    def without_instruments(self, columns: np.ndarray) -> np.ndarray:
+        """Rows (rows,) or columns (rows, q) without what instruments within their accuracy can make of them."""
+        return self._whitener(columns)
 
     @cached_property
     def _whitener(self) -> InstrumentWhitener:

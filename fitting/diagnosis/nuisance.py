@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fitting.diagnosis.candidate_fit import CandidateFit
-from fitting.diagnosis.instrument_errors import InstrumentErrors
+from fitting.diagnosis.instrument_errors import InstrumentWhitener
 from fitting.least_squares.decomposed import lstsq
 
 
@@ -28,9 +28,8 @@ class Nuisance:
         target = np.vstack([columns, np.zeros((len(self.prior_slopes), columns.shape[1]))])
         return columns - self.slopes @ lstsq(whole, target, 1e-12)
 
-    def left(self, rows: np.ndarray, errors: InstrumentErrors) -> float:
+    def left(self, rows: np.ndarray, without: InstrumentWhitener) -> float:
         """Sum of squares that is left when parameters, and instruments within their accuracy, have given way."""
-        without = errors.whitener()
         whole = np.vstack([without(self.slopes), self.prior_slopes])
         target = np.concatenate([without(rows), self.prior_rows])
         return float(np.sum((target - whole @ lstsq(whole, target, 1e-12)) ** 2))

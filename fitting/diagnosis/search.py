@@ -3,6 +3,7 @@
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import combinations
 from math import comb
 
@@ -74,6 +75,7 @@ class Search:
         self.numberless: set[frozenset[str]] = set()  # sets that give no number, from any starting value
         self.seeds: set[frozenset[str]] = set()  # sets with which every other effect was looked at
         self.adequate: list[frozenset[str]] = []
+        self._changes: dict[str, np.ndarray] = {}
 
     @classmethod
     def resumed(cls, result: SearchResult) -> "Search":
@@ -177,11 +179,24 @@ class Search:
 
     def promised(self, group: Sequence[str]) -> float:
         """Sum of squares left if the changes that each effect makes alone could be mixed freely."""
-        changes = [self.fits[frozenset([name])].rows - self.base.rows for name in group]
-        columns = np.stack([*changes, *self.base.slopes.T], axis=1)
-        gram, right = columns.T @ columns, columns.T @ self.base.rows
+        rows, slopes = self.base_without_instruments
+        columns = np.stack([*map(self.change, group), *slopes.T], axis=1)
+        gram, right = columns.T @ columns, columns.T @ rows
         taken = lstsq(gram, right, 1e-12)
-        return float(self.base.rows @ self.base.rows - right @ taken)
+        return float(rows @ rows - right @ taken)
+
+    @cached_property
+    def base_without_instruments(self) -> tuple[np.ndarray, np.ndarray]:
+        """Rows and slopes of the base without what instruments can make of them."""
+        without = self.examiner.without_instruments
+        return without(self.base.rows), without(self.base.slopes)
+
+    def change(self, name: str) -> np.ndarray:
+        """What an effect changes the rows by where it is fitted alone, without what instruments could do as well."""
+        if name not in self._changes:  # every effect stands in many sets
+            change = self.fits[frozenset([name])].rows - self.base.rows
+            self._changes[name] = self.examiner.without_instruments(change)
+        return self._changes[name]
 
     def grown(self, seeds: Sequence[frozenset[str]]) -> list[frozenset[str]]:
         """Larger sets, not fitted yet, that a linear look beside the first of these promises the most of.
@@ -202,10 +217,11 @@ class Search:
         """Sums of squares that a linear look promises if one more effect stood beside a fitted set."""
         fit, promise = self.fits[added], dict[frozenset[str], float]()
         names, columns = self.examiner.columns(fit, self.fits, glance=True)
-        left = Nuisance.of(fit).project_out(columns)
-        gain = (fit.rows @ left) ** 2 / np.maximum(np.sum(left**2, axis=0), 1e-300)
+        without, cost = self.examiner.without_instruments, self.examiner.left(fit)
+        left = Nuisance(without(fit.slopes), fit.prior_rows, fit.prior_slopes).project_out(without(columns))
+        gain = (without(fit.rows) @ left) ** 2 / np.maximum(np.sum(left**2, axis=0), 1e-300)
         for name, less in zip(names, gain, strict=True):  # a name for each of its shapes
-            promise[added | {name}] = min(promise.get(added | {name}, np.inf), fit.cost - float(less))
+            promise[added | {name}] = min(promise.get(added | {name}, np.inf), cost - float(less))
         return promise
 
     def parts(self, sets: Sequence[frozenset[str]]) -> list[frozenset[str]]:
@@ -227,8 +243,16 @@ class Search:
         return [other for other in relatives if len(self.world.layout.of_effect(other)) < count]
 
     def best(self, size: int) -> list[frozenset[str]]:
-        """Fitted sets of one size, the best first."""
-        return sorted((added for added in self.fits if len(added) == size), key=lambda k: self.fits[k].cost)
+        """Fitted sets of one size, the best first.
+
+        What counts is what they leave when instruments within their accuracy have given way: a gain of the load cell
+        lowers the sum of squares by far more than a small effect, and explains nothing.
+        """
+        return sorted((added for added in self.fits if len(added) == size), key=self.left)
+
+    def left(self, added: frozenset[str]) -> float:
+        """Sum of squares that a fitted set leaves beyond what instruments can make of the rows."""
+        return self.examiner.left(self.fits[added])
 
     def bettered(self, added: frozenset[str]) -> bool:
         """Whether one more effect brings the error far down."""
@@ -240,9 +264,9 @@ class Search:
     def test_level(self, size: int) -> None:
         """Test the best sets of one size."""
         level = self.best(size)
-        best = self.fits[level[0]].cost if level else 0.0
+        best = self.left(level[0]) if level else 0.0
         for added in [each for each in level[: self.settings.tested] if each not in self.adequacy_tests]:
-            if self.fits[added].cost > best / self.settings.bettered**2:
+            if self.left(added) > best / self.settings.bettered**2:
                 break
             self.fits[added] = self.world.decided(self.fits[added])
             adequacy = self.examiner.adequacy(added, self.fits[added], self.fits, bettered=self.bettered(added))
