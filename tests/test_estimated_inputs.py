@@ -284,6 +284,14 @@ def test_a_noisy_encoder_does_not_make_a_law_of_speed_look_easier_to_find(tmp_pa
     assert limit("noisy", 1e-5) == pytest.approx(limit("exact", 0.0), rel=0.05)
 
 
+def test_a_delayed_force_is_followed_around_turning_points_of_a_noisy_length(tmp_path):
+    """Where the direction was unknown, friction was none, and the delayed force of what was measured next was off."""
+    errs = replace(COLOURED, position=1e-5)
+    search = prepared([read(tmp_path, rig(loops, errs, 3, {"time_delay": {"tau": 0.055}}), errs)], BASELINE)
+    search.fit_singles()
+    assert np.abs(search.fits[frozenset(["time_delay"])].rows).max() < 6
+
+
 # ------------------------------------------------------------------------------------------------ rounded time stamps
 
 

@@ -7,13 +7,14 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from hidden.instruments import EVERY_KIND
 from hidden.simulator import NOISES, write
 from hidden.study.protocols import PROTOCOLS
 from hidden.study.sizes import base_of, hiding
 from small_muscle import loops
 from small_muscle import write as write_small
 
-from fitting.diagnosis.diagnose import concluded, searched
+from fitting.diagnosis.diagnose import concluded, diagnose, searched
 from fitting.diagnosis.search import Search
 from fitting.diagnosis.settings import DIAGNOSIS, SEARCH
 from fitting.recordings.experiment import read_experiment
@@ -63,9 +64,7 @@ def three(tmp_path_factory, told):
 
 
 def test_three_effects_are_found_though_the_third_stands_behind_the_others(three):
-    assert frozenset(THREE) not in Search.resumed(three).promising(
-        3, SEARCH.best_tripled
-    )  # of what each effect changes alone
+    assert frozenset(["weight"]) not in Search.resumed(three).best(1)[:3]
     assert frozenset(THREE) in three.adequate
     found = concluded(three)
     assert tuple(sorted(THREE)) in found.explanations
@@ -113,14 +112,33 @@ def test_what_pressure_and_speed_do_together_is_no_difference_between_runs(tmp_p
 
 
 def test_a_set_promises_what_its_effects_leave_together():
-    """The least sum of squares beside the base's parameters, against numpy; the base's own give way as well."""
+    """The least sum of squares beside the base's parameters and what instruments can make, against numpy."""
     random = np.random.default_rng(5)
     base = SimpleNamespace(rows=random.normal(size=40), slopes=random.normal(size=(40, 2)))
-    alone = {name: SimpleNamespace(rows=base.rows + random.normal(size=40)) for name in "ab"}
-    search = SimpleNamespace(base=base, fits={frozenset([name]): fit for name, fit in alone.items()})
-    columns = np.column_stack([alone["a"].rows - base.rows, alone["b"].rows - base.rows, base.slopes])
-    least = np.linalg.lstsq(columns, base.rows, rcond=None)[1][0]
-    assert Search.promised(search, ("a", "b")) == pytest.approx(least)
+    gain = np.linalg.qr(random.normal(size=(40, 1)))[0]
+    search = Search(None, base, SimpleNamespace(settings=DIAGNOSIS), None, lambda *_: None)
+    search.examiner.without_instruments = lambda columns: columns - gain @ (gain.T @ columns)
+    for name in "ab":
+        search.fits[frozenset([name])] = SimpleNamespace(rows=base.rows + random.normal(size=40))
+    changes = [search.fits[frozenset([name])].rows - base.rows for name in "ab"]
+    columns = np.column_stack([*changes, base.slopes, gain])
+    assert search.promised(("a", "b")) == pytest.approx(np.linalg.lstsq(columns, base.rows, rcond=None)[1][0])
+
+
+def test_sets_come_in_the_order_of_what_they_leave_beyond_the_instruments():
+    """A gain within its accuracy lowers the plain error more than a small lag, and sixteen such sets hid the lag."""
+    costs = {"gain": (10.0, 5.0), "lag": (30.0, 1.0), "zero": (9.0, 6.0)}
+    search = Search(None, None, SimpleNamespace(settings=DIAGNOSIS), None, lambda *_: None)
+    search.fits.update({frozenset([name]): SimpleNamespace(cost=c, left=left) for name, (c, left) in costs.items()})
+    search.examiner.left = lambda fit: fit.left
+    assert [min(added) for added in search.best(1)] == ["lag", "gain", "zero"]
+
+
+def test_a_small_effect_is_found_under_all_errors_of_instruments(tmp_path):
+    truth = hiding(base_of({}), {"pressure_drop": {"tau": 0.006}})
+    data = PROTOCOLS["rich"].data(truth, NOISES["ar"], 5, EVERY_KIND["laboratory"])
+    found = diagnose([read_experiment(write(data, tmp_path / "data", say_accuracy=True))], BASE)
+    assert found.explanations == (("pressure_drop",),)
 
 
 def test_an_explanation_is_bettered_by_one_more_effect_that_takes_most_of_the_rest():

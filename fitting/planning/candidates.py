@@ -51,7 +51,7 @@ def shown(experiment: Experiment) -> Shown:
         frozenset(r.test for r in measured),
         float(every("pressure").max()),
         (round(max(float(every("contraction").min()), 0.0), 2), round(float(every("contraction").max()), 2)),
-        _span(length * np.abs(run.rate) for run in _of(measured, "loop")),
+        _span(length * np.abs(run.rate[run.branch != 0]) for run in _of(measured, "loop")),
         _span(np.abs(run.pressure_rate) for run in _of(measured, "isometric")),
         float(np.median(steps)) if steps else 1.0,
         any(np.any(run.branch != 0) for run in _of(measured, "static")),

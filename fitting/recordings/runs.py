@@ -38,8 +38,10 @@ def _loop(r: Run, errors: InputErrors) -> Run:
     run = run.leave_out(speed == 0, "direction of motion unknown (speed below twice its error)")
     contraction = signals.monotone(place.level, branches)
     branch = np.where(speed != 0, branches.sign, 0)
+    # a sample without weight counts in what lags behind it, and friction has the direction of its branch there, too
+    rate = np.where(speed != 0, speed, CYCLES.at_rest * branches.sign)
     read = _reading(r.contraction, place)
-    run = replace(run, contraction=contraction, contraction_variance=place.variance, rate=speed, branch=branch,
+    run = replace(run, contraction=contraction, contraction_variance=place.variance, rate=rate, branch=branch,
                   contraction_reading=read)  # fmt: skip
     return _with(run, branches, pressure, pressure_rate)
 
