@@ -10,9 +10,10 @@ from rich.console import Console
 from studied import nothing_missing, seen_through
 
 from fitting.cli.main import COMMANDS, main
-from fitting.diagnosis.findings import Attempt, Objection
+from fitting.diagnosis.findings import Attempt, GroupKind, Objection, RestsOn
 from fitting.diagnosis.outcomes import Reason, Verdict
 from fitting.diagnosis.record import Evidence, Explanation
+from fitting.evidence.sessions import GrowingEvidence, Weighed
 from fitting.problem.estimate import Estimate
 from fitting.report.text.alike import known_report
 from fitting.report.text.catalogue import effect_report, effects_report
@@ -24,6 +25,7 @@ from fitting.report.text.layout import columns, spaced
 from fitting.report.text.names import mark
 from fitting.report.text.plan import plan_report
 from fitting.report.text.selftest import selftest_report
+from fitting.report.text.sessions import sessions_report
 from fitting.report.text.study import opening, step_report, steps_report
 from fitting.report.text.warm import warm_report
 from fitting.selftest.record import Outcome, SelfTest, Sought, Trial
@@ -126,6 +128,12 @@ def test_a_plan_a_self_test_and_what_was_compiled():
     blind = Sought("supply_lag", None, why_not="these data cannot see it")
     test = SelfTest(nothing, (Sought(LONGEST[0], 0.5, tuple(sizes)), blind), {f"{LONGEST[0]}.k": "1"})
     holds_in_80_columns(selftest_report(test))
+    singles = [Weighed((name,), (1e-3, 5.0, 1e9), 12.3, name) for name in LONGEST]
+    rests = tuple(RestsOn(20 + k, (GroupKind.LOOP,), 0) for k in range(3))
+    asked = GrowingEvidence(
+        ("a_long_name", "of_a", "session"), rests, Weighed((), (1.0, 9.0, 1e9), 1.0, "tip"), singles
+    )
+    holds_in_80_columns(sessions_report(asked))
     kept = SimpleNamespace(bytes=2**30, programs=123, folder="/home/somebody/.cache/mckibben")
     holds_in_80_columns(warm_report({"a_data_set_with_a_long_name/of_a_muscle": 61.2}, kept))
 

@@ -206,6 +206,10 @@ OPTIONS = {
         "--baseline --define --effect-file --effects --fix --free --html --json --model --muscle --own "
         "--quiet --seed --set --test"
     ),
+    "evidence": (
+        "--baseline --candidates --define --effect-file --effects --fix --free --html --json --model --muscle --own "
+        "--quiet --rivals --seed --set --test"
+    ),
     "selftest": (
         "--again --baseline --candidates --define --effect-file --effects --fix --free --hide --html --json --log "
         "--model --muscle --own --quiet --rivals --seed --set --test"
