@@ -117,6 +117,7 @@ def test_a_set_promises_what_its_effects_leave_together():
     base = SimpleNamespace(rows=random.normal(size=40), slopes=random.normal(size=(40, 2)))
     gain = np.linalg.qr(random.normal(size=(40, 1)))[0]
     search = Search(None, base, SimpleNamespace(settings=DIAGNOSIS), None, lambda *_: None)
+    search.alone = base
     search.examiner.without_instruments = lambda columns: columns - gain @ (gain.T @ columns)
     for name in "ab":
         search.fits[frozenset([name])] = SimpleNamespace(rows=base.rows + random.normal(size=40))

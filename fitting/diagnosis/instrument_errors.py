@@ -9,6 +9,7 @@ for an effect in. What friction differs by from run to run (humidity, wear) is t
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import product
 
 import numpy as np
 
@@ -196,6 +197,21 @@ KINDS = (
     ErrorKind.DRIFT,
 )  # fmt: skip
 PER_RUN = (ErrorKind.ZERO_PER_RUN, ErrorKind.GAIN_PER_RUN, ErrorKind.SKEW, ErrorKind.FRICTION_PER_RUN)
+
+
+def most_errors(
+    accuracies: Sequence[Accuracy], runs: int, lost: int, settings: InstrumentSettings = INSTRUMENTS
+) -> int:
+    """How many columns such errors have at most, in so many runs, beside so many effects that are lost to motion."""
+    several = {ErrorKind.HYSTERESIS: len(settings.hysteresis_widths), ErrorKind.DRIFT: 2}
+    own, common = lost, 0
+    for accuracy in dict.fromkeys(accuracies):
+        for channel, kind in product((Channel.PRESSURE, Channel.POSITION, Channel.FORCE), KINDS):
+            if getattr(getattr(accuracy, channel.value), kind.value):
+                own += kind in PER_RUN
+                common += several.get(kind, 1) * (kind not in PER_RUN)
+        own += bool(accuracy.skew)
+    return runs * own + common
 
 
 def _source(

@@ -5,9 +5,11 @@ from dataclasses import replace
 
 import numpy as np
 
+from fitting.diagnosis.instrument_errors import most_errors
 from fitting.diagnosis.outcomes import Reason, Why
 from fitting.diagnosis.settings import FITS, FitSettings
 from fitting.diagnosis.universe import Universe
+from fitting.least_squares.through import SIZES, Through, standard_number
 from fitting.problem.residuals import problem
 from fitting.problem.sizes import of_standard_size
 from fitting.problem.unknowns import unknowns
@@ -43,6 +45,9 @@ def universe(
     given, samples = problem(whole, layout)
     given, real = of_standard_size(given)
     muscle = [name for name in varying.names(layout) if name.startswith("muscle.")]
+    accuracies = tuple(allowed(recording) for experiment in experiments for recording in experiment.recordings)
+    lost = sum(effect.stage == "lost" for effect in effects)
+    room = standard_number(most_errors(accuracies, len(np.unique(samples.run)), lost))
     return Universe(
         layout,
         given,
@@ -56,7 +61,8 @@ def universe(
         layout.start.copy(),
         frozenset(name for name in quantities() if not any(e.muscle.lacks(name) for e in experiments)),
         np.array([float(experiment.muscle.length) for experiment in experiments]),
-        tuple(allowed(recording) for experiment in experiments for recording in experiment.recordings),
+        accuracies,
+        Through.nothing(given.count, room or SIZES[0]),
         settings,
     )
 

@@ -131,6 +131,16 @@ class Search:
             if self.adequate:
                 return
 
+    @cached_property
+    def seen(self) -> Universe:
+        """The universe in which sets are fitted: as instruments that err within their accuracy let it be seen."""
+        return self.world.seen_through(self.examiner.errors(self.base).columns)
+
+    @cached_property
+    def alone(self) -> CandidateFit:
+        """The base fitted as the sets are."""
+        return self.seen.fit(self.base.effects, self.base.vector)
+
     def fit_level(self, sets: Sequence[frozenset[str]], decide: bool = False) -> None:
         """Refit the base with each of these sets added; one that gives no number anywhere explains nothing.
 
@@ -142,7 +152,7 @@ class Search:
             if added <= effects and self.world.possible(effects, sorted(added)):
                 jobs.append((effects, *self.beginning(added)))
                 keys.append(added)
-        fits = zip(keys, self.world.fit_all(jobs, decide), strict=True)
+        fits = zip(keys, self.seen.fit_all(jobs, decide), strict=True)
         for added, fit in fits:
             if np.isfinite(fit.cost):
                 self.fits[added] = fit
@@ -153,7 +163,7 @@ class Search:
         """Where a set's fit starts: at the best smaller one inside it, with the rest as fitted alone."""
         inside = [self.fits[part] for part in self.fits if part < added]
         if not inside:
-            return self.base.vector, sorted(added)
+            return self.alone.vector, sorted(added)
         best = min(inside, key=lambda fit: fit.cost)
         vector = best.vector.copy()
         for name in added - best.effects:
@@ -173,28 +183,30 @@ class Search:
         return [added for _, added in sorted(promise, key=lambda p: p[0])[: self.settings.refitted]]
 
     def moves(self, added: frozenset[str]) -> bool:
-        """Whether a fitted set predicts anything else than the base: a lag does nothing where nothing moves."""
-        change = np.linalg.norm(self.fits[added].rows - self.base.rows)
-        return bool(change > self.settings.unmoved * np.linalg.norm(self.base.rows))
+        """Whether each effect of a fitted set changes what is predicted: a lag does nothing where nothing moves."""
+        smaller = [self.fits.get(added - {name}) for name in added] if len(added) > 1 else [self.alone]
+        rows = self.fits[added].rows
+        changes = [np.linalg.norm(rows - fit.rows) / np.linalg.norm(fit.rows) for fit in smaller if fit is not None]
+        return all(change > self.settings.unmoved for change in changes)
 
     def promised(self, group: Sequence[str]) -> float:
         """Sum of squares left if the changes that each effect makes alone could be mixed freely."""
-        rows, slopes = self.base_without_instruments
+        rows, slopes = self.alone_without_instruments
         columns = np.stack([*map(self.change, group), *slopes.T], axis=1)
         gram, right = columns.T @ columns, columns.T @ rows
         taken = lstsq(gram, right, 1e-12)
         return float(rows @ rows - right @ taken)
 
     @cached_property
-    def base_without_instruments(self) -> tuple[np.ndarray, np.ndarray]:
-        """Rows and slopes of the base without what instruments can make of them."""
+    def alone_without_instruments(self) -> tuple[np.ndarray, np.ndarray]:
+        """Rows and slopes of the base fitted like the sets, without what instruments can make of them."""
         without = self.examiner.without_instruments
-        return without(self.base.rows), without(self.base.slopes)
+        return without(self.alone.rows), without(self.alone.slopes)
 
     def change(self, name: str) -> np.ndarray:
         """What an effect changes the rows by where it is fitted alone, without what instruments could do as well."""
         if name not in self._changes:  # every effect stands in many sets
-            change = self.fits[frozenset([name])].rows - self.base.rows
+            change = self.fits[frozenset([name])].rows - self.alone.rows
             self._changes[name] = self.examiner.without_instruments(change)
         return self._changes[name]
 
@@ -263,12 +275,12 @@ class Search:
 
     def test_level(self, size: int) -> None:
         """Test the best sets of one size."""
-        level = self.best(size)
+        level = [added for added in self.best(size) if self.moves(added)]
         best = self.left(level[0]) if level else 0.0
         for added in [each for each in level[: self.settings.tested] if each not in self.adequacy_tests]:
             if self.left(added) > best / self.settings.bettered**2:
                 break
-            self.fits[added] = self.world.decided(self.fits[added])
+            self.fits[added] = self.seen.decided(self.fits[added])
             adequacy = self.examiner.adequacy(added, self.fits[added], self.fits, bettered=self.bettered(added))
             self.adequacy_tests[added] = adequacy
             if adequacy.why is None:

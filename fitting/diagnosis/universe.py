@@ -16,6 +16,7 @@ from fitting.least_squares.decomposed import lstsq
 from fitting.least_squares.held_out import HELD_OUT, left_out_rows
 from fitting.least_squares.search import MultistartResult, solve
 from fitting.least_squares.subset import Subset
+from fitting.least_squares.through import Through
 from fitting.least_squares.uncertainty import at_bound
 from fitting.problem.residuals import LIGHT, Problem, Samples
 from fitting.problem.sizes import widened
@@ -42,6 +43,7 @@ class Universe:
     measured: frozenset[str]  # quantities that are known of every muscle
     lengths: np.ndarray  # m, at rest, of each data set's muscle
     accuracies: tuple[Accuracy, ...]  # of the instruments of each recording
+    through: Through  # what instruments can make of the rows; nothing, where fits trust every reading
     settings: FitSettings = FITS
     is_confined: bool = False  # to within a few standard errors of the stated sizes
 
@@ -137,8 +139,8 @@ class Universe:
         self, subset: Subset, place: np.ndarray, problem: Problem | None = None, look: bool = False, enough: float = 0.0
     ) -> MultistartResult:
         """One search, of the compiled function that all of them share; on another problem of this shape, if given."""
-        given = self.problem if problem is None else problem
-        return solve(given, subset, place[None], self.settings.steps, np.array(look), np.array(enough))
+        given, through = self.problem if problem is None else problem, self.through.exact if look else self.through
+        return solve(given, subset, place[None], self.settings.steps, np.array(look), np.array(enough), through)
 
     def looked_at(self, subset: Subset, problem: Problem | None = None) -> MultistartResult:
         """Rows and slopes at the values in `subset.full`."""
@@ -148,7 +150,8 @@ class Universe:
         self, effects: frozenset[str], names: tuple[str, ...], subset: Subset, found: MultistartResult, decide: bool
     ) -> CandidateFit:
         count, k = self._count, len(names)
-        all_rows, all_slopes = np.asarray(found.rows), np.asarray(found.slopes)[:, :k]
+        all_rows = self.through.undone(np.asarray(found.rows))
+        all_slopes = self.through.undone(np.asarray(found.slopes)[:, :k])
         vector = subset.vector(np.asarray(found.place))[: len(self.layout.names)]
         ends = at_bound(names, np.asarray(found.place)[:k])
         if decide:
@@ -157,7 +160,7 @@ class Universe:
         rows, slopes = all_rows[self.real], all_slopes[self.real]
         last = count + len(self._stated)  # what stands behind them is there to fill a standard size
         priors = all_rows[count:last], all_slopes[count:last]
-        return CandidateFit(effects, vector, names, rows, slopes, *priors, ends, self.is_confined, is_decided=decide)
+        return CandidateFit(effects, vector, names, rows, slopes, *priors, ends, self.is_confined, decide, self.is_seen)
 
     def _held(self, subset: Subset, at: int, found: MultistartResult) -> bool:
         """Whether the data hold one free parameter at the end of its range, or would as soon have it inside."""
@@ -198,6 +201,24 @@ class Universe:
         """The same where no stated size can leave what was stated by more than a few of its standard errors."""
         return replace(self, layout=confined(self.layout, self.settings.believed), is_confined=True)
 
+    @property
+    def is_seen(self) -> bool:
+        """Whether fits know that instruments err."""
+        return bool(np.any(self.through.errors))
+
+    def seen_through(self, errors: np.ndarray) -> "Universe":
+        """The same where fits know what instruments can make of the rows: columns (rows, errors).
+
+        A fit that trusts every reading bends what is fitted to what a load cell's gain has made: a small effect ends
+        where it helps the gain. Where there are more errors than a search has room for, fits trust every reading.
+        """
+        room = self.through.errors.shape[1]
+        if errors.shape[1] > room:
+            return self
+        wide = np.zeros((self.problem.count, errors.shape[1]))
+        wide[self.real] = errors
+        return replace(self, through=Through.of(wide, room))
+
     def fit_all(
         self, sets: Sequence[tuple[frozenset[str], np.ndarray, Sequence[str]]], decide: bool = True
     ) -> list[CandidateFit]:
@@ -228,7 +249,8 @@ class Universe:
     def left_out(self, fit: CandidateFit, group: np.ndarray, glance: bool = False) -> np.ndarray:
         """The rows of a fit on groups of rows left out: refitted where there are few, else in one step from the fit."""
         if glance or len(self.samples) > HELD_OUT.refit_below:
-            return left_out_rows(fit.rows, fit.slopes, fit.prior_rows, fit.prior_slopes, group)
+            plain = fit.plain
+            return left_out_rows(plain.rows, plain.slopes, plain.prior_rows, plain.prior_slopes, group)
         rows = fit.rows.copy()
         for g in np.unique(group):
             rest = self.confined() if fit.confined else self

@@ -32,7 +32,7 @@ def diagnosis_of(search: SearchResult) -> Diagnosis:
     near = [e for e in near if e.held_out_rmse < settings.helps * world.rmse(examiner.left_out(search.base))]
     nearest = tuple(near[: settings.nearest]) if verdict is Verdict.NOT_IN_LIBRARY else ()
     rmse, full_scale = world.rmse(search.base.rows), float(np.max(np.abs(world.samples.measured[world.in_newtons])))
-    left = world.rmse(search.fits[kept[0]].rows) if kept else search.noise
+    left = world.rmse(search.fits[kept[0]].plain.rows) if kept else search.noise
     return Diagnosis(
         verdict=verdict,
         negligible=verdict not in NOTHING_MISSING and np.sqrt(max(rmse**2 - left**2, 0)) < NEGLIGIBLE * full_scale,
@@ -155,7 +155,7 @@ def _evidence(search: SearchResult, name: str, passed: Mapping[frozenset[str], W
     return Evidence(
         name,
         p_value=seen.p_value,
-        rmse=world.rmse(fit.rows),
+        rmse=world.rmse(fit.plain.rows),
         held_out_rmse=world.rmse(examiner.left_out(fit)),
         detection_limit=seen.limit,
         absorbed_share=seen.absorbed,
@@ -174,7 +174,7 @@ def _explanation(search: SearchResult, added: frozenset[str], passed: Mapping[fr
     fall, error = difference(before, after, groups)
     return Explanation(
         tuple(sorted(added)),
-        world.rmse(fit.rows),
+        world.rmse(fit.plain.rows),
         world.rmse(search.examiner.left_out(fit, glance)),
         fall / max(error, 1e-300),
         adequacy.test.p if adequacy and adequacy.test else float("nan"),

@@ -93,10 +93,10 @@ def _heard(search: Search) -> _Session:
     with one_thread():
         search.fit_singles()
         fits: dict[Added, CandidateFit] = {(): search.base}
-        fits |= {tuple(sorted(added)): search.world.decided(fit) for added, fit in search.fits.items()}
+        fits |= {tuple(sorted(added)): search.seen.decided(fit) for added, fit in search.fits.items()}
         world, examiner = search.world, search.examiner
         readings = int(np.sum(world.in_newtons))
-        squares = {key: readings * world.rmse(fit.rows) ** 2 for key, fit in fits.items()}
+        squares = {key: readings * world.rmse(fit.plain.rows) ** 2 for key, fit in fits.items()}
         bets = {key: bets_of(examiner, fit) for key, fit in fits.items()}
     return _Session(bets, squares, readings, examiner.rests_on)
 

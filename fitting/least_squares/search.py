@@ -13,6 +13,7 @@ from jaxtyping import ArrayLike
 from fitting.compiled.traced import kept
 from fitting.least_squares.box import BoxLevenbergMarquardt
 from fitting.least_squares.subset import Array, Subset
+from fitting.least_squares.through import Through
 
 MAX_STEPS = 150  # of one search: chosen
 
@@ -83,16 +84,23 @@ def _two_by_two(given: Residuals, subset: Subset, place: jax.Array) -> tuple[jax
 
 
 def _with_slopes(evaluate: Callable) -> Callable:
-    """The rows as a function of (problem, subset, place) whose derivative is the slopes that came with them."""
+    """The rows as a function of (problem, subset, through, place) whose derivative is the slopes that came with them.
+
+    Both as they are seen `through` instruments, if any are given.
+    """
 
     @jax.custom_jvp
-    def rows(given: Residuals, subset: Subset, place: jax.Array) -> jax.Array:
-        return evaluate(given, subset, place)[0]
+    def rows(given: Residuals, subset: Subset, through: Through | None, place: jax.Array) -> jax.Array:
+        value = evaluate(given, subset, place)[0]
+        return value if through is None else through(value)
 
     @rows.defjvp
     def _(primals, tangents):  # type: ignore[no-untyped-def]
-        value, slopes = evaluate(*primals)
-        return value, slopes @ tangents[2]
+        given, subset, through, place = primals
+        value, slopes = evaluate(given, subset, place)
+        if through is not None:
+            value, slopes = through(value), through(slopes)
+        return value, slopes @ tangents[3]
 
     return rows
 
@@ -145,21 +153,22 @@ class MultistartResult(eqx.Module):
 @kept(like=MultistartResult(SearchEnd(HERE, HERE, HERE, HERE), HERE, HERE, HERE, HERE))
 def solve(
     given: Residuals, subset: Subset, starts: Array, steps: int = MAX_STEPS, look: ArrayLike = False,
-    enough: ArrayLike = 0.0,
+    enough: ArrayLike = 0.0, through: Through | None = None,
 ) -> MultistartResult:  # fmt: skip
     """Search from each start (starts, free) in turn; a loop over starts, for on a CPU it beats a batch of solvers.
 
     `look`, which may be traced and one for each start, ends each search at its start: rows and slopes there, without
     another compilation. `enough`, which may be traced too, ends a search where a step promises to lower the sum of
-    squares by less than this share of it. Only the best point's rows and slopes are kept, so that memory does not grow
-    with the number of starts.
+    squares by less than this share of it. Rows are made small as they are seen `through` instruments, if any are given,
+    and given back like that. Only the best point's rows and slopes are kept, so that memory does not grow with the
+    number of starts.
     """
 
     def one(best: tuple, begin: tuple[jax.Array, jax.Array]) -> tuple[tuple, SearchEnd]:
         start, look = begin
         solver = BoxLevenbergMarquardt(jnp.zeros_like(start), jnp.ones_like(start), look=look, enough=enough)
         fn = lambda at, args: rows(*args, at)  # noqa: E731
-        found = optx.least_squares(fn, solver, start, args=(given, subset), max_steps=steps, throw=False)
+        found = optx.least_squares(fn, solver, start, args=(given, subset, through), max_steps=steps, throw=False)
         info = found.state.f_info  # type: ignore[attr-defined]
         cost = 0.5 * jnp.sum(info.residual**2)
         cost = jnp.where(jnp.isfinite(cost), cost, jnp.inf)
