@@ -24,6 +24,7 @@ class Evidence:
     estimate: dict[str, Estimate] = field(default_factory=dict)  # by the parameter's name
     adequate: bool = False
     why: Why | None = None  # it cannot be tested, it is not adequate, or it is not named though it is
+    unexplained: float | None = None  # rms of what neither noise nor instruments within their accuracy can make, N
 
 
 @dataclass(frozen=True)
@@ -39,6 +40,7 @@ class Explanation:
     why: Why | None = None  # it is not tested, not adequate, or not named though it is
     plausible: bool = True  # nothing added ends at its bound, no stated measurement is denied
     estimate: dict[str, Estimate] = field(default_factory=dict)  # by the parameter's full name
+    unexplained: float = float("nan")  # as of `Evidence`
 
 
 @dataclass(frozen=True)
@@ -78,6 +80,7 @@ class Diagnosis:
     screened: tuple[Screened, ...] = ()
     notes: tuple[str, ...] = ()  # on the recordings
     odd_runs: tuple[OddRun, ...] = ()  # differ from the others by more than their instruments allow
+    unexplained: float = float("nan")  # by the model itself, as of `Evidence`
     substitutes: tuple[tuple[str, str], ...] = ()  # effect of the model, and one that would do the same in its place
 
     @property

@@ -132,6 +132,7 @@ class VerdictSettings:
     spare_readings: int = 5  # readings more than fitted numbers, or nothing is judged; chosen
     ratio_p: float = 1e-4  # p-value of the likelihood ratio that leaves blocks of samples undecided; chosen
     helps: float = 0.98  # of the held-out error: an effect that leaves more is no near explanation; chosen
+    explains: float = 0.9  # of what the model leaves unexplained: an effect that leaves more does not help; chosen
     nearest: int = 3  # explanations that are listed where none is adequate; chosen
 
 

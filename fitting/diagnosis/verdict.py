@@ -6,6 +6,7 @@ import numpy as np
 
 from fitting.comparison.compare import NEGLIGIBLE
 from fitting.diagnosis.adequacy import AdequacyTest
+from fitting.diagnosis.candidate_fit import CandidateFit
 from fitting.diagnosis.equivalent import best_predicting, leading_of, plausible, simplest, unrivalled
 from fitting.diagnosis.estimates import estimate, estimates
 from fitting.diagnosis.instrument_answers import instrument_answers
@@ -57,6 +58,7 @@ def diagnosis_of(search: SearchResult) -> Diagnosis:
         screened=search.screened,
         notes=search.notes,
         odd_runs=odd_runs(search, kept),
+        unexplained=unexplained(search, search.base),
         substitutes=_substitutes(search),
     )
 
@@ -144,6 +146,13 @@ def _faint(search: SearchResult, test: AdequacyTest) -> tuple[str, ...]:
     return tuple(name for name, limit in limits.items() if limit is not None and limit > matters)
 
 
+def unexplained(search: SearchResult, fit: CandidateFit) -> float:
+    """Rms of what neither noise nor instruments within their accuracy can make of a fit's misfit, N."""
+    samples, of_force = search.world.samples, search.world.in_newtons
+    over = search.examiner.left(fit) / len(samples) - search.missing_effect_test.noise_rms**2
+    return float(np.sqrt(max(over, 0.0) * np.mean(samples.sigma[of_force] ** 2)))
+
+
 def _evidence(search: SearchResult, name: str, passed: Mapping[frozenset[str], Why]) -> Evidence:
     world, examiner, added = search.world, search.examiner, frozenset([name])
     fit, seen = search.fits.get(added), search.missing_effect_test.of(name)
@@ -157,6 +166,7 @@ def _evidence(search: SearchResult, name: str, passed: Mapping[frozenset[str], W
         p_value=seen.p_value,
         rmse=world.rmse(fit.plain.rows),
         held_out_rmse=world.rmse(examiner.left_out(fit)),
+        unexplained=unexplained(search, fit),
         detection_limit=seen.limit,
         absorbed_share=seen.absorbed,
         similar=seen.similar,
@@ -182,4 +192,5 @@ def _explanation(search: SearchResult, added: frozenset[str], passed: Mapping[fr
         passed.get(added, adequacy.why if adequacy else Why(Reason.FAR_WORSE)),
         plausible(world, added, fit),
         estimates(world, fit, sorted(added)) if added in search.adequate else {},
+        unexplained(search, fit),
     )

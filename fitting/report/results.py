@@ -132,6 +132,7 @@ def diagnosis_result(d: Diagnosis, c: Comparison, planned: "NextMeasurement | No
         "stand_ins": [{"effect": mine, "instead": other} for mine, other in d.substitutes],
         "rmse_N": c.rmse,  # over all samples; the diagnosis itself may have looked at fewer
         "held_out_rmse_N": d.held_out_rmse,
+        "unexplained_N": d.unexplained,
         "noise_floor_N": d.noise_floor if c.noise_floor is None else c.noise_floor,
         "full_scale_N": c.full_scale,
         "instruments": instruments_result(d.instruments),
@@ -181,6 +182,7 @@ def _evidence(e: Evidence) -> dict[str, Any]:
         "p_value": e.p_value,
         "rmse_N": e.rmse,
         "held_out_rmse_N": e.held_out_rmse,
+        "unexplained_N": e.unexplained,
         "detection_limit_N": e.detection_limit,
         "absorbed_share": e.absorbed_share,
         "alike": dict(e.similar),
@@ -195,6 +197,7 @@ def _explanation(e: Explanation) -> dict[str, Any]:
         "effects": list(e.effects),
         "rmse_N": e.rmse,
         "held_out_rmse_N": e.held_out_rmse,
+        "unexplained_N": e.unexplained,
         "p_value": e.p_value,
         "adequate": e.adequate,
         "reason": why_text(e.why),

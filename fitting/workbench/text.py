@@ -7,7 +7,7 @@ from typing import Any
 
 from fitting.diagnosis.record import Diagnosis
 from fitting.errors import InputError
-from fitting.report.page.diagnosis import ABSORBED, DETECTABLE, TERMS, UNIT, meanings
+from fitting.report.page.diagnosis import ABSORBED, DETECTABLE, TERMS, UNEXPLAINED, UNIT, meanings
 from fitting.report.page.names import PageNames
 from fitting.report.page.parts import pictures_style
 from fitting.report.pictures.fall import fall_html
@@ -140,7 +140,7 @@ def evidence(step: Step, buttons: Mapping[str, Any]) -> str:
         adder = f'<td>{button}<br><small class="id">{html.escape(name)}</small></td>'
         told = "".join(f"<td>{named(cell)}</td>" for cell in cells)
         rows.append(f'<tr>{adder}{told}<td class="words">{named(note)}</td></tr>')
-    heads = ("effect", "error with it", "on held-out runs", DETECTABLE, "most similar effect")
+    heads = ("effect", UNEXPLAINED, "error with it", "on held-out runs", DETECTABLE, "most similar effect")
     head = "".join(f'<th scope="col">{text}</th>' for text in heads) + "<td></td>"
     _, _, blind = sort_evidence(found)
     unseen = "; ".join(f"{marked(names)}: {why}" for why, names in blind.items())
@@ -161,8 +161,9 @@ def _cells(found: Diagnosis, name: str) -> tuple[str, ...]:
     e = found.effects.get(name)
     if e is None:  # a set of several
         tried = next(t for t in found.tried if JOINT.join(t.effects) == name)
-        return amount(tried.rmse, UNIT), amount(tried.held_out_rmse, UNIT), "", "", "explains the data"
-    values = (amount(value, UNIT) for value in (e.rmse, e.held_out_rmse, e.detection_limit))
+        values = (amount(value, UNIT) for value in (tried.unexplained, tried.rmse, tried.held_out_rmse))
+        return *values, "", "", "explains the data"
+    values = (amount(value, UNIT) for value in (e.unexplained, e.rmse, e.held_out_rmse, e.detection_limit))
     alike = most_similar(e)
     return *values, mark(alike) if alike else "", remark(e)
 

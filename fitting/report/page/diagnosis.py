@@ -35,7 +35,10 @@ from fitting.study.task import Task
 DETECTABLE = "smallest detectable size"
 ABSORBED = "absorbed by other parameters"
 UNIT = "N"  # of all errors of a diagnosis, whatever was measured: motions are read as force
+UNEXPLAINED = "left unexplained"
 TERMS = (
+    (UNEXPLAINED, "the size (RMS) of the misfit that neither noise nor instruments within their accuracy can make, "
+     "with this effect in the model. An effect that lowers the error as a wrong gain would do proves nothing."),
     ("error with it", "RMS error that remains when this effect is in the model and everything is fitted again."),
     ("on held-out runs", "the same on runs that the fit has not seen: an effect that only adds freedom fails here."),
     (DETECTABLE, "if an effect of this kind were in the muscle and its mark on these data, after the fit, were this "
@@ -59,6 +62,7 @@ def effects(d: Diagnosis, c: Comparison, names: PageNames, models: Mapping[froze
     helping, idle, blind = sort_evidence(d)
     heads = (
         "effect added",
+        UNEXPLAINED,
         "error with it",
         "on held-out runs",
         DETECTABLE,
@@ -66,7 +70,7 @@ def effects(d: Diagnosis, c: Comparison, names: PageNames, models: Mapping[froze
         "its size",
         "most similar effect",
     )
-    grid, others = (Grid(heads, tuple(Line(_evidence(e, unit), e.adequate) for e in some), words=(0, 5, 6))
+    grid, others = (Grid(heads, tuple(Line(_evidence(e, unit), e.adequate) for e in some), words=(0, 6, 7))
                     for some in (helping, idle))  # fmt: skip
     unseen = Grid(("cannot be seen", "why"), tuple(Line((marked(v), k)) for k, v in blind.items()), words=(1,))
     return Section(
@@ -104,6 +108,7 @@ def _evidence(e: Evidence, unit: str) -> tuple[str, ...]:
     )
     return (
         f"{mark(e.name)}: {note}" if note else mark(e.name),
+        amount(e.unexplained, unit, 2),
         amount(e.rmse, unit),
         amount(e.held_out_rmse, unit),
         amount(e.detection_limit, unit),
@@ -138,6 +143,7 @@ def tried_table(d: Diagnosis) -> Grid:
         Line(
             (
                 effect_set(e.effects),
+                amount(e.unexplained, UNIT, 2),
                 amount(e.rmse, UNIT),
                 amount(e.held_out_rmse, UNIT),
                 _shown(e.p_value),
@@ -146,7 +152,7 @@ def tried_table(d: Diagnosis) -> Grid:
         )
         for e in d.tried
     )
-    return Grid(("effects", "RMS", "on held-out runs", "p", "note"), rows, words=(4,))
+    return Grid(("effects", UNEXPLAINED, "RMS", "on held-out runs", "p", "note"), rows, words=(5,))
 
 
 def _shown(value: float) -> str:

@@ -23,15 +23,19 @@ def effect_bars(
     helping, idle, _ = sort_evidence(d)
     shown = [*helping[:MOST_HELPING], *idle[:MOST_IDLE]]
     several = named_sets(d)[:MOST_HELPING]
-    top = 1.25 * max([d.held_out_rmse, floor, *(e.held_out_rmse or 0.0 for e in shown)]) or 1.0
-    bars = [((), d.held_out_rmse, "now"), *((e.effects, e.held_out_rmse, "near") for e in several)]
-    bars += [((e.name,), e.held_out_rmse or 0.0, _kind(e, helping)) for e in shown]
+    lacking = d.p_value < d.level  # what instruments can make then proves nothing, however much of the error it is
+    size_of = lambda e: (e.unexplained if lacking else e.held_out_rmse) or 0.0  # noqa: E731
+    floor = 0.0 if lacking else floor
+    bars = [((), size_of(d), "now"), *((e.effects, size_of(e), "near") for e in several)]
+    bars += [((e.name,), size_of(e), _kind(e, helping)) for e in shown]
+    top = 1.25 * max([floor, *(value for _, value, _ in bars)]) or 1.0
     rows = [
         _row(named(_called(added)), value, kind, floor, top, unit, models.get(frozenset(added), ""))
         for added, value, kind in bars
     ]
     name, size = units.shown_in(unit, floor)
     words = f"RMS error on held-out runs; dashed: the noise, {floor / size:.2g} {name}"
+    words = "RMS of what neither noise nor instruments within their accuracy can make" if lacking else words
     words += "; green: explains the data" if several or any(e.adequate for e in shown) else ""
     return f'<fieldset class="fall"><legend>{words}</legend>{"".join(rows)}</fieldset>'
 
@@ -47,10 +51,11 @@ def _kind(e: Evidence, helping: list[Evidence]) -> str:
 def _row(name: str, value: float, kind: str, floor: float, top: float, unit: str, button: str) -> str:
     """One bar behind its name, which is HTML; the label of a `button` if there is one."""
     width = 100 * value / top
+    line = f'<span class="floor" style="left:{100 * floor / top:.2f}%"></span>' if floor else ""
     row = (
         f'<span class="name">{name}</span>'
         f'<span class="track"><span class="bar {kind}" style="width:{width:.2f}%"></span>'
-        f'<span class="floor" style="left:{100 * floor / top:.2f}%"></span>'
-        f'<span class="value" style="left:{width:.2f}%">{amount(value, unit)}</span></span>'
+        f"{line}"
+        f'<span class="value" style="left:{width:.2f}%">{amount(value, unit, 2)}</span></span>'
     )
     return f'<label class="row {button}" for="{button}">{row}</label>' if button else f'<div class="row">{row}</div>'

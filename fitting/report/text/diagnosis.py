@@ -168,24 +168,33 @@ def diagnosis_report(d: Diagnosis, unit: str = "N", samples: int = 0) -> list[Re
 def _evidence(d: Diagnosis, unit: str) -> list[RenderableType]:
     """The effects that help, in a table; the others by name."""
     helping, idle, blind = sort_evidence(d)
-    heads = ("effect added", "RMS", "held out", "smallest detectable", "most similar", "")
-    table = columns(*heads, words=(0, 4, 5), spare=(4, 3))
+    heads = ("effect added", "unexplained", "RMS", "held out", "smallest detectable", "most similar", "")
+    table = columns(*heads, words=(0, 5, 6), spare=(5, 4, 2))
     several = named_sets(d)
     for e in several:
-        values = (amount(value, unit) for value in (e.rmse, e.held_out_rmse))
+        values = (amount(value, unit) for value in (e.unexplained, e.rmse, e.held_out_rmse))
         table.add_row(effect_set(e.effects), *values, "", "", "explain the data", style="bold")
     for e in helping:
         table.add_row(mark(e.name), *_evidence_cells(e, unit), style="bold" if e.adequate else "")
-    shown = [spaced(table), Text()] if helping or several else []
+    now = f"by the model as it is {amount(d.unexplained, unit, 2)}"
+    about = f"unexplained is what neither noise nor instruments within their accuracy can make of the misfit: {now}."
+    shown = [spaced(table), line("", about), Text()] if helping or several else []
     named = {name for names in d.explanations for name in names}
     told = {*d.faint, *named, *(name for _, names in would_have_shown(d, unit) for name in names)}
     others = listed([e.name for e in idle if e.name not in told])
-    shown += [line("NOT IT", f"{others}: none of them lowers the error on held-out runs")] if others else []
+    shown += [line("NOT IT", f"{others}: {_idle_text(d)}")] if others else []
     return [*shown, *lines("UNSEEN", (f"{listed(names)}: {why}" for why, names in blind.items()))]
+
+
+def _idle_text(d: Diagnosis) -> str:
+    """Why effects are said not to be it."""
+    if d.p_value < d.level:
+        return "none of them explains a tenth of it"
+    return "none of them lowers the error on held-out runs"
 
 
 def _evidence_cells(e: Evidence, unit: str) -> tuple[str, ...]:
     """The cells behind the name of an effect; in these narrow columns others have their identifiers alone."""
     alike, note = most_similar(e), identifiers(remark(e))
-    values = (amount(value, unit) for value in (e.rmse, e.held_out_rmse))
+    values = (amount(value, unit) for value in (e.unexplained, e.rmse, e.held_out_rmse))
     return *values, amount(e.detection_limit, unit), f"{alike} {e.similar[alike]:.2f}" if alike else "", note

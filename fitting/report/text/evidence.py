@@ -19,11 +19,11 @@ def named_sets(d: Diagnosis) -> list[Explanation]:
 
 
 def sort_evidence(d: Diagnosis) -> tuple[list[Evidence], list[Evidence], dict[str, list[str]]]:
-    """Effects that lower the left-out error, best first; those that do not; and by reason those that cannot be seen."""
+    """Effects that explain more than the model, best first; those that do not; by reason those not seen."""
     seen = (e for e in d.effects.values() if e.detection_limit is not None or e.adequate)
     tested = [e for e in seen if e.held_out_rmse is not None]
-    tested.sort(key=lambda e: e.held_out_rmse or 0.0)
-    helping = [e for e in tested if e.adequate or (e.held_out_rmse or 0.0) < VERDICT.helps * d.held_out_rmse]
+    tested.sort(key=lambda e: (e.unexplained or 0.0, e.held_out_rmse or 0.0))
+    helping = [e for e in tested if e.adequate or _helps(e, d)]
     blind: dict[str, list[str]] = {}
     named = {name for names in d.explanations for name in names}  # with others; alone it may lack what it needs
     for e in d.effects.values():
@@ -31,3 +31,10 @@ def sort_evidence(d: Diagnosis) -> tuple[list[Evidence], list[Evidence], dict[st
             fitted = e.rmse is not None  # and tested, in vain: what it would do, the model's own parameters do as well
             blind.setdefault(why_text(Why(Reason.NOT_SEEN) if fitted else e.why), []).append(e.name)
     return helping, [e for e in tested if e not in helping], blind
+
+
+def _helps(e: Evidence, d: Diagnosis) -> bool:
+    """Whether an effect explains a part of what neither noise nor instruments do, or lowers the left-out error."""
+    if d.p_value < d.level:
+        return (e.unexplained or 0.0) < VERDICT.explains * d.unexplained
+    return (e.held_out_rmse or 0.0) < VERDICT.helps * d.held_out_rmse
