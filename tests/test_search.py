@@ -19,7 +19,7 @@ from fitting.diagnosis.search import Search
 from fitting.diagnosis.settings import DIAGNOSIS, SEARCH
 from fitting.recordings.experiment import read_experiment
 from fitting.report.pictures.effect_bars import effect_bars
-from fitting.report.text.evidence import named_sets
+from fitting.report.text.evidence import named_sets, sort_evidence
 from fitting.report.text.names import identifiers
 from fitting.report.text.reasons import notes_of, why_text
 from mckibben_jax.effect import Pulling, name_of
@@ -141,6 +141,10 @@ def test_a_small_effect_is_found_under_all_errors_of_instruments(tmp_path):
     data = PROTOCOLS["rich"].data(truth, NOISES["ar"], 5, EVERY_KIND["laboratory"])
     found = diagnose([read_experiment(write(data, tmp_path / "data", say_accuracy=True))], BASE)
     assert found.explanations == (("pressure_drop",),)
+    assert sort_evidence(found)[0][0].name == "pressure_drop"  # though others lower the plain error by more
+    named = found.effects["pressure_drop"]
+    assert any(e.rmse < named.rmse for e in found.effects.values() if e.rmse)
+    assert named.unexplained < 0.7 * found.unexplained
 
 
 def test_an_explanation_is_bettered_by_one_more_effect_that_takes_most_of_the_rest():
