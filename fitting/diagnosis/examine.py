@@ -32,6 +32,8 @@ class Examiner:
         self.world, self.base, self.seed, self.settings = world, base, seed, settings
         self.basis = omnibus.basis(world.samples)
         self.kinds = Kinds.after_removal(np.hstack([self.basis.whole, base.slopes]), world.samples, settings.noise)
+        # fits that trust every reading: what takes another's place is then as large as that, and shows its own shape
+        self.in_place_of_another: dict[str, CandidateFit] = {}
         self._noise: dict[CandidateFit, Noise] = {}
         self._errors: dict[CandidateFit, tuple[InstrumentErrors, InstrumentErrors]] = {}
         self._left_out: dict[tuple[CandidateFit, bool], np.ndarray] = {}
@@ -194,7 +196,7 @@ class Examiner:
     def _shapes(self, candidate: str, fits: Mapping[frozenset[str], CandidateFit]) -> list[dict[str, float]]:
         """A few values of its parameters, the last as fitted alone."""
         shapes = self.world.shapes(candidate)
-        alone = fits.get(frozenset([candidate]))
+        alone = self.in_place_of_another.get(candidate, fits.get(frozenset([candidate])))
         if alone is None:
             return shapes
         names = self.world.layout.of_effect(candidate)
