@@ -117,15 +117,15 @@ def leading_of(
     if not _of_one_kind(world, equals, named[0], fits, settings):
         return None
     others = [added for added in order if added not in equals]
-    shown = lambda fit: world.rmse(examiner.left_out(fit))  # noqa: E731
-    whole, left = shown(base), shown(fits[named[0]])
+    shown = lambda added: world.rmse(examiner.left_out(examiner.as_fitted(added, fits[added])))  # noqa: E731
+    whole, left = world.rmse(examiner.left_out(base)), shown(named[0])
     if not left < whole:  # better only beyond what instruments explain
         return None
     return Leading(
         tuple(min(added) for added in named),
         float(1 - (left / whole) ** 2),
         left,
-        shown(fits[others[0]]) if others else whole,
+        shown(others[0]) if others else whole,
     )
 
 

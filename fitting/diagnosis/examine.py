@@ -32,8 +32,7 @@ class Examiner:
         self.world, self.base, self.seed, self.settings = world, base, seed, settings
         self.basis = omnibus.basis(world.samples)
         self.kinds = Kinds.after_removal(np.hstack([self.basis.whole, base.slopes]), world.samples, settings.noise)
-        # fits that trust every reading: what takes another's place is then as large as that, and shows its own shape
-        self.in_place_of_another: dict[str, CandidateFit] = {}
+        self.trusting: dict[frozenset[str], CandidateFit] = {}  # single effects, fitted as if no instrument erred
         self._noise: dict[CandidateFit, Noise] = {}
         self._errors: dict[CandidateFit, tuple[InstrumentErrors, InstrumentErrors]] = {}
         self._left_out: dict[tuple[CandidateFit, bool], np.ndarray] = {}
@@ -194,9 +193,15 @@ class Examiner:
         return wanted
 
     def _shapes(self, candidate: str, fits: Mapping[frozenset[str], CandidateFit]) -> list[dict[str, float]]:
-        """A few values of its parameters, the last as fitted alone."""
+        """A few values of its parameters, the last as fitted alone.
+
+        What takes another's place has the size at which every reading is trusted: that of the other. A larger friction
+        would leave little but the difference in size in its signature, which the model's own absorbs.
+        """
         shapes = self.world.shapes(candidate)
-        alone = self.in_place_of_another.get(candidate, fits.get(frozenset([candidate])))
+        added = frozenset([candidate])
+        replaces = not set(self.world.base) <= self.world.with_added([candidate])
+        alone = self.trusting.get(added) if replaces else fits.get(added)
         if alone is None:
             return shapes
         names = self.world.layout.of_effect(candidate)
@@ -224,6 +229,10 @@ class Examiner:
     @cached_property
     def _whitener(self) -> InstrumentWhitener:
         return self.errors(self.base).whitener()
+
+    def as_fitted(self, added: frozenset[str], fit: CandidateFit) -> CandidateFit:
+        """A set whose errors people read: those of a fit that trusts every reading, as all other commands fit."""
+        return self.trusting.get(added, fit.plain)
 
     def left_out(self, fit: CandidateFit, glance: bool = False) -> np.ndarray:
         """The rows of a fit on runs left out; at a glance, without refitting."""

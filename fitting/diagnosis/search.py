@@ -105,18 +105,17 @@ class Search:
         """Every effect by itself, as far as it was not fitted yet."""
         singles = [frozenset([name]) for name in self.world.candidates]
         self.fit_level([added for added in singles if added not in self.fits and added not in self.numberless], True)
-        self.fit_rivals()
+        self.fit_trusting()
 
-    def fit_rivals(self) -> None:
-        """What takes another's place once more, with every reading trusted: only then is it as large as the other.
-
-        A friction that is larger than the model's leaves little but that in its signature, and cannot be seen.
-        """
-        known, world = self.examiner.in_place_of_another, self.world
-        fitted = [name for name in world.candidates if frozenset([name]) in self.fits and name not in known]
-        new = [name for name in fitted if not set(world.base) <= world.with_added([name])]
-        jobs = [(world.with_added([name]), self.base.vector, [name]) for name in new]
-        known.update(zip(new, world.fit_all(jobs, decide=False), strict=True))
+    def fit_trusting(self) -> None:
+        """Single effects once more, with every reading trusted: what people read of errors is of such fits."""
+        new = [added for added in self.fits if len(added) == 1 and added not in self.examiner.trusting]
+        if self.seen.is_seen:
+            jobs = [(self.world.with_added(added), self.base.vector, sorted(added)) for added in new]
+            found = self.world.fit_all(jobs, decide=False)
+        else:
+            found = [self.fits[added] for added in new]
+        self.examiner.trusting.update(zip(new, found, strict=True))
 
     def result(self, test: AdequacyTest, base_is_adequate: bool) -> SearchResult:
         """All that was fitted and tested, with the test of the base."""

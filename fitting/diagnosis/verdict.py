@@ -29,11 +29,11 @@ def diagnosis_of(search: SearchResult) -> Diagnosis:
     if verdict is Verdict.INCONCLUSIVE:
         kept, classes = [], ()
     tried = sorted((_explanation(search, added, passed) for added in search.fits), key=lambda e: e.held_out_rmse)
-    near = sorted(tried, key=lambda e: not e.plausible)  # stable: plausible ones first
-    near = [e for e in near if e.held_out_rmse < settings.helps * world.rmse(examiner.left_out(search.base))]
+    near = sorted(tried, key=lambda e: (not e.plausible, e.unexplained))
+    near = [e for e in near if e.unexplained < settings.explains * unexplained(search, search.base)]
     nearest = tuple(near[: settings.nearest]) if verdict is Verdict.NOT_IN_LIBRARY else ()
     rmse, full_scale = world.rmse(search.base.rows), float(np.max(np.abs(world.samples.measured[world.in_newtons])))
-    left = world.rmse(search.fits[kept[0]].plain.rows) if kept else search.noise
+    left = world.rmse(examiner.as_fitted(kept[0], search.fits[kept[0]]).rows) if kept else search.noise
     return Diagnosis(
         verdict=verdict,
         negligible=verdict not in NOTHING_MISSING and np.sqrt(max(rmse**2 - left**2, 0)) < NEGLIGIBLE * full_scale,
@@ -98,7 +98,7 @@ def _decided(search: SearchResult, kept: Sequence[frozenset[str]]) -> tuple[Verd
     why = _undecided(search)
     if why is None and search.base_is_adequate:
         exact = _with_exact_instruments(search)
-        if exact.rejected:
+        if exact.rejected or _mostly_instruments(search):
             return Verdict.WITHIN_INSTRUMENTS, None
         why = _unseen(search, exact)
         return (Verdict.INCONCLUSIVE if why else Verdict.NOTHING), why
@@ -123,6 +123,16 @@ def _with_exact_instruments(search: SearchResult) -> AdequacyTest:
     return search.examiner.adequacy(frozenset(), search.base, search.fits, limits=True, errors=exact)
 
 
+def _mostly_instruments(search: SearchResult) -> bool:
+    """Whether instruments make a misfit of many times what is left beyond them.
+
+    Flips are blind to a length that is off by a millimetre in each of a few runs: their signs are as often one as the
+    other. No reader would take such a misfit for noise.
+    """
+    test = search.missing_effect_test.test
+    return test.rms > search.examiner.settings.flip_test.many * test.rms_beyond
+
+
 def _unseen(search: SearchResult, exact: AdequacyTest) -> Why | None:
     """Why an adequate base does not show that nothing is missing; None where it does.
 
@@ -142,8 +152,8 @@ def _faint(search: SearchResult, test: AdequacyTest) -> tuple[str, ...]:
     samples, of_force = search.world.samples, search.world.in_newtons
     noise = float(np.median(samples.sigma[of_force]))
     matters = max(noise, NEGLIGIBLE * float(np.max(np.abs(samples.measured[of_force]))))
-    limits = {name: test.of(name).limit for name in search.world.candidates}
-    return tuple(name for name, limit in limits.items() if limit is not None and limit > matters)
+    limits = {name: [t.of(name).limit for t in (test, search.missing_effect_test)] for name in search.world.candidates}
+    return tuple(name for name, both in limits.items() if all(limit is not None and limit > matters for limit in both))
 
 
 def unexplained(search: SearchResult, fit: CandidateFit) -> float:
@@ -164,8 +174,8 @@ def _evidence(search: SearchResult, name: str, passed: Mapping[frozenset[str], W
     return Evidence(
         name,
         p_value=seen.p_value,
-        rmse=world.rmse(fit.plain.rows),
-        held_out_rmse=world.rmse(examiner.left_out(fit)),
+        rmse=world.rmse(examiner.as_fitted(added, fit).rows),
+        held_out_rmse=world.rmse(examiner.left_out(examiner.as_fitted(added, fit))),
         unexplained=unexplained(search, fit),
         detection_limit=seen.limit,
         absorbed_share=seen.absorbed,
@@ -182,10 +192,11 @@ def _explanation(search: SearchResult, added: frozenset[str], passed: Mapping[fr
     glance = len(added) > 1 and adequacy is None
     before, after = (search.examiner.beyond_instruments(t, glance) for t in (search.base, fit))
     fall, error = difference(before, after, groups)
+    shown = search.examiner.as_fitted(added, fit)
     return Explanation(
         tuple(sorted(added)),
-        world.rmse(fit.plain.rows),
-        world.rmse(search.examiner.left_out(fit, glance)),
+        world.rmse(shown.rows),
+        world.rmse(search.examiner.left_out(shown, glance)),
         fall / max(error, 1e-300),
         adequacy.test.p if adequacy and adequacy.test else float("nan"),
         added in search.adequate,

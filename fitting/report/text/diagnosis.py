@@ -161,7 +161,7 @@ def diagnosis_report(d: Diagnosis, unit: str = "N", samples: int = 0) -> list[Re
     shown += lines("OPEN", [text] if (text := open_text(d, unit)) else [])
     shown += lines("SIMILAR", (f"{classes_text(group)}: these data cannot tell them apart" for group in d.classes))
     shown += lines("VALUES", (values_text(e) for e in named_explanations(d)[: SHOWN.valued] if e.estimate))
-    shown += lines("NEAREST", (f"{effect_set(e.effects)}: {amount(e.rmse, unit)}" for e in d.nearest))
+    shown += lines("NEAREST", (_nearest_text(e, unit) for e in d.nearest))
     return [*shown, *_evidence(d, unit)]
 
 
@@ -184,6 +184,10 @@ def _evidence(d: Diagnosis, unit: str) -> list[RenderableType]:
     others = listed([e.name for e in idle if e.name not in told])
     shown += [line("NOT IT", f"{others}: {_idle_text(d)}")] if others else []
     return [*shown, *lines("UNSEEN", (f"{listed(names)}: {why}" for why, names in blind.items()))]
+
+
+def _nearest_text(e: Explanation, unit: str) -> str:
+    return f"{effect_set(e.effects)}: {amount(e.rmse, unit)}, of which {amount(e.unexplained, unit, 2)} is unexplained"
 
 
 def _idle_text(d: Diagnosis) -> str:
