@@ -13,12 +13,14 @@ from fitting.problem.estimate import Estimate
 def estimate(world: Universe, fit: CandidateFit, name: str) -> dict[str, Estimate]:
     """An effect's parameters as fitted, SI, each with its robust standard error; NaN at an end of the range.
 
-    Without those along which nothing changes: they stand where the search began.
+    `world` is that in which the set was fitted. Without those along which nothing changes: they stand where the search
+    began.
     """
     if not len(fit.free):
         return {}
-    cluster = clusters(world.samples, np.vstack([fit.slopes, fit.prior_slopes]))
-    _, robust = covariances(fit.slopes, fit.rows, fit.prior_slopes, cluster)
+    rows, slopes = world.as_seen(fit.rows), world.as_seen(fit.slopes)
+    cluster = clusters(world.samples, np.vstack([slopes, fit.prior_slopes]))
+    _, robust = covariances(slopes, rows, fit.prior_slopes, cluster)
     names = [entry for entry in world.layout.of_effect(name) if entry in fit.free]
     found = {}
     for entry, i in zip(names, world.layout.at(names), strict=True):

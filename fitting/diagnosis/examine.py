@@ -222,6 +222,11 @@ class Examiner:
         rows, prior_rows = at_best[: len(rows)], at_best[len(rows) :]
         return held_out.left_out_rows(rows, slopes, prior_rows, fit.prior_slopes, self.groups)
 
+    @cached_property
+    def seen(self) -> Universe:
+        """The universe in which sets are fitted: as instruments that err within their accuracy let it be seen."""
+        return self.world.seen_through(self.errors(self.base).columns)
+
     def without_instruments(self, columns: np.ndarray) -> np.ndarray:
         """Rows (rows,) or columns (rows, q) without what instruments within their accuracy can make of them."""
         return self._whitener(columns)

@@ -142,10 +142,10 @@ class Search:
             if self.adequate:
                 return
 
-    @cached_property
+    @property
     def seen(self) -> Universe:
-        """The universe in which sets are fitted: as instruments that err within their accuracy let it be seen."""
-        return self.world.seen_through(self.examiner.errors(self.base).columns)
+        """The universe in which sets are fitted."""
+        return self.examiner.seen
 
     @cached_property
     def alone(self) -> CandidateFit:

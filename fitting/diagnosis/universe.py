@@ -219,6 +219,11 @@ class Universe:
         wide[self.real] = errors
         return replace(self, through=Through.of(wide, room))
 
+    def as_seen(self, columns: np.ndarray) -> np.ndarray:
+        """Rows (rows,) or columns (rows, q) of the measurements as such a fit sees them."""
+        through = self.through
+        return replace(through, errors=through.errors[self.real])(columns)
+
     def fit_all(
         self, sets: Sequence[tuple[frozenset[str], np.ndarray, Sequence[str]]], decide: bool = True
     ) -> list[CandidateFit]:

@@ -180,7 +180,7 @@ def _evidence(search: SearchResult, name: str, passed: Mapping[frozenset[str], W
         detection_limit=seen.limit,
         absorbed_share=seen.absorbed,
         similar=seen.similar,
-        estimate=estimate(world, fit, name),
+        estimate=estimate(examiner.seen, fit, name),
         adequate=added in search.adequate,
         why=passed.get(added, adequacy.why if adequacy else None if seen.limit else Why(Reason.NOT_SEEN)),
     )
@@ -202,6 +202,6 @@ def _explanation(search: SearchResult, added: frozenset[str], passed: Mapping[fr
         added in search.adequate,
         passed.get(added, adequacy.why if adequacy else Why(Reason.FAR_WORSE)),
         plausible(world, added, fit),
-        estimates(world, fit, sorted(added)) if added in search.adequate else {},
+        estimates(search.examiner.seen, fit, sorted(added)) if added in search.adequate else {},
         unexplained(search, fit),
     )
