@@ -173,6 +173,7 @@ def test_the_answer_in_words():
     assert standing_text(made(one, as_it_is=(2.0, 8.0))) == ""
     assert "mckibben plan" in next_text(made(one, two))
     assert "Record another session" in next_text(made(one, as_it_is=(2.0, 8.0)))
+    assert "mckibben discover" in next_text(made(out))
 
 
 def test_what_was_excluded_once_stays_excluded():

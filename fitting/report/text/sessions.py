@@ -72,7 +72,7 @@ def standing_text(found: GrowingEvidence) -> str:
     stand, out = [each.added for each in found.standing], len(found.singles) - len(found.standing)
     excluded = f" {counted(out, 'other effect')} excluded for good." if out else ""
     if not stand:
-        return f"No effect of the library explains it alone: all {out} are excluded. 'mckibben discover' tries several."
+        return f"No effect of the library explains it alone: all {out} are excluded."
     if len(stand) == 1:
         return f"With {marked(stand[0], ' + ')} the model still stands, and with nothing else.{excluded}"
     names = listed([name for added in stand for name in added])
@@ -85,6 +85,8 @@ def next_text(found: GrowingEvidence) -> str:
         return "Add it: 'mckibben add'. Later sessions may still exclude it; give them behind these."
     if found.is_lacking and found.standing:
         return "'mckibben plan' names the recording that tells these apart; give it behind these sessions."
+    if found.is_lacking:
+        return "'mckibben discover' tries several effects at once; weigh the model that it ends with."
     return "Record another session, and give its folder behind these: the evidence goes on from here."
 
 
