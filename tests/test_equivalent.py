@@ -65,6 +65,9 @@ class Examiner:
 
     beyond_instruments = left_out  # these instruments are exact
 
+    def as_fitted(self, _, fit):
+        return fit
+
     def against(self, fit, rivals):
         return min(0.001 if (fit.key, "".join(sorted(other))) in self.seen else 1.0 for other, _ in rivals)
 

@@ -63,7 +63,9 @@ def test_some_groups_can_be_asked_for():
     assert {case.group for case in chosen(cases, 0.1, ("single",))} == {"single", "none"}
     answer = CliRunner().invoke(main, ["--groups", "kinds,kins"])
     assert answer.exit_code == 2
-    assert "no group kins; the plan has none, single" in answer.output
+    assert "no kins; the plan has none, single" in answer.output
+    answer = CliRunner().invoke(main, ["--instruments", "laboratory,lab"])
+    assert "no lab; the plan has exact" in answer.output
 
 
 @pytest.mark.parametrize("share", [0.02, 0.1, 0.5])
