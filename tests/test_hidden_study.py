@@ -85,6 +85,12 @@ def test_a_tip_is_named_though_the_length_is_held():
     assert 0.9 < found["left_out_after"] / found["floor"] < 1.1
 
 
+def test_lengths_that_are_off_by_a_millimetre_in_each_run_are_instruments():
+    """Flips are blind to them, and where they are all there is "inconclusive" was said."""
+    found = judged(case_of((), 0.0, "sigma", "isometric", 11, 7), {})
+    assert found["verdict"] == "within the instruments"
+
+
 def test_the_first_test_alone_finds_an_effect_at_twice_its_limit():
     """Two cases of that study: the clean one has no verdict, and says the limits at which effects are hidden."""
     clean, large = case_of((), 0.0, "sigma", "rich", 0, 1), case_of(("tip",), 2.0, "limit", "rich", 0, 1)

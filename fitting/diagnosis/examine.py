@@ -237,7 +237,7 @@ class Examiner:
 
     def as_fitted(self, added: frozenset[str], fit: CandidateFit) -> CandidateFit:
         """A set whose errors people read: those of a fit that trusts every reading, as all other commands fit."""
-        return self.trusting.get(added, fit.plain)
+        return self.trusting.get(added) or fit.plain
 
     def left_out(self, fit: CandidateFit, glance: bool = False) -> np.ndarray:
         """The rows of a fit on runs left out; at a glance, without refitting."""

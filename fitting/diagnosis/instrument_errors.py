@@ -16,6 +16,7 @@ import numpy as np
 from fitting.diagnosis import omnibus
 from fitting.diagnosis.findings import RELATIVE, ErrorKind, Source
 from fitting.diagnosis.settings import INSTRUMENTS, InstrumentSettings
+from fitting.least_squares.through import roots
 from fitting.problem.residuals import Samples
 from fitting.recordings.accuracy import Accuracy, Channel, ChannelAccuracy
 
@@ -120,7 +121,7 @@ class InstrumentErrors:
 class InstrumentWhitener:
     """Multiplies by a root of the inverse of 1 + U U': first run by run, then what all runs share.
 
-    The root is 1 - U M U' with M a function of U' U alone: only matrices as small as there are errors are decomposed.
+    The root is 1 - U M U' (`roots`).
     """
 
     parts: tuple[tuple[np.ndarray, np.ndarray, np.ndarray], ...]  # rows, U (rows, k), M (k, k)
@@ -131,9 +132,9 @@ class InstrumentWhitener:
         parts = []
         for one in np.unique(errors.run):
             at = np.flatnonzero(errors.run == one)
-            parts.append((at, errors.per_run[at], _taken(errors.per_run[at])))
+            parts.append((at, errors.per_run[at], roots(errors.per_run[at])[0]))
         shared = cls(tuple(parts))(errors.shared)
-        return cls((*parts, (np.arange(len(errors.run)), shared, _taken(shared))))
+        return cls((*parts, (np.arange(len(errors.run)), shared, roots(shared)[0])))
 
     def __call__(self, columns: np.ndarray) -> np.ndarray:
         """Columns (rows, q) or rows (rows,), without these errors as far as priors let them go."""
@@ -148,16 +149,6 @@ class InstrumentWhitener:
             if errors.shape[1]:
                 out[at] -= errors @ (taken @ (errors.T @ out[at]))
         return out
-
-
-def _taken(errors: np.ndarray) -> np.ndarray:
-    """M (k, k) of (1 + U U')^(-1/2) = 1 - U M U', with U' U = V diag(s^2) V' and M = V diag(1/(r (1 + r))) V'.
-
-    r is sqrt(1 + s^2), and (1 - 1/r)/s^2 = 1/(r (1 + r)), which has no 0/0 where an error is not felt.
-    """
-    square, turn = np.linalg.eigh(errors.T @ errors)
-    root = np.sqrt(1 + np.maximum(square, 0.0))
-    return (turn / (root * (1 + root))) @ turn.T
 
 
 def instrument_errors(

@@ -197,8 +197,8 @@ class Search:
         """Whether each effect of a fitted set changes what is predicted: a lag does nothing where nothing moves."""
         smaller = [self.fits.get(added - {name}) for name in added] if len(added) > 1 else [self.alone]
         rows = self.fits[added].rows
-        changes = [np.linalg.norm(rows - fit.rows) / np.linalg.norm(fit.rows) for fit in smaller if fit is not None]
-        return all(change > self.settings.unmoved for change in changes)
+        least, norm = self.settings.unmoved, np.linalg.norm
+        return all(norm(rows - fit.rows) > least * norm(fit.rows) for fit in smaller if fit is not None)
 
     def promised(self, group: Sequence[str]) -> float:
         """Sum of squares left if the changes that each effect makes alone could be mixed freely."""

@@ -12,9 +12,7 @@ SIZES = (64, 128, 256, 512, 1024)  # of errors: a program is compiled for each
 class Through(eqx.Module):
     """A root of the inverse of 1 + U U', the covariance of white noise beside errors U of one standard deviation each.
 
-    `errors` is U (rows, errors), with columns of zeros up to a standard number. The root is 1 - U M U', its inverse
-    1 + U N U'. With U' U = V diag(s^2) V' and r = sqrt(1 + s^2), M is V diag(1/(r (1 + r))) V', and N is
-    V diag(1/(1 + r)) V'.
+    `errors` is U (rows, errors), with columns of zeros up to a standard number; see `roots` for the others.
     """
 
     errors: Array
@@ -25,12 +23,9 @@ class Through(eqx.Module):
     def of(cls, errors: np.ndarray, size: int) -> "Through":
         """For errors (rows, at most `size`)."""
         count = errors.shape[1]
-        square, turn = np.linalg.eigh(errors.T @ errors)
-        root = np.sqrt(1 + np.maximum(square, 0.0))
         wide, taken, back = np.zeros((len(errors), size)), np.zeros((size, size)), np.zeros((size, size))
         wide[:, :count] = errors
-        taken[:count, :count] = (turn / (root * (1 + root))) @ turn.T
-        back[:count, :count] = (turn / (1 + root)) @ turn.T
+        taken[:count, :count], back[:count, :count] = roots(errors)
         return cls(wide, taken, back)
 
     @classmethod
@@ -50,6 +45,17 @@ class Through(eqx.Module):
     def undone(self, rows: Array) -> Array:
         """The rows or columns that are seen so."""
         return rows + self.errors @ (self.back @ (self.errors.T @ rows))
+
+
+def roots(errors: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """M and N (errors, errors) of the roots 1 - U M U' of (1 + U U')^-1, and 1 + U N U' of 1 + U U'.
+
+    With U' U = V diag(s^2) V' and r = sqrt(1 + s^2), M is V diag(1/(r (1 + r))) V', and N is V diag(1/(1 + r)) V': only
+    matrices as small as there are errors are decomposed, and an error that is not felt makes no 0/0.
+    """
+    square, turn = np.linalg.eigh(errors.T @ errors)
+    root = np.sqrt(1 + np.maximum(square, 0.0))
+    return (turn / (root * (1 + root))) @ turn.T, (turn / (1 + root)) @ turn.T
 
 
 def standard_number(errors: int) -> int | None:
