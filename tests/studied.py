@@ -8,9 +8,10 @@ import numpy as np
 from small_muscle import loops, write
 
 from fitting.comparison.compare import compare
-from fitting.diagnosis.findings import ErrorKind, GroupKind, InstrumentAnswer, RestsOn, Source
+from fitting.diagnosis.findings import GroupKind, InstrumentAnswer, RestsOn
 from fitting.diagnosis.outcomes import NOTHING_MISSING, Reason, Verdict, Why
 from fitting.diagnosis.record import Diagnosis, Evidence, Explanation, Leading
+from fitting.instruments.sources import ErrorKind, Source
 from fitting.planning.next_measurement import NextMeasurement
 from fitting.planning.protocols import Protocol
 from fitting.problem.estimate import Estimate

@@ -16,10 +16,11 @@ from studied import spring_missing
 from fitting.cli.main import main
 from fitting.diagnosis import step_rules
 from fitting.diagnosis.discover import Judged, discover, in_order, proposals, worth_judging
-from fitting.diagnosis.findings import ErrorKind, InstrumentAnswer, Objection, Reason, Source
+from fitting.diagnosis.findings import InstrumentAnswer, Objection, Reason
 from fitting.diagnosis.lay_out import universe
 from fitting.diagnosis.record import Explanation, Leading
 from fitting.diagnosis.step_rules import RULES, Fitted, denied_sizes, objections
+from fitting.instruments.sources import ErrorKind, Source
 from fitting.least_squares.fit import fit
 from fitting.problem.estimate import Estimate
 from fitting.recordings.accuracy import Channel

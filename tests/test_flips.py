@@ -7,11 +7,11 @@ import pytest
 
 from fitting.diagnosis import omnibus, working_noise
 from fitting.diagnosis.flip_groups import FlipGroups, flip_groups, numbered, rests_on_in_words
-from fitting.diagnosis.instrument_errors import InstrumentErrors
 from fitting.diagnosis.missing_effect import Ground, MissingEffectTest, missing_effect_test
 from fitting.diagnosis.nuisance import Nuisance
 from fitting.diagnosis.settings import FLIP_TEST, NOISE
 from fitting.diagnosis.sign_flips import flipped_signs
+from fitting.instruments.errors import InstrumentErrors
 from fitting.least_squares import held_out
 from fitting.least_squares.decomposed import orthonormal
 from fitting.problem.residuals import Samples

@@ -10,17 +10,14 @@ from fitting.diagnosis import omnibus, working_noise
 from fitting.diagnosis.candidate_fit import CandidateFit
 from fitting.diagnosis.flip_groups import flip_groups
 from fitting.diagnosis.instrument_answers import WithoutNoise, likeliest_size
-from fitting.diagnosis.instrument_errors import (
-    ErrorKind,
-    InstrumentErrors,
-    Signal,
-    Source,
-    clock_time,
-    instrument_errors,
-)
 from fitting.diagnosis.missing_effect import Ground, missing_effect_test
 from fitting.diagnosis.nuisance import Nuisance
-from fitting.diagnosis.settings import INSTRUMENTS, NOISE
+from fitting.diagnosis.settings import NOISE
+from fitting.instruments.columns import clock_time, instrument_errors
+from fitting.instruments.errors import InstrumentErrors
+from fitting.instruments.settings import INSTRUMENTS
+from fitting.instruments.signals import Signal
+from fitting.instruments.sources import ErrorKind, Source
 from fitting.recordings.accuracy import Accuracy, Channel, ChannelAccuracy
 
 S = samples()

@@ -35,6 +35,7 @@ FLOORS = {
         ("library",),
         ("compiled",),
         ("problem",),
+        ("instruments",),
         ("least_squares",),
         ("model_files",),
         ("comparison",),

@@ -16,12 +16,12 @@ from threadpoolctl import threadpool_limits
 from fitting import units
 from fitting.cli.main import main
 from fitting.diagnosis.diagnose import diagnose
-from fitting.diagnosis.findings import ErrorKind, Source
 from fitting.diagnosis.flip_groups import FlipGroups
-from fitting.diagnosis.instrument_errors import InstrumentErrors
 from fitting.diagnosis.omnibus import Basis
 from fitting.diagnosis.record import Evidence
 from fitting.diagnosis.working_noise import Noise as Memory
+from fitting.instruments.errors import InstrumentErrors
+from fitting.instruments.sources import ErrorKind, Source
 from fitting.least_squares import held_out
 from fitting.least_squares.fit import fit
 from fitting.planning import next_measurement as nm

@@ -8,6 +8,7 @@ from test_flips import samples
 
 from fitting.comparison import parity
 from fitting.diagnosis import omnibus
+from fitting.problem.kinds import kinds
 
 LOOPS = samples(120)
 
@@ -83,8 +84,7 @@ def test_recordings_have_bases_of_their_own():
         for key in vars(LOOPS)
     }
     s = replace(LOOPS, **whole)
-    kinds = omnibus.kinds(s)
-    np.testing.assert_array_equal(kinds, np.repeat([0, 1, 2], [len(part) for part in parts]))
+    np.testing.assert_array_equal(kinds(s), np.repeat([0, 1, 2], [len(part) for part in parts]))
     basis = omnibus.basis(s)
     for i in range(3):
         other = basis.whole[s.recording != i]

@@ -10,8 +10,8 @@ from hidden.study.sizes import base_of, hiding
 from hidden.study.values import HOW, values_of
 
 from fitting.diagnosis.diagnose import prepared
-from fitting.diagnosis.instrument_errors import most_errors
-from fitting.least_squares.through import SIZES, Through, standard_number
+from fitting.instruments.columns import most_errors
+from fitting.instruments.through import SIZES, Through, standard_number
 from fitting.recordings.experiment import read_experiment
 from mckibben_jax.effects import CoulombFriction, IdealCylinder
 

@@ -8,10 +8,10 @@ from test_flips import autoregression, samples, words
 
 from fitting.diagnosis import omnibus, working_noise
 from fitting.diagnosis.flip_groups import flip_groups
-from fitting.diagnosis.instrument_errors import InstrumentErrors
 from fitting.diagnosis.missing_effect import Ground, missing_effect_test
 from fitting.diagnosis.nuisance import Nuisance
 from fitting.diagnosis.settings import FLIP_TEST, NOISE
+from fitting.instruments.errors import InstrumentErrors
 from fitting.least_squares import held_out
 
 EXACT = InstrumentErrors.none(samples().run)

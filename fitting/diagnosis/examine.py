@@ -9,10 +9,8 @@ import numpy as np
 from fitting.diagnosis import omnibus
 from fitting.diagnosis.adequacy import AdequacyTest
 from fitting.diagnosis.candidate_fit import CandidateFit
-from fitting.diagnosis.channel_signals import errors_felt
 from fitting.diagnosis.findings import RestsOn
 from fitting.diagnosis.flip_groups import flip_groups
-from fitting.diagnosis.instrument_errors import InstrumentErrors, InstrumentWhitener
 from fitting.diagnosis.missing_effect import Ground, MissingEffectTest, missing_effect_test
 from fitting.diagnosis.nuisance import Nuisance
 from fitting.diagnosis.outcomes import Reason, Why
@@ -21,6 +19,8 @@ from fitting.diagnosis.signatures import signatures
 from fitting.diagnosis.universe import Universe
 from fitting.diagnosis.working_noise import Kinds, Noise
 from fitting.full_names import owner_of
+from fitting.instruments.errors import InstrumentErrors, InstrumentWhitener
+from fitting.instruments.felt import errors_felt
 from fitting.least_squares import held_out
 from fitting.least_squares.decomposed import lstsq
 

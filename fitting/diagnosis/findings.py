@@ -3,8 +3,8 @@
 from dataclasses import dataclass
 from enum import StrEnum
 
-from fitting.diagnosis.settings import INSTRUMENTS
-from fitting.recordings.accuracy import Channel
+from fitting.instruments.settings import INSTRUMENTS
+from fitting.instruments.sources import Source
 
 
 class GroupKind(StrEnum):
@@ -23,35 +23,6 @@ class RestsOn:
     groups: int
     kinds: tuple[GroupKind, ...]
     block_samples: int = 0  # of each block, where blocks are flipped: then the test rests on the noise model
-
-
-class ErrorKind(StrEnum):
-    """What stays the same in an error: the names of accuracies, and what differs in the muscle from run to run."""
-
-    ZERO = "zero"
-    GAIN = "gain"
-    ZERO_PER_RUN = "zero_per_run"
-    GAIN_PER_RUN = "gain_per_run"
-    HYSTERESIS = "hysteresis"
-    DRIFT = "drift"
-    SKEW = "skew"
-    FRICTION_PER_RUN = "friction_per_run"
-
-
-RELATIVE = (ErrorKind.GAIN, ErrorKind.GAIN_PER_RUN, ErrorKind.HYSTERESIS)  # sizes without a unit
-
-
-@dataclass(frozen=True)
-class Source:
-    """Where an error comes from (channel None: the muscle), its accuracy, and the size that a column stands for.
-
-    `allowed` and `width` in the unit of the kind: that of the channel, 1 for a share, unit/s for a drift, s for a skew.
-    """
-
-    channel: Channel | None
-    kind: ErrorKind
-    allowed: float
-    width: float
 
 
 @dataclass(frozen=True)

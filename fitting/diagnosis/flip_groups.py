@@ -4,9 +4,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fitting.diagnosis import omnibus
 from fitting.diagnosis.findings import GroupKind, RestsOn
 from fitting.diagnosis.settings import FLIP_TEST, FlipTestSettings
+from fitting.problem.kinds import POINTS, kinds
 from fitting.problem.residuals import Samples
 
 
@@ -64,7 +64,7 @@ def flip_groups(samples: Samples, memory: float, settings: FlipTestSettings = FL
         return _blocks(samples, memory, settings)
     number = in_order_of_states(number, samples)
     together = numbered(samples.run, np.where(few, 0, 1 + samples.loop))
-    return FlipGroups(number, settings.level, together, _kinds(few, omnibus.kinds(samples) == omnibus.POINTS))
+    return FlipGroups(number, settings.level, together, _kinds(few, kinds(samples) == POINTS))
 
 
 def _kinds(few: np.ndarray, points: np.ndarray) -> tuple[GroupKind, ...]:
@@ -77,7 +77,7 @@ def few_loops(samples: Samples, settings: FlipTestSettings = FLIP_TEST) -> np.nd
 
     What only loops show cannot be seen in a few of them, however many isometric cycles stand beside them.
     """
-    loops, kind = numbered(samples.run, samples.loop), omnibus.kinds(samples)
+    loops, kind = numbered(samples.run, samples.loop), kinds(samples)
     few = np.zeros(len(samples), bool)
     for each in np.unique(kind):
         few[kind == each] = len(np.unique(loops[kind == each])) < settings.fewest_groups

@@ -8,11 +8,12 @@ from scipy.optimize import minimize_scalar
 
 from fitting.diagnosis.candidate_fit import CandidateFit
 from fitting.diagnosis.examine import Examiner
-from fitting.diagnosis.findings import InstrumentAnswer, Source
-from fitting.diagnosis.instrument_errors import InstrumentErrors
+from fitting.diagnosis.findings import InstrumentAnswer
 from fitting.diagnosis.missing_effect import Ground
 from fitting.diagnosis.nuisance import Nuisance
-from fitting.diagnosis.settings import INSTRUMENTS, InstrumentSettings
+from fitting.instruments.errors import InstrumentErrors
+from fitting.instruments.settings import INSTRUMENTS, InstrumentSettings
+from fitting.instruments.sources import Source
 from fitting.least_squares.decomposed import orthonormal, svd
 
 

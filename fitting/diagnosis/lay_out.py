@@ -5,11 +5,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from fitting.diagnosis.instrument_errors import most_errors
 from fitting.diagnosis.outcomes import Reason, Why
 from fitting.diagnosis.settings import FITS, FitSettings
 from fitting.diagnosis.universe import Universe
-from fitting.least_squares.through import SIZES, Through, standard_number
+from fitting.instruments.columns import most_errors
+from fitting.instruments.through import SIZES, Through, standard_number
 from fitting.problem.residuals import problem
 from fitting.problem.sizes import of_standard_size
 from fitting.problem.unknowns import unknowns

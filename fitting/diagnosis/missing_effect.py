@@ -11,13 +11,13 @@ import numpy as np
 
 from fitting.diagnosis.detection import detectable
 from fitting.diagnosis.flip_groups import FlipGroups
-from fitting.diagnosis.instrument_errors import InstrumentErrors
 from fitting.diagnosis.nuisance import Nuisance
 from fitting.diagnosis.omnibus import Basis
 from fitting.diagnosis.projected import Projected, projected
 from fitting.diagnosis.settings import FLIP_TEST, FlipTestSettings
 from fitting.diagnosis.sign_flips import PValues, Scores, flipped_signs
 from fitting.diagnosis.working_noise import Noise, Whitener
+from fitting.instruments.errors import InstrumentErrors
 from fitting.least_squares.decomposed import orthonormal
 from fitting.problem.residuals import Samples
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fitting.diagnosis.candidate_fit import CandidateFit
-from fitting.diagnosis.instrument_errors import InstrumentWhitener
+from fitting.instruments.errors import InstrumentWhitener
 from fitting.least_squares.decomposed import lstsq
 
 

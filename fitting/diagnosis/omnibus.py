@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from fitting.problem.kinds import is_held, is_static
 from fitting.problem.residuals import Samples
 
 HATS = 6
@@ -11,7 +12,6 @@ ACROSS = 5  # most hats in the other variable: pressure in loops, contraction wh
 SAME_LEVEL = 0.03  # of the range: levels closer than this are one
 FINE = 40  # most hats along the stroke: a ripple of a twentieth of it is seen
 PER_HAT = 5  # samples of one branch
-POINTS = 2  # of the kinds of recordings, that without a history
 AFTER = (0.01, 0.03, 0.1)  # of the range: over which what a turning point leaves dies away
 
 
@@ -35,15 +35,6 @@ def basis(samples: Samples) -> Basis:
     return Basis(_blocks(recordings, [_smooth(s) for s in parts]), _blocks(recordings, [_fine(s) for s in parts]))
 
 
-def kinds(samples: Samples) -> np.ndarray:
-    """Of each row, what its recording is: 0 loops, 1 a held length, 2 points without a history."""
-    found = np.zeros(len(samples), int)
-    for recording in np.unique(samples.recording):
-        mine = samples.where(samples.recording == recording)
-        found[samples.recording == recording] = int(_held(mine)) + int(_static(mine))
-    return found
-
-
 def _blocks(masks: list[np.ndarray], parts: list[np.ndarray]) -> np.ndarray:
     blocks = []
     for mask, columns in zip(masks, parts, strict=True):
@@ -53,18 +44,9 @@ def _blocks(masks: list[np.ndarray], parts: list[np.ndarray]) -> np.ndarray:
     return np.hstack(blocks)
 
 
-def _held(s: Samples) -> bool:
-    return bool(np.all(np.abs(s.rate) <= 1e-8))
-
-
-def _static(s: Samples) -> bool:
-    """A map of points: no history, no speed."""
-    return _held(s) and bool(np.all(s.pressure_rate == 0))
-
-
 def _smooth(s: Samples) -> np.ndarray:
-    pressure, held = _unit(s.pressure), _held(s)
-    if _static(s):
+    pressure, held = _unit(s.pressure), is_held(s)
+    if is_static(s):
         return _surface(s, pressure)
     moving = _unit(s.pressure_rate) if held else _unit(np.log(np.maximum(np.abs(s.rate), 1e-6)))
     along = pressure if held else s.contraction
@@ -88,9 +70,9 @@ def _after_turning(s: Samples, along: np.ndarray) -> np.ndarray:
 
 def _fine(s: Samples) -> np.ndarray:
     """Hats along the stroke, even and odd in the direction; none where branches have few samples."""
-    if _static(s):
+    if is_static(s):
         return np.zeros((len(s), 0))
-    along = s.pressure if _held(s) else s.contraction
+    along = s.pressure if is_held(s) else s.contraction
     branch = float(np.median(np.unique(s.half, return_counts=True)[1]))
     count = int(min(FINE, branch / PER_HAT))
     if count <= 2 * HATS:  # no finer than what is smooth

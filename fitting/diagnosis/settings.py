@@ -5,6 +5,8 @@
 
 from dataclasses import dataclass, field
 
+from fitting.instruments.settings import InstrumentSettings
+
 
 @dataclass(frozen=True)
 class NoiseSettings:
@@ -26,22 +28,6 @@ class NoiseSettings:
     piece: int = 400  # samples whitened together; chosen for speed
     visible: float = 0.05  # of its variance that a kind of noise must leave where a basis is removed; chosen
     least_white: float = 1e-3  # white share of the variance, or slow noise could not be whitened; chosen
-
-
-@dataclass(frozen=True)
-class InstrumentSettings:
-    """What instruments and the muscle may differ by, beside the accuracies that a recording states."""
-
-    friction_per_run: float = 0.02  # standard deviation of what is lost to motion between runs, relative; chosen
-    hysteresis_widths: tuple[float, ...] = (0.003, 0.03, 0.1, 0.3)  # of full scale, within which a cell turns; chosen
-    point_time: float = 10.0  # s from one point of a map to the next: points have no time; chosen
-    warming_share: float = 0.2  # of the time of all recordings, in which a drift dies away; chosen
-    least_share: float = 1e-3  # of a reading or full scale: where an error begins of which no accuracy is known; chosen
-    least_skew: float = 1e-3  # s; the same of a skew; chosen
-    sizes: tuple[float, float] = (0.03, 300.0)  # widths of an error among which the likeliest is sought; chosen
-    visible: float = 0.03  # standard errors of a reading: an error that changes all rows by less is not seen; chosen
-    step: float = 1e-4  # of the largest reading, by which a channel is shifted for its slope; error 1e-8
-    beyond: float = 3.0  # accuracies: an instrument as its data sheet says errs by more once in 400; derived
 
 
 @dataclass(frozen=True)
@@ -149,6 +135,6 @@ class DiagnosisSettings:
     verdict: VerdictSettings = field(default_factory=VerdictSettings)
 
 
-NOISE, INSTRUMENTS, FLIP_TEST, LIMITS = NoiseSettings(), InstrumentSettings(), FlipTestSettings(), LimitSettings()
+NOISE, FLIP_TEST, LIMITS = NoiseSettings(), FlipTestSettings(), LimitSettings()
 FITS, SEARCH, VERDICT, ODD_RUNS = FitSettings(), SearchSettings(), VerdictSettings(), OddRunSettings()
 DIAGNOSIS = DiagnosisSettings()

@@ -11,12 +11,12 @@ import numpy as np
 from fitting.diagnosis.candidate_fit import CandidateFit
 from fitting.diagnosis.outcomes import Why
 from fitting.diagnosis.settings import FITS, FitSettings
+from fitting.instruments.through import Through
 from fitting.least_squares.absent import as_good_as_absent
 from fitting.least_squares.decomposed import lstsq
 from fitting.least_squares.held_out import HELD_OUT, left_out_rows
 from fitting.least_squares.search import MultistartResult, solve
 from fitting.least_squares.subset import Subset
-from fitting.least_squares.through import Through
 from fitting.least_squares.uncertainty import at_bound
 from fitting.problem.residuals import LIGHT, Problem, Samples
 from fitting.problem.sizes import widened

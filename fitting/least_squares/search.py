@@ -11,9 +11,9 @@ import optimistix as optx
 from jaxtyping import ArrayLike
 
 from fitting.compiled.traced import kept
+from fitting.instruments.through import Through
 from fitting.least_squares.box import BoxLevenbergMarquardt
 from fitting.least_squares.subset import Array, Subset
-from fitting.least_squares.through import Through
 
 MAX_STEPS = 150  # of one search: chosen
 

@@ -9,9 +9,9 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from fitting import full_names
-from fitting.diagnosis.channel_signals import errors_felt
 from fitting.diagnosis.discover import with_added
-from fitting.diagnosis.instrument_errors import InstrumentErrors
+from fitting.instruments.errors import InstrumentErrors
+from fitting.instruments.felt import errors_felt
 from fitting.least_squares.search import rows_and_slopes
 from fitting.least_squares.subset import Subset, subset_of
 from fitting.planning.candidates import Shown, recording

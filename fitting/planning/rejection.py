@@ -6,11 +6,11 @@ import numpy as np
 
 from fitting.diagnosis import omnibus
 from fitting.diagnosis.flip_groups import FlipGroups
-from fitting.diagnosis.instrument_errors import InstrumentErrors
 from fitting.diagnosis.nuisance import Nuisance
 from fitting.diagnosis.projected import Projected, projected
 from fitting.diagnosis.settings import FLIP_TEST, FlipTestSettings
 from fitting.diagnosis.sign_flips import Scores, flipped_signs
+from fitting.instruments.errors import InstrumentErrors
 from fitting.planning.settings import COUNTS, CountSettings
 
 

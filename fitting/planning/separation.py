@@ -14,12 +14,13 @@ from scipy.linalg import cholesky, solve_triangular
 
 from fitting.diagnosis import flip_groups, omnibus
 from fitting.diagnosis.flip_groups import FlipGroups
-from fitting.diagnosis.instrument_errors import InstrumentErrors
 from fitting.diagnosis.settings import FLIP_TEST
 from fitting.diagnosis.working_noise import Noise, Whitener, noise_from
+from fitting.instruments.errors import InstrumentErrors
 from fitting.planning.predictions import Candidates, Explained
 from fitting.planning.rejection import Drawn
 from fitting.planning.settings import COUNTS
+from fitting.problem.kinds import kinds
 from fitting.problem.residuals import Samples
 
 
@@ -168,7 +169,7 @@ class Outlook:
         """What is flipped over old and new rows: as `flip_groups`, where the new ones have come to the old."""
         rows = self.planned.rows[number]
         cycle = self.planned.samples.where(rows[self.planned.again(number)])
-        alike = omnibus.kinds(self.old_samples) == omnibus.kinds(cycle)[0]
+        alike = kinds(self.old_samples) == kinds(cycle)[0]
         loops = len(np.unique(self.old_loops[alike])) + len(np.unique(cycle.loop)) * repeats
         few = np.where(alike, loops < FLIP_TEST.fewest_groups, flip_groups.few_loops(self.old_samples))
         old = flip_groups.loops_or_halves(self.old_samples, few)

@@ -7,7 +7,6 @@ import jax.numpy as jnp
 import numpy as np
 
 from fitting.diagnosis import omnibus
-from fitting.diagnosis.channel_signals import errors_of_fit
 from fitting.diagnosis.flip_groups import flip_groups, rests_on_in_words
 from fitting.diagnosis.missing_effect import Ground, missing_effect_test
 from fitting.diagnosis.nuisance import Nuisance
@@ -15,6 +14,7 @@ from fitting.diagnosis.working_noise import noise_from
 from fitting.least_squares.record import Fit
 from fitting.least_squares.uncertainty import clusters
 from fitting.posterior.evaluation import prior_curvature, slopes_at
+from fitting.posterior.instruments import errors_of_fit
 from fitting.posterior.predict import bands
 from fitting.posterior.record import (
     Draws,

@@ -59,6 +59,7 @@ DIAGNOSIS = Suite(
     "diagnosis",
     (
         "fitting/diagnosis",
+        "fitting/instruments",
         "fitting/comparison/fingerprint",
         "fitting/comparison/parity",
         "fitting/least_squares/held_out",
@@ -66,7 +67,10 @@ DIAGNOSIS = Suite(
     {
         "fitting/diagnosis/proposal": (("tests/test_proposal.py",),),
         "fitting/diagnosis/detection": (("tests/test_detection.py",), ("tests/test_diagnose.py",)),
-        "fitting/diagnosis/instrument_errors": (("tests/test_instrument_errors.py",), ("tests/test_diagnose.py",)),
+        **dict.fromkeys(
+            ("fitting/instruments/errors", "fitting/instruments/columns"),
+            (("tests/test_instrument_errors.py",), ("tests/test_diagnose.py",)),
+        ),
         "fitting/diagnosis/projected": (("tests/test_projected.py",), ("tests/test_flips.py",)),
         "fitting/comparison/fingerprint": (("tests/test_fingerprint.py",), ("tests/test_compare.py",)),
         "fitting/comparison/parity": (("tests/test_omnibus.py",), ("tests/test_compare.py",)),

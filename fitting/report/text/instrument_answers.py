@@ -4,9 +4,10 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
-from fitting.diagnosis.findings import RELATIVE, ErrorKind, InstrumentAnswer, Source
+from fitting.diagnosis.findings import InstrumentAnswer
 from fitting.diagnosis.outcomes import Verdict
 from fitting.diagnosis.record import Diagnosis
+from fitting.instruments.sources import RELATIVE, ErrorKind, Source
 from fitting.recordings.accuracy import Channel
 from fitting.recordings.channel_errors import UNITS
 from fitting.report.text.amounts import percent

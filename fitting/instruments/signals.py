@@ -1,0 +1,71 @@
+"""Channels as a model feels them: their readings, their rates, and the slopes of the rows along them."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from fitting.instruments.settings import INSTRUMENTS, InstrumentSettings
+from fitting.problem.residuals import Problem, Samples
+from fitting.recordings.accuracy import Channel
+
+RowsAt = Callable[[Problem, Sequence[str]], np.ndarray]
+
+
+@dataclass(frozen=True)
+class Signal:
+    """One channel as an error of it is felt: arrays (rows,) of its readings, their rate, and d(row)/d(reading).
+
+    In the channel's unit, rows in the order of measurement; `full_scale` is the largest reading.
+    """
+
+    slope: np.ndarray
+    reading: np.ndarray
+    rate: np.ndarray
+    full_scale: float
+
+    def lags(self, run: np.ndarray, widths: Sequence[float]) -> np.ndarray:
+        """How far the reading lags behind, from -1 to 1, in cells that turn around within each width (rows, widths).
+
+        Prandtl's play: an instrument whose reading turns follows only when it has moved by twice a width, which is a
+        share of full scale. It starts in the middle of its play in every run.
+        """
+        way = self.full_scale * np.asarray(widths)
+        out, state, before = np.empty((len(run), len(way))), np.zeros(len(way)), None
+        for i, (one, reading) in enumerate(zip(run, self.reading, strict=True)):
+            if one != before:
+                before, last, state = one, reading, np.zeros(len(way))
+            state = np.minimum(np.maximum(state + (reading - last) / way, -1.0), 1.0)
+            out[i], last = state, reading
+        return out
+
+
+def channel_signals(
+    problem: Problem,
+    samples: Samples,
+    rows: np.ndarray,
+    rows_at: RowsAt,
+    lengths: np.ndarray,
+    settings: InstrumentSettings = INSTRUMENTS,
+) -> dict[Channel, Signal]:
+    """The channels as the model's rows feel them: pressure (Pa), position (m of shortening), force (N)."""
+
+    def slope(pressure: float, contraction: float) -> np.ndarray:
+        there, back = (rows_at(problem.shifted(sign * pressure, sign * contraction), ()) for sign in (1.0, -1.0))
+        return np.nan_to_num((there - back) / (2 * (pressure + contraction)), posinf=0.0, neginf=0.0)
+
+    length = lengths[samples.dataset]
+    by_pressure = slope(settings.step * _largest(samples.pressure), 0.0)
+    by_contraction = slope(0.0, settings.step)
+    position = length * samples.contraction
+    force = samples.measured + rows * samples.sigma  # as predicted: no error of the reading
+    rate = (by_pressure * samples.pressure_rate + by_contraction * samples.rate) * samples.sigma
+    return {
+        Channel.PRESSURE: Signal(by_pressure, samples.pressure, samples.pressure_rate, _largest(samples.pressure)),
+        Channel.POSITION: Signal(by_contraction / length, position, length * samples.rate, _largest(position)),
+        Channel.FORCE: Signal(1 / samples.sigma, force, rate, _largest(samples.measured)),
+    }
+
+
+def _largest(values: np.ndarray) -> float:
+    return max(float(np.max(np.abs(values))), 1e-300)
