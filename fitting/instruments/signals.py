@@ -30,14 +30,18 @@ class Signal:
         Prandtl's play: an instrument whose reading turns follows only when it has moved by twice a width, which is a
         share of full scale. It starts in the middle of its play in every run.
         """
-        way = self.full_scale * np.asarray(widths)
-        out, state, before = np.empty((len(run), len(way))), np.zeros(len(way)), None
-        for i, (one, reading) in enumerate(zip(run, self.reading, strict=True)):
+        return np.array([self._lag(run, self.full_scale * width) for width in widths]).T
+
+    def _lag(self, run: np.ndarray, way: float) -> list[float]:
+        """The same within one width (rows,); plain numbers, for arrays as small as one step are slow."""
+        lags, state, before, last = [], 0.0, None, 0.0
+        for one, reading in zip(run.tolist(), self.reading.tolist(), strict=True):
             if one != before:
-                before, last, state = one, reading, np.zeros(len(way))
-            state = np.minimum(np.maximum(state + (reading - last) / way, -1.0), 1.0)
-            out[i], last = state, reading
-        return out
+                before, last, state = one, reading, 0.0
+            state = min(max(state + (reading - last) / way, -1.0), 1.0)
+            last = reading
+            lags.append(state)
+        return lags
 
 
 def channel_signals(
@@ -59,12 +63,20 @@ def channel_signals(
     by_contraction = slope(0.0, settings.step)
     position = length * samples.contraction
     force = samples.measured + rows * samples.sigma  # as predicted: no error of the reading
+    of_force = _of_force(problem, samples)
+    by_position = np.where(of_force, by_contraction / length, -1 / samples.sigma)
     rate = (by_pressure * samples.pressure_rate + by_contraction * samples.rate) * samples.sigma
     return {
         Channel.PRESSURE: Signal(by_pressure, samples.pressure, samples.pressure_rate, _largest(samples.pressure)),
-        Channel.POSITION: Signal(by_contraction / length, position, length * samples.rate, _largest(position)),
-        Channel.FORCE: Signal(1 / samples.sigma, force, rate, _largest(samples.measured)),
+        Channel.POSITION: Signal(by_position, position, length * samples.rate, _largest(position)),
+        Channel.FORCE: Signal(of_force / samples.sigma, force, rate, _largest(samples.measured)),
     }
+
+
+def _of_force(problem: Problem, samples: Samples) -> np.ndarray:
+    """Which rows measure force; the others measure the position itself, and a problem with such has all its blocks."""
+    which = np.array([block.of_force for block in problem.blocks])
+    return np.ones(len(samples), bool) if which.all() else which[samples.recording]
 
 
 def _largest(values: np.ndarray) -> float:

@@ -7,6 +7,7 @@ import numpy as np
 
 from fitting.least_squares.fit import constrained_names
 from fitting.least_squares.held_out import HELD_OUT, folds, left_out_rows
+from fitting.least_squares.instruments import accuracies_of, errors_in
 from fitting.least_squares.record import Fit, record_fit
 from fitting.least_squares.search import evaluate_subset, solve
 from fitting.least_squares.subset import subset_of
@@ -41,7 +42,10 @@ def evaluate(
     at = evaluate_subset(usual.problem, subset).at(usual.rows)
     held = tuple(name for name in free if name not in names)
     refuse_no_number(np.asarray(at.rows)[: len(samples)], samples, experiments)
-    return record_fit(layout, given, samples, subset, names, at, held=held, search=SearchSummary(evaluated=True))
+    errors = errors_in(usual, subset, at.place, samples, accuracies_of(experiments)) if names else None
+    return record_fit(
+        layout, given, samples, subset, names, at, errors=errors, held=held, search=SearchSummary(evaluated=True)
+    )
 
 
 def held_out_residual(fit: Fit) -> np.ndarray:

@@ -7,6 +7,7 @@ import numpy as np
 from scipy.stats import qmc
 
 from fitting.least_squares.absent import as_good_as_absent
+from fitting.least_squares.instruments import accuracies_of, errors_in
 from fitting.least_squares.record import Fit, record_fit
 from fitting.least_squares.search import (
     MultistartResult,
@@ -24,6 +25,7 @@ from fitting.problem.residuals import Problem, Samples, problem
 from fitting.problem.sizes import Standard
 from fitting.problem.unknowns import Unknowns, unknowns
 from fitting.problem.varying import Varying
+from fitting.recordings.accuracy import Accuracy
 
 
 @dataclass(frozen=True)
@@ -96,7 +98,10 @@ def fit(
         if name in layout.names:
             vector[layout.names.index(name)] = value
     names, known = Varying(fix, free, own).names(layout), tuple(start or ())
-    found = fit_problem(layout, given, samples, vector, names, known, starts=starts, seed=seed, shooting=shooting)
+    found = fit_problem(
+        layout, given, samples, vector, names, known, accuracies_of(experiments), starts=starts, seed=seed,
+        shooting=shooting,
+    )  # fmt: skip
     refuse_no_number(found.residual, samples, experiments)
     return found
 
@@ -108,12 +113,16 @@ def fit_problem(
     vector: np.ndarray,
     names: Sequence[str],
     known: Sequence[str] = (),
+    accuracies: Sequence[Accuracy] = (),
     *,
     starts: int = 8,
     seed: int = 0,
     shooting: int = 0,
 ) -> Fit:
-    """Fit the named unknowns of a problem that is laid out; `known` are those whose values were fitted before."""
+    """Fit the named unknowns of a problem that is laid out; `known` are those whose values were fitted before.
+
+    `accuracies` of each recording widen the standard errors; without them every reading is trusted.
+    """
     asked, usual = tuple(names), Standard.of(given)
     names = _constrained_somewhere(layout, usual.problem, vector, asked, seed) if asked else ()
     held = tuple(name for name in asked if name not in names)
@@ -140,7 +149,10 @@ def fit_problem(
         lost = _not_fitted(layout, given, samples, subset.vector(np.asarray(begin[0])), held)
         return replace(lost, converged=False, search=summary, failures=failures)
     best, converged = result.best.at(usual.rows), _converged(result)
-    fit = record_fit(layout, given, samples, subset, names, best, held=held, converged=converged, search=summary)
+    errors = errors_in(usual, subset, result.place, samples, accuracies)
+    fit = record_fit(
+        layout, given, samples, subset, names, best, errors=errors, held=held, converged=converged, search=summary
+    )
     warnings = _warnings(fit, ends) if moves and shooting <= 1 else ()
     return replace(fit, failures=(*failures, *warnings))
 

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import jax.numpy as jnp
 import numpy as np
 
+from fitting.instruments.errors import InstrumentErrors
 from fitting.least_squares.search import Evaluated
 from fitting.least_squares.subset import Subset
 from fitting.least_squares.summary import Failure, SearchSummary
@@ -30,8 +31,9 @@ class Fit:
     switches: np.ndarray
     residual: np.ndarray  # model minus measurement in the recording's unit, as `samples`
     slopes: np.ndarray  # rows over free, in standard deviations per unit of the parameter
-    covariance: np.ndarray
-    robust: np.ndarray
+    errors: InstrumentErrors  # what instruments within their accuracy can do to the rows, as `samples`
+    covariance: np.ndarray  # were samples independent
+    robust: np.ndarray  # to what a loop or a run shares, and to errors of instruments
     at_bound: tuple[str, ...]
     tied: dict[str, tuple[str, ...]]
     converged: bool
@@ -84,6 +86,7 @@ def record_fit(
     names: Sequence[str],
     at: Evaluated,
     *,
+    errors: InstrumentErrors | None = None,
     held: tuple[str, ...] = (),
     converged: bool = True,
     search: SearchSummary = NOT_SEARCHED,
@@ -91,11 +94,13 @@ def record_fit(
 ) -> Fit:
     """The record of a model in which `names` vary, where it was evaluated: every `Fit` is made here.
 
-    Rows and slopes have to be finite numbers, unless nothing varies.
+    Rows and slopes have to be finite numbers, unless nothing varies. Without `errors` every reading is trusted.
     """
     place, rows, slopes = map(np.asarray, at)
     count, per_unit = len(samples), slopes / np.asarray(subset.slope(at.place))
-    covariance, robust = covariances(per_unit[:count], rows[:count], per_unit[count:], clusters(samples, per_unit))
+    errors = InstrumentErrors.none(samples.run) if errors is None else errors
+    cluster = clusters(samples, per_unit)
+    covariance, robust = covariances(per_unit[:count], rows[:count], per_unit[count:], cluster, errors)
     return Fit(
         layout=layout,
         problem=given,
@@ -106,6 +111,7 @@ def record_fit(
         switches=np.asarray(subset.switches),
         residual=rows[:count] * samples.sigma,
         slopes=per_unit,
+        errors=errors,
         covariance=covariance,
         robust=robust,
         at_bound=at_bound(names, place),

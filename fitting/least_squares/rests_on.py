@@ -1,9 +1,11 @@
-"""What the value of a parameter rests on beside the recordings: sizes that were stated with an error."""
+"""What the value of a parameter rests on beside the recordings: sizes stated with an error, and instruments."""
 
 import numpy as np
 
+from fitting.instruments.sources import Source
 from fitting.least_squares.decomposed import lstsq
 from fitting.least_squares.record import Fit
+from fitting.least_squares.uncertainty import moved_by
 
 
 def rests_on(fit: Fit) -> dict[str, dict[str, float]]:
@@ -23,6 +25,22 @@ def rests_on(fit: Fit) -> dict[str, dict[str, float]]:
         name: {size: float(share) for size, share in zip(stated, row, strict=True) if size in fit.free}
         for name, row in zip(fit.free, shares, strict=True)
     }
+
+
+def rests_on_instruments(fit: Fit) -> dict[str, dict[Source, float]]:
+    """The share of the robust variance of each free parameter that each error of an instrument makes, from 0 to 1.
+
+    Of errors alone that all runs share: those that differ from run to run are made small by more runs.
+    """
+    count = len(fit.samples)
+    _, shared = moved_by(fit.errors, fit.slopes[:count], fit.slopes[count:])
+    variance = np.maximum(np.diag(fit.robust), 1e-300)
+    shares = np.minimum(shared**2 / variance[:, None], 1.0)
+    found: dict[str, dict[Source, float]] = {name: {} for name in fit.free}
+    for name, row in zip(fit.free, shares, strict=True):
+        for source, share in zip(fit.errors.sources_shared, row, strict=True):  # some have several columns
+            found[name][source] = min(found[name].get(source, 0.0) + float(share), 1.0)
+    return found
 
 
 def _moves(slopes: np.ndarray, priors: int) -> np.ndarray:

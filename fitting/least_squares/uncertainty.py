@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from fitting.instruments.errors import InstrumentErrors
 from fitting.problem.residuals import Samples
 
 
@@ -46,12 +47,18 @@ def _by_loops(data: np.ndarray, loops: np.ndarray) -> bool:
 
 
 def covariances(
-    data: np.ndarray, rows: np.ndarray, priors: np.ndarray, cluster: np.ndarray
+    data: np.ndarray,
+    rows: np.ndarray,
+    priors: np.ndarray,
+    cluster: np.ndarray,
+    errors: InstrumentErrors | None = None,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Covariance of the free parameters: as if samples were independent, and robust to errors shared in a cluster.
+    """Covariance of the free parameters: as if samples were independent, and robust to all errors that are shared.
 
     The robust one is what leaving out each cluster in turn would give (CR3: Bell & McCaffrey 2002); the plain sandwich
-    is too small where clusters are few. No parameter's variance is below that of independent samples.
+    is too small where clusters are few. What instruments make of a run shows in the differences between runs: no
+    parameter's variance is below what independent samples and such `errors` give. What instruments do alike in all runs
+    no recording shows: it is added.
     """
     freedom = max(len(rows) - data.shape[1], 1)
     variance = max(np.sum(rows**2) / freedom, 1e-30)  # of rows that fit exactly
@@ -63,8 +70,26 @@ def covariances(
     left_out = np.einsum("gij,gj->gi", along, grown)
     plain = root @ root.T
     robust = root @ (left_out.T @ left_out + root.T @ known @ root) @ root.T
-    lacking = np.sqrt(np.maximum(1 - np.diag(robust) / np.maximum(np.diag(plain), 1e-300), 0.0))
-    return plain, robust + plain * np.outer(lacking, lacking)
+    least, common = plain, np.zeros_like(plain)
+    if errors is not None:
+        own, shared = moved_by(errors, data, priors)
+        least = plain + np.einsum("pre,qre->pq", own, own)
+        common = shared @ shared.T
+    lacking = np.sqrt(np.maximum(1 - np.diag(robust) / np.maximum(np.diag(least), 1e-300), 0.0))
+    return plain, robust + least * np.outer(lacking, lacking) + common
+
+
+def moved_by(errors: InstrumentErrors, data: np.ndarray, priors: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """How far the optimum moves by one standard deviation of each error of an instrument, to first order.
+
+    Of errors that each run has for itself (parameters, runs, errors), of those that all runs share (parameters,
+    errors). `data` (rows, parameters) and `priors` are slopes in standard deviations.
+    """
+    root = _root_of_inverse(data.T @ data + priors.T @ priors)
+    normal = root @ root.T
+    runs = [np.flatnonzero(errors.run == one) for one in np.unique(errors.run)]
+    own = np.stack([data[at].T @ errors.per_run[at] for at in runs], axis=1)
+    return np.einsum("pq,qre->pre", normal, own), normal @ (data.T @ errors.shared)
 
 
 def _by_cluster(slopes: np.ndarray, rows: np.ndarray, cluster: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

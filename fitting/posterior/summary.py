@@ -14,7 +14,6 @@ from fitting.diagnosis.working_noise import noise_from
 from fitting.least_squares.record import Fit
 from fitting.least_squares.uncertainty import clusters
 from fitting.posterior.evaluation import prior_curvature, slopes_at
-from fitting.posterior.instruments import errors_of_fit
 from fitting.posterior.predict import bands
 from fitting.posterior.record import (
     Draws,
@@ -48,7 +47,7 @@ def summarise(
     cluster = clusters(fit.samples, fit.slopes)[positions_in(fit.samples, setup.samples)]
     messages = convergence_warnings(setup.names, natural, ended) if unreliable is None else unreliable
     found = quantities(fit, setup, natural, robust_share(setup, z, cluster))
-    missing = anything_missing(fit, experiments, seed)
+    missing = anything_missing(fit, seed)
     found_warnings = find_warnings(fit, found, setup, missing)
     some, time = z.reshape(-1, z.shape[-1]), correlation_steps(natural)
     thin = natural[:, :: max(1, int(time / 2)) if np.isfinite(time) else 1]  # two steps for each correlation time
@@ -91,7 +90,7 @@ def robust_share(setup: PosteriorProblem, z: np.ndarray, cluster: np.ndarray) ->
     return np.sqrt(np.maximum(robust, 0) / np.maximum(plain, 1e-300))
 
 
-def anything_missing(fit: Fit, experiments: Sequence[Experiment], seed: int) -> Missing | None:
+def anything_missing(fit: Fit, seed: int) -> Missing | None:
     """The test with which a diagnosis begins: is anything at all missing? None where no force was measured."""
     force = np.array([block.of_force for block in fit.problem.blocks])[fit.samples.recording]
     if not force.any():
@@ -100,7 +99,7 @@ def anything_missing(fit: Fit, experiments: Sequence[Experiment], seed: int) -> 
     samples = _renumber(fit.samples.where(kept))
     rows, slopes = (fit.residual / fit.samples.sigma)[kept], fit.slopes[kept]
     basis = omnibus.basis(samples)
-    errors = errors_of_fit(fit, experiments).at(kept)
+    errors = fit.errors.at(kept)
     noise = noise_from(rows, np.hstack([basis.whole, slopes, errors.columns]), samples)
     priors = np.asarray(fit.problem.prior_rows(jnp.asarray(fit.vector)))
     none = np.zeros((len(rows), 0))  # no candidate is asked for: the basis that knows no effect decides

@@ -2,7 +2,7 @@
 
 import json
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -11,8 +11,9 @@ from fitting.comparison.compare import Comparison
 from fitting.comparison.fingerprint import Fingerprint
 from fitting.diagnosis.flip_groups import rests_on_in_words
 from fitting.diagnosis.record import Diagnosis, Evidence, Explanation
+from fitting.instruments.sources import Source
 from fitting.least_squares.record import Fit
-from fitting.least_squares.rests_on import rests_on
+from fitting.least_squares.rests_on import rests_on, rests_on_instruments
 from fitting.report.text.attempts import attempts_result
 from fitting.report.text.bands import bands_result
 from fitting.report.text.comparison import place_text
@@ -81,14 +82,28 @@ def fingerprint_result(traces: Fingerprint) -> dict[str, Any]:
 def fit_result(fit: Fit) -> dict[str, Any]:
     """`fit`, and the fitted part of every other command."""
     force, on = any(block.of_force for block in fit.problem.blocks), rests_on(fit)
+    instruments = {name: _by_error(shares) for name, shares in rests_on_instruments(fit).items()}
     return {
-        "parameters": {name: _parameter(fit, name) | {"rests_on": on.get(name, {})} for name in shown_names(fit)},
+        "parameters": {
+            name: _parameter(fit, name)
+            | {"rests_on": on.get(name, {}), "rests_on_instruments": instruments.get(name, {})}
+            for name in shown_names(fit)
+        },
         "rmse_N": fit.rmse if force else None,
         **({} if force else {"rmse_m": fit.rmse}),
         "converged": fit.converged,
         "starts": search_text(fit),
         "failures": failure_texts(fit),
     }
+
+
+def _by_error(shares: Mapping[Source, float]) -> dict[str, float]:
+    """Shares by channel and kind, as muscle.toml names them: "pressure.gain"."""
+    found: dict[str, float] = {}
+    for source, share in shares.items():
+        name = f"{source.channel or 'muscle'}.{source.kind}"
+        found[name] = min(found.get(name, 0.0) + share, 1.0)
+    return found
 
 
 def shown_names(fit: Fit) -> tuple[str, ...]:

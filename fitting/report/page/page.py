@@ -118,8 +118,8 @@ def _parameters(fit: Fit) -> Section:
     heads = ("parameter", "value", "± robust", "± if independent", "measured", "how far", "range", "state", "tied with")
     rows = tuple(Line(_parameter(fit, name)) for name in shown_names(fit))
     words = (
-        "Believe the robust error: it lets neighbouring samples err together. The one beside it takes every sample for "
-        "independent of the others, and is too small.",
+        "Believe the robust error: it lets neighbouring samples err together, and instruments as far as their accuracy "
+        "goes. The one beside it takes every sample for independent of the others, and is too small.",
         *rests_on_texts(fit),
     )
     return Section("Parameters", sentences=words, tables=(Grid(heads, rows, words=(0, 7, 8)),))

@@ -36,6 +36,12 @@ ERRORS = {
     ErrorKind.SKEW: "time between the channels",
     ErrorKind.FRICTION_PER_RUN: "friction, from run to run",
 }
+LASTING = {
+    ErrorKind.ZERO: "zero",
+    ErrorKind.GAIN: "gain",
+    ErrorKind.HYSTERESIS: "hysteresis",
+    ErrorKind.DRIFT: "drift",
+}
 HEADS = ("instrument", "error", "most likely size", "allowed", "would explain the misfit")
 EXACT, NEVER = "taken as exact", "no"
 MOST_NAMED = 3
@@ -96,6 +102,12 @@ def _phrase(source: Source, size: float) -> str:
     if source.channel is None:
         return f"friction differs by {size_text(source, size)} from run to run"
     return PHRASES[source.kind].format(NAMES[source.channel], size_text(source, size))
+
+
+def known_to_text(source: Source) -> str:
+    """An error that all runs share, with its accuracy: "the gain of the load cell, known to 0.5 %"."""
+    name = "the readings" if source.channel is None else NAMES[source.channel]
+    return f"the {LASTING[source.kind]} of {name}, known to {size_text(source, source.allowed)}"
 
 
 def _allowed(source: Source) -> str:

@@ -1,10 +1,11 @@
-"""Sizes that muscle.toml states with an error, beside what the fit made of them."""
+"""Sizes that muscle.toml states with an error beside what the fit made of them, and what the fit's errors rest on."""
 
 from fitting import units
 from fitting.least_squares.record import Fit
-from fitting.least_squares.rests_on import rests_on
+from fitting.least_squares.rests_on import rests_on, rests_on_instruments
 from fitting.report.settings import STATED, WARNING_TEXT
 from fitting.report.text.amounts import amount, percent
+from fitting.report.text.instrument_answers import known_to_text
 from fitting.report.text.names import mark
 
 
@@ -30,18 +31,25 @@ def denied_texts(fit: Fit) -> list[str]:
 
 
 def rests_on_texts(fit: Fit) -> list[str]:
-    """A sentence for each parameter that is mostly as uncertain as stated sizes are, the most so first."""
-    shares = {name: {k: v for k, v in on.items() if v > STATED.part} for name, on in rests_on(fit).items()}
+    """A sentence for each parameter that is mostly as uncertain as stated sizes and instruments are, the most first."""
     own = {entry.name for entry in fit.layout.entries if entry.prior is not None}
-    most = {name: on for name, on in shares.items() if name not in own and sum(on.values()) > STATED.most}
-    return [_rests_on_text(name, on) for name, on in sorted(most.items(), key=lambda each: -sum(each[1].values()))]
+    instruments = rests_on_instruments(fit)
+    found: list[tuple[float, str]] = []
+    for name, sizes in rests_on(fit).items():
+        parts = [(share, mark(size)) for size, share in sizes.items() if name not in own]
+        parts += [(share, known_to_text(source)) for source, share in instruments[name].items()]
+        parts = sorted(((share, text) for share, text in parts if share > STATED.part), reverse=True)
+        total = sum(share for share, _ in parts)
+        if total > STATED.most:
+            found.append((total, _rests_on_text(name, parts)))
+    return [text for _, text in sorted(found, key=lambda each: -each[0])]
 
 
-def _rests_on_text(name: str, on: dict[str, float]) -> str:
-    sizes = [f"{mark(size)} ({percent(share)})" for size, share in sorted(on.items(), key=lambda each: -each[1])]
-    they = "that" if len(sizes) == 1 else "these"
+def _rests_on_text(name: str, parts: list[tuple[float, str]]) -> str:
+    named = [f"{text} ({percent(share)} of it)" for share, text in parts]
+    they = "that" if len(parts) == 1 else "these"
     return (
-        f"Most of the uncertainty of {mark(name)} comes from {' and '.join(sizes)}: measure {they} better; "
+        f"Most of the uncertainty of {mark(name)} comes from {'; and from '.join(named)}: measure {they} better; "
         "more recordings hardly help."
     )
 

@@ -1,7 +1,8 @@
 """Values of an effect that was added, under all errors of instruments: do their intervals hold the truth?
 
 The effect is known; what is asked is its value and the standard error beside it. Once as a diagnosis fits it, through
-instruments that err, and once trusting every reading.
+instruments that err, and once as `fit` and `add` do: the curve of least error, whose standard errors know the
+instruments.
 
     python -m tests.hidden.study.values --numbers 20
 """
@@ -32,7 +33,7 @@ HIDDEN: dict[str, dict[str, float]] = {
     "viscous_damping": {"B": 120.0},
     "weight": {"m": 1.0},
 }
-HOW = ("through the instruments", "trusting every reading")
+HOW = ("by a diagnosis, through the instruments", "by `fit` and `add`")
 
 
 class Value(NamedTuple):
@@ -49,26 +50,31 @@ def values_of(name: str, number: int, protocol: str = "rich") -> list[Value]:
     """The parameters of one effect in one recording, fitted either way; none where an error is not known."""
     from fitting.diagnosis.diagnose import one_thread, prepared
     from fitting.diagnosis.estimates import estimate
+    from fitting.least_squares.fit import fit
     from fitting.recordings.experiment import read_experiment
     from mckibben_jax.effect import name_of
     from mckibben_jax.effects import LIBRARY
+    from mckibben_jax.model import with_effects
 
     truth = hiding(base_of({}), {name: HIDDEN[name]})
     data = PROTOCOLS[protocol].data(truth, EVERY_NOISE[NOISE], 7000 + 97 * number, RIGS[TOGETHER])
     with TemporaryDirectory() as folder:
         experiment = read_experiment(write(data, Path(folder) / "data", say_accuracy=True))
     known = {name_of(kind): kind for kind in LIBRARY}
-    search = prepared([experiment], [known[each]() for each in base_of({})], [known[name]()])
-    added, found = frozenset([name]), list[Value]()
+    base = [known[each]() for each in base_of({})]
+    search = prepared([experiment], base, [known[name]()])
     with one_thread():
         search.fit_singles()
-        fits = (search.examiner.seen, search.fits[added]), (search.world, search.examiner.trusting[added])
-        for how, (world, fit) in zip(HOW, fits, strict=True):
-            for key, (value, error, _) in estimate(world, fit, name).items():
-                if np.isfinite(error):
-                    true = HIDDEN[name][key]
-                    missed = value - true
-                    found.append(Value(how, f"{name}.{key}", missed / error, error / true, missed / true))
+        diagnosed = estimate(search.examiner.seen, search.fits[frozenset([name])], name)
+    fitted = fit([experiment], with_effects(base, [known[name]()]))
+    known_of = {entry.split(".")[1]: fitted.estimate(entry) for entry in fitted.free if entry.startswith(f"{name}.")}
+    found = list[Value]()
+    for how, estimates in zip(HOW, (diagnosed, known_of), strict=True):
+        for key, (value, error, _) in estimates.items():
+            if np.isfinite(error):
+                true = HIDDEN[name][key]
+                missed = value - true
+                found.append(Value(how, f"{name}.{key}", missed / error, error / true, missed / true))
     return found
 
 

@@ -1,0 +1,117 @@
+"""Standard errors of fitted values know what instruments may err by: closed forms, drawn errors, and what is said."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+from hidden.simulator import Muscle as TrueMuscle
+from hidden.simulator import Noise, Truth, dataset, loops, with_baseline, write
+
+from fitting.instruments.errors import InstrumentErrors
+from fitting.instruments.sources import ErrorKind, Source
+from fitting.least_squares.evaluate import evaluate
+from fitting.least_squares.fit import fit
+from fitting.least_squares.rests_on import rests_on_instruments
+from fitting.least_squares.uncertainty import covariances, moved_by
+from fitting.recordings.accuracy import Channel
+from fitting.recordings.experiment import read_experiment
+from fitting.report.results import fit_result
+from fitting.report.text.stated_sizes import rests_on_texts
+from mckibben_jax.effects import CoulombFriction, ForceOffset, IdealCylinder, PressureGain
+
+RUNS, EACH = 12, 50
+RUN = np.repeat(np.arange(RUNS), EACH)
+NO_PRIOR = np.zeros((0, 1))
+
+
+def errors(per_run, shared):
+    """One error that each run has for itself and one that all share, each one column."""
+    return InstrumentErrors(
+        per_run[:, None],
+        shared[:, None],
+        (Source(Channel.FORCE, ErrorKind.GAIN_PER_RUN, 0.01, 0.01),),
+        (Source(Channel.FORCE, ErrorKind.GAIN, 0.02, 0.02),),
+        RUN,
+    )
+
+
+def test_a_gain_moves_the_scale_of_the_force_by_itself():
+    """Of rows a f - y a gain of 2 % moves a by 2 %; gains of 1 % in each of n equal runs by 1 % over root n."""
+    force = np.tile(np.linspace(50.0, 100.0, EACH), RUNS)
+    own, shared = moved_by(errors(0.01 * force, 0.02 * force), force[:, None], NO_PRIOR)
+    assert shared == pytest.approx(0.02)
+    assert np.sqrt(np.sum(own**2)) == pytest.approx(0.01 / np.sqrt(RUNS))
+
+
+@pytest.mark.parametrize("runs", [RUNS, 4], ids=["runs tell", "loops tell"])
+def test_the_robust_error_is_that_of_drawn_errors(runs):
+    """A slope fitted to noise beside drawn errors of instruments scatters by its standard error."""
+    rng = np.random.default_rng(3)
+    run = np.repeat(np.arange(runs), EACH)
+    loop = np.arange(len(run)) // 10
+    design = np.tile(np.linspace(0.5, 1.0, EACH), runs)[:, None]
+    made = dataclasses.replace(errors(2.0 * design[:, 0], 0.5 * design[:, 0] ** 2), run=run)
+    slopes, widths = [], []
+    for _ in range(400):
+        rows = rng.standard_normal(len(run)) + made.per_run[:, 0] * rng.standard_normal(runs)[run]
+        rows += made.shared[:, 0] * rng.standard_normal()
+        found = float(np.linalg.lstsq(design, rows, rcond=None)[0][0])
+        left = rows - design[:, 0] * found
+        slopes.append(found)
+        cluster = run if runs >= 8 else loop
+        widths.append(covariances(design, left, NO_PRIOR, cluster, made)[1][0, 0])
+    assert np.sqrt(np.mean(widths)) == pytest.approx(np.std(slopes), rel=0.15)
+    trusted = [covariances(design, rows, NO_PRIOR, run)[0][0, 0]]
+    assert np.sqrt(np.mean(trusted)) < 0.5 * np.std(slopes)
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """Loops of an ideal muscle with Coulomb friction and a gauge that reads its gain exactly."""
+    truth = Truth(TrueMuscle(), with_baseline(f_s=0.012))
+    recording = loops(truth, pressures=(1e5, 3e5), speeds=(0.02,), samples=200, noise=Noise(sd=0.5), seed=5)
+    place = tmp_path_factory.mktemp("gauge")
+    write(dataset(truth, [recording], name="gauge", seed=5), place)
+    return place
+
+
+def with_accuracy(folder, **stated):
+    """The experiment with these accuracies of the pressure gauge."""
+    experiment = read_experiment(folder)
+    exact = {"zero": 0.0, "gain": 0.0}
+    recordings = []
+    for recording in experiment.recordings:
+        pressure = dataclasses.replace(recording.accuracy.pressure, **exact | stated)
+        recordings.append(
+            dataclasses.replace(recording, accuracy=dataclasses.replace(recording.accuracy, pressure=pressure))
+        )
+    return dataclasses.replace(experiment, recordings=tuple(recordings))
+
+
+def test_a_gauge_of_five_percent_leaves_its_gain_unknown_by_five_percent(folder):
+    """The gain of the pressure in the model is known no better than the gauge's; a gauge that is exact tells it."""
+    effects = [IdealCylinder(), CoulombFriction(), PressureGain()]
+    experiment = with_accuracy(folder, gain=0.05)
+    found, exact = fit([experiment], effects), fit([with_accuracy(folder)], effects)
+    assert found.error("pressure_gain.g") == pytest.approx(0.05, rel=0.02)
+    assert exact.error("pressure_gain.g") < 0.005
+    assert found.values == pytest.approx(exact.values, rel=1e-6, abs=1e-9)  # the curve of least error is the same
+    on = rests_on_instruments(found)["pressure_gain.g"]
+    assert on[Source(Channel.PRESSURE, ErrorKind.GAIN, 0.05, 0.05)] > 0.9
+    assert sum(rests_on_instruments(exact)["pressure_gain.g"].values()) < 0.9
+    again = evaluate([experiment], effects, found.values, found.free)
+    np.testing.assert_allclose(again.robust, found.robust, rtol=1e-3)
+
+
+def test_it_is_said_which_instrument_a_value_rests_on(folder):
+    found = fit([with_accuracy(folder, gain=0.05)], [IdealCylinder(), CoulombFriction(), PressureGain()])
+    said = [text for text in rests_on_texts(found) if "⟦pressure_gain.g⟧" in text]
+    assert len(said) == 1
+    assert "the gain of the pressure gauge, known to 5 %" in said[0]
+    assert fit_result(found)["parameters"]["pressure_gain.g"]["rests_on_instruments"]["pressure.gain"] > 0.9
+
+
+def test_a_fit_in_which_nothing_varies_has_no_errors(folder):
+    found = fit([with_accuracy(folder, gain=0.05)], [IdealCylinder(), ForceOffset()], fix=["force_offset.F_off"])
+    assert found.free == ()
+    assert rests_on_instruments(found) == {}
