@@ -28,6 +28,7 @@ from mckibben_jax.effects import BladderNeoHookean, CoulombFriction, ForceOffset
 from mckibben_jax.model import model
 from mckibben_jax.muscle import Muscle
 from mckibben_jax.state import State
+from tests.exact_instruments import trusting
 
 MUSCLE = Muscle(length=0.3, radius=7e-3, braid_angle=np.radians(20.0), wall_thickness=5e-4)
 
@@ -60,7 +61,7 @@ def straight_line(seed=0, noise=2.0):
     """A fit that is linear in its two parameters: friction and an offset of the load cell."""
     effects = (IdealCylinder(), CoulombFriction(f_s=0.015), ForceOffset(F_off=3.0))
     experiment = loops(*effects, noise=noise, seed=seed)
-    return fit([experiment], effects, starts=2), experiment
+    return trusting(fit([experiment], effects, starts=2)), experiment
 
 
 @pytest.fixture(scope="module")
@@ -106,7 +107,7 @@ def test_the_noise_is_found(line):
 def test_a_search_in_the_logarithm_does_not_change_the_prior():
     """G is searched in the logarithm, its prior is uniform: force is linear in G, so its posterior is a cut normal."""
     effects = (IdealCylinder(), BladderNeoHookean(G=2e5))
-    found = fit([loops(*effects, noise=40.0, count=30, repeats=1, seed=3)], effects, starts=2)
+    found = trusting(fit([loops(*effects, noise=40.0, count=30, repeats=1, seed=3)], effects, starts=2))
     posterior = sample(found, seed=2, limit_s=1e4)
     freedom, (scale,) = student(found, posterior)
     centre = found.values["bladder_neo_hookean.G"]
@@ -211,7 +212,7 @@ def noise_found(experiments, effects):
 def test_alike_neighbours_count_less():
     """Errors that fade over ten readings: intervals are those of generalised least squares with their covariance."""
     effects = (IdealCylinder(), CoulombFriction(f_s=0.015), ForceOffset(F_off=3.0))
-    found = fit([loops(*effects, noise=1.0, errors=fading(0.9), repeats=8)], effects, starts=2)
+    found = trusting(fit([loops(*effects, noise=1.0, errors=fading(0.9), repeats=8)], effects, starts=2))
     posterior = sample(found, seed=0, max_steps=400)
     assert posterior.noise["noise.memory@recording 1"].median == pytest.approx(1 / -np.log(0.9), rel=0.4)
     s = found.samples

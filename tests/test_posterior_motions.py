@@ -13,6 +13,7 @@ from fitting.study.simulate import write_data_set
 from mckibben_jax.effects import CoulombFriction, IdealCylinder, ViscousDamping
 from mckibben_jax.model import model
 from mckibben_jax.muscle import Muscle
+from tests.exact_instruments import trusting
 
 TRUTH = {"coulomb_friction.f_s": 0.015, "viscous_damping.B": 60.0}
 
@@ -39,7 +40,7 @@ def test_longer_steps_still_reach_the_end_of_the_motion(released):
 
 def test_the_quick_look_holds_the_truth_and_its_own_check(released):
     experiment, found = released
-    look = quick_look(found, [experiment], draws=1000)
+    look = quick_look(trusting(found), [experiment], draws=1000)
     assert look.settled
     for name, truth in TRUTH.items():
         one = look.parameters[name]

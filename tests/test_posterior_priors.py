@@ -11,6 +11,7 @@ from fitting.posterior.quick import quick_look
 from fitting.posterior.sample import sample
 from fitting.problem.priors import Prior, read_prior, spread
 from mckibben_jax.effects import ForceOffset, IdealCylinder
+from tests.exact_instruments import trusting
 from tests.test_posterior import loops
 
 LAWS = [
@@ -132,7 +133,7 @@ def test_a_prior_beyond_the_range_is_refused_before_anything_is_sampled():
 def test_a_prior_against_which_the_data_speak_is_warned_of(prior, words):
     """The offset is 3 N; 40 readings at 5 N tell it within 1 N."""
     effects = (IdealCylinder(), ForceOffset(F_off=3.0))
-    found = fit([loops(*effects, noise=5.0, count=40)], effects, starts=2)
+    found = trusting(fit([loops(*effects, noise=5.0, count=40)], effects, starts=2))
     posterior = quick_look(found, priors={"force_offset.F_off": prior}, draws=1000)
     told = [w for w in posterior.warnings if "prior" in w]
     assert (len(told) > 0) == (words is not None), posterior.warnings

@@ -6,31 +6,25 @@ Slopes are central differences in whitened coordinates, where one step suits all
 """
 
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Protocol
 
 import jax
 import numpy as np
 from scipy.optimize import minimize
 
 from fitting.posterior.settings import DENSITY
-from fitting.posterior.target import Target
+from fitting.posterior.target import Parts, Target
 
 
-class Parts(NamedTuple):
-    """The log-density at some points (leading axis) in its parts, and the rows of the measurements."""
+class Density(Protocol):
+    """A log-density over points, with what it is made of."""
 
-    terms: np.ndarray  # log-likelihood (points, rows)
-    prior: np.ndarray  # in z
-    rows: np.ndarray  # (points, rows)
-
-    @property
-    def value(self) -> np.ndarray:
-        """The log-density."""
-        found = self.terms.sum(axis=1) + self.prior
-        return np.where(np.isfinite(found), found, -np.inf)
+    def parts(self, point: jax.Array, /) -> Parts:
+        """Its parts at a point."""
+        ...
 
 
-def _compiled(function: Callable[[Target, jax.Array], Any]) -> Callable[..., Any]:
+def compiled(function: Callable[[Any, jax.Array], Any]) -> Callable[..., Any]:
     """A function of the target and many points, compiled once for targets of one structure."""
 
     def many(structure: Any, leaves: list[jax.Array], z: jax.Array) -> Any:
@@ -40,28 +34,39 @@ def _compiled(function: Callable[[Target, jax.Array], Any]) -> Callable[..., Any
     return jax.jit(many, static_argnums=0)
 
 
-_log_probs = _compiled(Target.log_prob)
-_parts = _compiled(Target.parts)
+_log_probs = compiled(lambda target, z: target.log_prob(z))
+_parts = compiled(lambda target, z: target.parts(z))
 
 
 def log_probs(target: Target, batch: int) -> Callable[[np.ndarray], np.ndarray]:
     """Log-densities of many points, always `batch` of them in one compiled call (where something moves: 16)."""
     leaves, structure = jax.tree.flatten(target)  # once: for small data it costs as much as the rows
     if target.moves:
-        return lambda points: _parts_of(structure, leaves, points).value
+        return lambda points: value_of(_all_of(_parts, structure, leaves, points))
     one = lambda part: np.asarray(_log_probs(structure, leaves, part))  # noqa: E731
     return lambda points: np.concatenate([one(part) for part in _batches(points, batch)])[: len(points)]
 
 
-def parts_at(target: Target, z: np.ndarray) -> Parts:
+def value_of(parts: Parts) -> np.ndarray:
+    """The log-density (points,)."""
+    found = parts.terms.sum(axis=1) + parts.instruments + parts.prior
+    return np.where(np.isfinite(found), found, -np.inf)
+
+
+def parts_at(target: Density, z: np.ndarray) -> Parts:
     """The parts of the log-density at points z (points, coordinates)."""
+    return in_batches(_parts, target, z)
+
+
+def in_batches(function: Callable[..., Any], target: Density, z: np.ndarray) -> Any:
+    """What a compiled function makes of points z (points, coordinates), on the host."""
     leaves, structure = jax.tree.flatten(target)
-    return _parts_of(structure, leaves, z)
+    return _all_of(function, structure, leaves, z)
 
 
-def _parts_of(structure: Any, leaves: list[jax.Array], z: np.ndarray) -> Parts:
-    found = [jax.tree.map(np.asarray, _parts(structure, leaves, part)) for part in _batches(z, DENSITY.batch)]
-    return Parts(*(np.concatenate(part)[: len(z)] for part in zip(*found, strict=True)))
+def _all_of(function: Callable[..., Any], structure: Any, leaves: list[jax.Array], z: np.ndarray) -> Any:
+    found = [jax.tree.map(np.asarray, function(structure, leaves, part)) for part in _batches(z, DENSITY.batch)]
+    return jax.tree.map(lambda *parts: np.concatenate(parts)[: len(z)], *found)
 
 
 def _batches(points: np.ndarray, size: int) -> list[np.ndarray]:
@@ -73,25 +78,26 @@ def _batches(points: np.ndarray, size: int) -> list[np.ndarray]:
 
 
 class Slopes(NamedTuple):
-    """The log-density at a point z and how it changes: that of the rows one by one, that of the prior apart."""
+    """The log-density at a point z and how it changes: that of the rows one by one, the other parts apart."""
 
     value: float
     terms: np.ndarray  # (coordinates, rows)
+    instruments: np.ndarray  # (coordinates,)
     prior: np.ndarray  # (coordinates,)
 
     @property
     def all(self) -> np.ndarray:
         """The gradient."""
-        return self.terms.sum(axis=1) + self.prior
+        return self.terms.sum(axis=1) + self.instruments + self.prior
 
 
-def slopes_at(target: Target, z: np.ndarray) -> Slopes:
-    """The log-density at one point, and how it changes."""
-    count, nudges = len(z), DENSITY.step * np.eye(len(z))
+def slopes_at(target: Density, z: np.ndarray, step: float = DENSITY.step) -> Slopes:
+    """The log-density at one point, and how it changes: central differences of this step."""
+    count, nudges = len(z), step * np.eye(len(z))
     found = parts_at(target, np.concatenate([z[None], z + nudges, z - nudges]))
     up, down = slice(1, count + 1), slice(count + 1, None)
-    terms, prior = ((part[up] - part[down]) / (2 * DENSITY.step) for part in (found.terms, found.prior))
-    return Slopes(float(found.value[0]), terms, prior)
+    each = (found.terms, found.instruments, found.prior)
+    return Slopes(float(value_of(found)[0]), *((part[up] - part[down]) / (2 * step) for part in each))
 
 
 def _curvature(slope: Callable[[np.ndarray], np.ndarray], z: np.ndarray) -> np.ndarray:
@@ -101,7 +107,7 @@ def _curvature(slope: Callable[[np.ndarray], np.ndarray], z: np.ndarray) -> np.n
     return np.nan_to_num(0.5 * (found + found.T))
 
 
-def prior_curvature(target: Target, z: np.ndarray) -> np.ndarray:
+def prior_curvature(target: Density, z: np.ndarray) -> np.ndarray:
     """How sharply the prior alone bends in z, without directions in which it opens."""
     strength, along = np.linalg.eigh(_curvature(lambda at: slopes_at(target, at).prior, z))
     return along @ np.diag(np.maximum(strength, 0)) @ along.T

@@ -24,16 +24,36 @@ KINDS = (("size",), ("size", "run"), ("size", "remembered", "memory"), ("size", 
 PARTS = ("size", "remembered", "memory", "run")
 
 
+class Lanes(eqx.Module):
+    """Runs beside each other, (runs, readings), the last reading of each repeated to one length."""
+
+    at: jax.Array  # the row of each reading, in order
+    gap: jax.Array  # positions since the reading before
+    present: jax.Array  # whether it is a reading, not a repetition
+    run_of: jax.Array  # (runs,): recording
+
+    @classmethod
+    def of(cls, samples: Samples, wanted: np.ndarray | None = None) -> "Lanes":
+        """The runs of those rows that are `wanted` (a mask of whole runs); all, unless it is given."""
+        wanted = np.ones(samples.run.size, bool) if wanted is None else wanted
+        numbers = np.unique(samples.recording, return_inverse=True)[1]
+        runs = [np.flatnonzero(samples.run == run) for run in np.unique(samples.run[wanted])]
+        longest = max(map(len, runs), default=0)
+        at = np.array([np.pad(run, (0, longest - len(run)), mode="edge") for run in runs], int)
+        at = at.reshape(len(runs), longest)
+        present = np.array([np.arange(longest) < len(run) for run in runs], bool).reshape(at.shape)
+        gap = np.maximum(np.diff(samples.position[at], axis=1, prepend=-1), 1) if runs else at
+        run_of = np.asarray(numbers[at[:, 0]] if runs else np.zeros(0), int)
+        return cls(jnp.asarray(at), jnp.asarray(gap, float), jnp.asarray(present), jnp.asarray(run_of))
+
+
 class Noise(eqx.Module):
     """The likelihood of the rows of a problem, from the components of each recording's noise.
 
     The parameters stand in one vector of places in the unit box, recording by recording, as in `PARTS`.
     """
 
-    at: jax.Array  # (runs, readings): the row of each reading, in order; the last is repeated
-    gap: jax.Array  # (runs, readings): positions since the reading before
-    present: jax.Array  # (runs, readings)
-    run_of: jax.Array  # (runs,): recording
+    lanes: Lanes  # of the runs whose readings err alike
     recording: jax.Array  # of every row
     which: jax.Array  # (part, recording): position in the parameters, counted on into `ABSENT`
     lower: jax.Array  # of the parameters
@@ -47,16 +67,29 @@ class Noise(eqx.Module):
 
     def terms(self, rows: jax.Array, place: jax.Array) -> jax.Array:
         """Log-likelihood of each row given those before it in its run; up to a constant."""
-        size, remembered, memory, run = jnp.concatenate([self.values(place), ABSENT])[self.which]
+        size, *others = self._by_recording(place)
         log_size = jnp.log(size)[self.recording]
         terms = -0.5 * (rows * jnp.exp(-log_size)) ** 2 - log_size
-        if self.at.size == 0:
+        lanes = self.lanes
+        if lanes.at.size == 0:
             return terms
-        mine = (size[self.run_of], remembered[self.run_of], memory[self.run_of], run[self.run_of])
-        error, variance = innovations(rows[self.at], self.gap, *mine)
-        alike = -0.5 * (error**2 / variance + jnp.log(variance))
+        mine = [part[lanes.run_of] for part in (size, *others)]
+        error, variance = innovations(rows[lanes.at][..., None], lanes.gap, *mine)
+        alike = -0.5 * (error[..., 0] ** 2 / variance + jnp.log(variance))
         # the padding goes to a row that is not there
-        return terms.at[jnp.where(self.present, self.at, len(rows))].set(alike, mode="drop")
+        return terms.at[jnp.where(lanes.present, lanes.at, len(rows))].set(alike, mode="drop")
+
+    def whitened(self, columns: jax.Array, lanes: Lanes, place: jax.Array) -> jax.Array:
+        """Columns (runs, readings, q) in units of what each reading adds to those before it in its run."""
+        mine = [part[lanes.run_of] for part in self._by_recording(place)]
+        if self.lanes.at.size == 0:  # nothing but white noise anywhere
+            return columns / mine[0][:, None, None]
+        error, variance = innovations(columns, lanes.gap, *mine)
+        return error / jnp.sqrt(variance)[..., None]
+
+    def _by_recording(self, place: jax.Array) -> jax.Array:
+        """Size, remembered share, memory and share of a run, each (recordings,)."""
+        return jnp.concatenate([self.values(place), ABSENT])[self.which]
 
 
 ABSENT = jnp.array([0.0, 1.0])  # a share that is not there, a memory that does not matter
@@ -67,28 +100,29 @@ def innovations(
 ) -> tuple[jax.Array, jax.Array]:
     """What each reading adds to those before it in its run, and the variance of that: a Kalman filter.
 
-    Arrays (runs, readings) from parameters (runs,). Its two states are the fading error and the run's offset.
+    Rows (runs, readings, q) are q columns, each filtered for itself; the variance (runs, readings) is that of all.
+    Parameters (runs,). Its two states are the fading error and the run's offset.
     """
     variance = size**2
     common, rest = run * variance, (1 - run) * variance
     fading, white = remembered * rest, (1 - remembered) * rest
-    zero = jnp.zeros_like(size)
+    zero, nothing = jnp.zeros_like(size), jnp.zeros((len(rows), rows.shape[-1]))
 
     def step(carry: tuple, now: tuple) -> tuple[tuple, tuple]:
         a, b, aa, ab, bb = carry
         row, apart = now
         keep = jnp.exp(-apart / memory)
-        a, aa, ab = keep * a, keep**2 * aa + (1 - keep**2) * fading, keep * ab
+        a, aa, ab = keep[:, None] * a, keep**2 * aa + (1 - keep**2) * fading, keep * ab
         to_a, to_b = aa + ab, ab + bb
         total = to_a + to_b + white
         error = row - a - b
         gain_a, gain_b = to_a / total, to_b / total
-        moved = (a + gain_a * error, b + gain_b * error, aa - gain_a * to_a, ab - gain_a * to_b, bb - gain_b * to_b)
-        return moved, (error, total)
+        a, b = a + gain_a[:, None] * error, b + gain_b[:, None] * error
+        return (a, b, aa - gain_a * to_a, ab - gain_a * to_b, bb - gain_b * to_b), (error, total)
 
-    begin = (zero, zero, fading, zero, common)
-    _, (error, total) = jax.lax.scan(step, begin, (rows.T, gap.T), unroll=4)
-    return error.T, total.T
+    begin = (nothing, nothing, fading, zero, common)
+    _, (error, total) = jax.lax.scan(step, begin, (jnp.swapaxes(rows, 0, 1), gap.T), unroll=4)
+    return jnp.swapaxes(error, 0, 1), total.T
 
 
 # The choice -----------------------------------------------------------------------------------------------------------
@@ -185,12 +219,8 @@ def noise_of_rows(samples: Samples, parts: Sequence[tuple[str, ...]], sizes: Seq
     """The noise of these rows, with each recording's components; sizes may vary around `sizes`."""
     numbers = np.unique(samples.recording, return_inverse=True)[1]
     alike = [i for i, mine in enumerate(parts) if len(mine) > 1]
-    runs = [np.flatnonzero(samples.run == run) for run in np.unique(samples.run)]
-    runs = [run for run in runs if numbers[run[0]] in alike]
-    longest = max(map(len, runs), default=0)
-    at = np.array([np.pad(run, (0, longest - len(run)), mode="edge") for run in runs], int).reshape(len(runs), longest)
-    present = np.array([np.arange(longest) < len(run) for run in runs], bool).reshape(len(runs), longest)
-    gap = np.maximum(np.diff(samples.position[at], axis=1, prepend=-1), 1) if runs else at
+    lanes = Lanes.of(samples, np.isin(numbers, alike))
+    longest = lanes.at.shape[1]
     lower, upper, log, which, count = [], [], [], np.zeros((len(PARTS), len(parts)), int), 0
     total = sum(map(len, parts))
     for i, mine in enumerate(parts):
@@ -202,10 +232,7 @@ def noise_of_rows(samples: Samples, parts: Sequence[tuple[str, ...]], sizes: Seq
                 lower, upper = [*lower, ends[part][0]], [*upper, ends[part][1]]
                 log.append(part in ("size", "memory"))
     return Noise(
-        at=jnp.asarray(at),
-        gap=jnp.asarray(gap, float),
-        present=jnp.asarray(present),
-        run_of=jnp.asarray(numbers[at[:, 0]] if runs else np.zeros(0), int),
+        lanes=lanes,
         recording=jnp.asarray(numbers),
         which=jnp.asarray(which),
         lower=jnp.asarray(lower),

@@ -1,8 +1,8 @@
 """What the data leave open: the posterior of a fitted model, sampled by emcee on the rows that the fit minimised.
 
-Likelihood: every reading errs normally, with the noise that the residual of its recording speaks for
-(`posterior_noise`): white, fading from reading to reading, shared by a run. Leaving readings out (`thinned`) costs
-little where errors are alike, and widens the posterior where they are independent.
+Likelihood: every reading errs normally, with the noise that the residual of its recording speaks for (`noise`): white,
+fading from reading to reading, shared by a run. Instruments err as far as their accuracy goes (`instruments`). Leaving
+readings out (`thinned`) costs little where errors are alike, and widens the posterior where they are independent.
 
 Prior: as stated in model.toml, normal for values with `+/-` in muscle.toml, else uniform within the range of each
 parameter (in the parameter, also where a search goes in its logarithm).
@@ -95,6 +95,7 @@ def store_for(path: str, setup: PosteriorProblem, experiments: Sequence[Experime
         "ends": [f"{value:.9g}" for end in (subset.lower, subset.upper) for value in np.asarray(end)[subset.free]],
         "priors": {name: [p.kind, f"{p.first:.9g}", f"{p.second:.9g}"] for name, p in setup.priors.items()},
         "noise": [len(noise.lower), *PARTS],
+        "instruments": [f"{s.channel}.{s.kind} {s.width:.9g}" for s in setup.errors.sources],
         "steps": [block.steps for block in setup.target.problem.blocks],
     }
     return Store(Path(path), hashlib.sha256(json.dumps(known, sort_keys=True).encode()).hexdigest()[:32])

@@ -21,7 +21,7 @@ class SamplerSettings:
     patience: float = 2.0  # seconds between looks at the clock
     correlation_times: int = 50  # length of a chain that is long enough (the manual of emcee, "Autocorrelation")
     rhat: float = 1.01  # ensembles agree below this (Vehtari et al. 2021, Bayesian Analysis 16:667)
-    rules: str = "2"  # version of these rules: chains that grew under others are not gone on with
+    rules: str = "3"  # version of these rules: chains that grew under others are not gone on with
 
 
 @dataclass(frozen=True)
@@ -61,6 +61,7 @@ class DensitySettings:
     batch: int = 16  # points of one compiled call where something moves: measured, more gain nothing on a CPU
     weakest: float = 0.05  # curvature along an axis of which the mode knows nothing
     step: float = 0.02  # of the central differences that give slopes, in standard deviations
+    fine: float = 1e-4  # the same where errors of instruments are held, beside which the density is far sharper
     bend: float = 0.1  # of those that give curvatures, in standard deviations
     walk: int = 60  # steps of the search for the mode
     inside: float = 1e-6  # of a range: how near its ends a search may begin
@@ -78,6 +79,13 @@ class NoiseSettings:
     few_readings: int = 30  # below which nothing can be said about memory
     few_runs: int = 3  # below which nothing can be said about what runs share
     edge: float = 1e-4  # of a share: where searches stay inside
+    felt: float = (
+        0.01  # of one reading's noise: an instrument's error that changes all rows by less is not felt; chosen
+    )
+    told: float = (
+        0.1  # of the noise, along the whole of a recording: errors that move rows by less add 1 % to it; chosen
+    )
+    rounds: int = 3  # of asking how large the noise is beside what instruments explain
 
 
 @dataclass(frozen=True)

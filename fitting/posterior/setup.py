@@ -8,11 +8,14 @@ import numpy as np
 
 from fitting import full_names
 from fitting.errors import InputError
+from fitting.instruments.errors import InstrumentErrors
+from fitting.least_squares.decomposed import lstsq
 from fitting.least_squares.record import Fit
 from fitting.least_squares.subset import Subset, subset_of
 from fitting.posterior.evaluation import at_mode, log_probs
+from fitting.posterior.instruments import Instruments
 from fitting.posterior.noise import PARTS, Noise, RecordingNoise, choose_noise, noise_of_rows
-from fitting.posterior.settings import DENSITY, SAMPLER
+from fitting.posterior.settings import DENSITY, NOISE, SAMPLER
 from fitting.posterior.target import PosteriorProblem, Target
 from fitting.precision import require_x64
 from fitting.problem.positions import steps_of
@@ -42,11 +45,14 @@ def set_up(
     place = subset.place(subset.full)
     at = positions_in(fit.samples, samples)
     residual, slopes = (fit.residual / fit.samples.sigma)[at], fit.slopes[at] * np.asarray(subset.slope(place))
-    found = choose_noise(residual, samples, noise)
+    errors = fit.errors.at(at)
+    found = choose_noise(_unexplained(residual, slopes, errors), samples, noise)
     components = noise_of_rows(samples, [one.parts for one in found], [one.values[0] for one in found])
     spreads = {name: _spread(fit, name, prior) for name, prior in priors.items()}
-    begin = _logits(np.asarray(place), slopes, found, components, samples)
-    target = Target(given, subset, components, together(list(priors.values())), *map(jnp.asarray, begin))
+    begin = _logits(np.asarray(place), slopes, found, components, samples, errors)
+    of_noise = 1 / (1 + np.exp(-begin[0][len(fit.free) :]))
+    instruments = Instruments.of(errors, samples, components, of_noise)
+    target = Target(given, subset, components, instruments, together(list(priors.values())), *map(jnp.asarray, begin))
     every = _labels(given, experiments)
     labels = tuple(every[number] for number in np.unique(samples.recording))
     names = (*fit.free, *(f"noise.{part}@{label}" for one, label in zip(found, labels, strict=True)
@@ -54,7 +60,7 @@ def set_up(
     idle = tuple(name for name in stated or {} if not any(name in (f, full_names.common(f)) for f in fit.free))
     known = [rec.noise is not None for experiment in experiments for rec in experiment.recordings]
     good_to = tuple(len(known) == len(every) and known[number] for number in np.unique(samples.recording))
-    whole = PosteriorProblem(target, samples, found, labels, names, priors, spreads, idle, stated=good_to)
+    whole = PosteriorProblem(target, samples, errors, found, labels, names, priors, spreads, idle, stated=good_to)
     return _with_longest_steps(whole) if target.moves else whole.in_coordinates(*at_mode(target))
 
 
@@ -154,12 +160,37 @@ def _labels(given: Problem, experiments: Sequence[Experiment]) -> tuple[str, ...
     return tuple(file if plain.count(file) == 1 else f"{name}/{file}" for name, file in files)
 
 
+def _unexplained(residual: np.ndarray, slopes: np.ndarray, errors: InstrumentErrors) -> np.ndarray:
+    """What neither the parameters nor instruments within their accuracy explain, in units of a reading's noise.
+
+    How far an instrument's error goes depends on how large the noise is: both are asked in turn.
+    """
+    if not errors.sources:
+        return residual
+    columns, rows = errors.columns, residual
+    given = np.vstack([np.hstack([slopes, columns]), np.eye(columns.shape[1], slopes.shape[1] + columns.shape[1],
+                                                            slopes.shape[1])])  # fmt: skip
+    target = np.concatenate([residual, np.zeros(columns.shape[1])])
+    for _ in range(NOISE.rounds):
+        size = max(float(np.sqrt(np.mean(rows**2))), 1e-12)
+        weight = np.where(np.arange(len(target)) < len(residual), 1 / size, 1.0)
+        found = lstsq(given * weight[:, None], target * weight, 1e-12)
+        rows = residual - given[: len(residual)] @ found
+    return rows
+
+
 def _logits(
-    place: np.ndarray, slopes: np.ndarray, found: Sequence[RecordingNoise], noise: Noise, samples: Samples
+    place: np.ndarray,
+    slopes: np.ndarray,
+    found: Sequence[RecordingNoise],
+    noise: Noise,
+    samples: Samples,
+    errors: InstrumentErrors,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Where the search for the mode begins, and how far it may step, in logits."""
     size = np.array([one.values[0] for one in found])[np.unique(samples.recording, return_inverse=True)[1]]
-    steeper = slopes / size[:, None]
+    of_size = errors.changed(errors.per_run / size[:, None], errors.shared / size[:, None])
+    steeper = of_size.whitener()(slopes / size[:, None])
     curvature = steeper.T @ steeper + 12 * np.eye(len(place))  # 1/12: the variance of a place of which nothing is known
     width = np.linalg.inv(curvature)
     inside = np.maximum(DENSITY.inside, np.minimum(0.5 * np.sqrt(np.diag(width)), 0.1))

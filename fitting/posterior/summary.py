@@ -13,7 +13,6 @@ from fitting.diagnosis.nuisance import Nuisance
 from fitting.diagnosis.working_noise import noise_from
 from fitting.least_squares.record import Fit
 from fitting.least_squares.uncertainty import clusters
-from fitting.posterior.evaluation import prior_curvature, slopes_at
 from fitting.posterior.predict import bands
 from fitting.posterior.record import (
     Draws,
@@ -24,6 +23,7 @@ from fitting.posterior.record import (
     correlation_steps,
     quantities,
 )
+from fitting.posterior.robust import robust_share
 from fitting.posterior.settings import SUMMARY
 from fitting.posterior.setup import positions_in
 from fitting.posterior.target import PosteriorProblem
@@ -66,28 +66,6 @@ def summarise(
         notes=notes(fit, setup, cut_off(setup, z), missing, len(np.unique(cluster))),
         calibrated=not found_warnings,
     )
-
-
-def robust_share(setup: PosteriorProblem, z: np.ndarray, cluster: np.ndarray) -> np.ndarray:
-    """Standard deviation robust to what a cluster shares, as a multiple of the posterior's, for every coordinate.
-
-    The sandwich C M C: C is the posterior's covariance, M the spread of the likelihood's slopes from cluster to cluster
-    and the curvature of the prior, all in z.
-    """
-    flat = z.reshape(-1, z.shape[-1])
-    centre, spread = flat.mean(axis=0), np.atleast_2d(np.cov(flat.T))
-    number = np.unique(cluster, return_inverse=True)[1]
-    count = number.max() + 1
-    slopes = np.zeros((count, len(centre)))
-    np.add.at(slopes, number, np.nan_to_num(slopes_at(setup.target, centre).terms.T))
-    slopes -= slopes.mean(axis=0)
-    between = slopes.T @ slopes * (count / max(count - 1, 1))
-    middle = between + prior_curvature(setup.target, centre)
-    axes = np.asarray(setup.target.axes)
-    bread = axes @ spread
-    plain = np.einsum("ij,ij->i", bread, axes)
-    robust = np.einsum("ij,jk,ik->i", bread, middle, bread)
-    return np.sqrt(np.maximum(robust, 0) / np.maximum(plain, 1e-300))
 
 
 def anything_missing(fit: Fit, seed: int) -> Missing | None:

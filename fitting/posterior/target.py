@@ -1,20 +1,32 @@
-"""The log-density that is sampled: the rows that a fit minimises, the noise of the readings, the priors.
+"""The log-density that is sampled: the rows of a fit, the noise of the readings, errors of instruments, priors.
 
 Every parameter lives between two ends. Samplers see the logit of its place there, which knows no ends, whitened by the
 curvature at the mode; the density carries the Jacobian of both steps, so that a prior is what it says it is.
 """
 
 import dataclasses
+from typing import Any, NamedTuple
 
 import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
 
+from fitting.instruments.errors import InstrumentErrors
 from fitting.least_squares.subset import Subset
+from fitting.posterior.instruments import Instruments
 from fitting.posterior.noise import Noise, RecordingNoise
 from fitting.problem.priors import Prior, Priors
 from fitting.problem.residuals import Problem, Samples
+
+
+class Parts(NamedTuple):
+    """The log-density at a point, or at some points along a leading axis, in its parts."""
+
+    terms: Any  # log-likelihood of each row beside noise alone (..., rows)
+    instruments: Any  # what errors of instruments add to it (...)
+    prior: Any  # log-density in z (...)
+    rows: Any  # of the measurements (..., rows)
 
 
 class Target(eqx.Module):
@@ -23,6 +35,7 @@ class Target(eqx.Module):
     problem: Problem
     subset: Subset
     noise: Noise
+    instruments: Instruments | None
     priors: Priors
     centre: jax.Array  # logits
     axes: jax.Array  # columns: what one unit of each z does
@@ -37,21 +50,23 @@ class Target(eqx.Module):
         """Whether a motion is integrated, which takes longer than anything else."""
         return any(block.steps for block in self.problem.blocks)
 
-    def parts(self, z: jax.Array) -> tuple[jax.Array, jax.Array, jax.Array]:
-        """Log-likelihood row by row, log-density of the prior in z, and the rows of the measurements."""
+    def parts(self, z: jax.Array, shift: jax.Array | float = 0.0) -> Parts:
+        """The log-density in its parts; `shift` (rows,) is taken from the rows."""
         u = self.centre + self.axes @ z
         place = jax.nn.sigmoid(u)
         mine = place[: self.free]
         vector = self.subset.vector(mine)
-        rows = self.problem.data_rows(vector, self.subset.switches)
+        rows = self.problem.data_rows(vector, self.subset.switches) - shift
         prior = jnp.sum(self.priors.log_density(vector[self.subset.free]))
         stretch = jnp.sum(jnp.log(jnp.abs(self.subset.slope(mine)))) - jnp.sum(jax.nn.softplus(u) + jax.nn.softplus(-u))
-        return self.noise.terms(rows, place[self.free :]), prior + stretch, rows
+        of_noise = place[self.free :]
+        felt = self.instruments.log_weight(self.noise, rows, of_noise) if self.instruments else jnp.zeros(())
+        return Parts(self.noise.terms(rows, of_noise), felt, prior + stretch, rows)
 
     def log_prob(self, z: jax.Array) -> jax.Array:
         """Logarithm of the posterior's density in z, up to a constant."""
-        terms, prior, _ = self.parts(z)
-        value = jnp.sum(terms) + prior
+        parts = self.parts(z)
+        value = jnp.sum(parts.terms) + parts.instruments + parts.prior
         return jnp.where(jnp.isfinite(value), value, -jnp.inf)
 
     def places(self, z: np.ndarray) -> np.ndarray:
@@ -78,6 +93,7 @@ class PosteriorProblem:
 
     target: Target
     samples: Samples
+    errors: InstrumentErrors  # what instruments can do to the rows: the density knows of it
     noise: tuple[RecordingNoise, ...]
     labels: tuple[str, ...]  # of the recordings
     names: tuple[str, ...]  # of the coordinates: free parameters, then those of the noise

@@ -1,9 +1,16 @@
 """Warnings and notes of a posterior: a model, a noise or a prior that is wrong, however good the chains are."""
 
 from fitting.least_squares.record import Fit
+from fitting.posterior.instruments import visible
 from fitting.posterior.record import Missing, Quantity
 from fitting.posterior.settings import LIMITS
 from fitting.posterior.target import PosteriorProblem
+from fitting.recordings.accuracy import Channel
+
+INSTRUMENTS = {
+    Channel.PRESSURE: "the pressure gauge", Channel.POSITION: "the position reading", Channel.FORCE: "the load cell",
+    Channel.TIME: "the clock", None: "friction from run to run",
+}  # fmt: skip
 
 
 def find_warnings(
@@ -58,6 +65,8 @@ def notes(
 ) -> tuple[str, ...]:
     """What a reader should know and is no warning; `loops` are the clusters that the robust error rests on."""
     messages = [one.text(label) for label, one in zip(setup.labels, setup.noise, strict=True)]
+    if setup.target.instruments is not None:
+        messages.append(f"errors within the accuracy of {_instruments(setup)} are allowed for in the intervals")
     if missing is None:
         messages.append("no force was measured: whether anything is missing from the model was not tested here")
     if len(setup.samples) < len(fit.samples):
@@ -76,3 +85,10 @@ def notes(
     if fit.held:
         messages.append(f"these data cannot see, and nothing was sampled of: {', '.join(fit.held)}")
     return tuple(messages)
+
+
+def _instruments(setup: PosteriorProblem) -> str:
+    """The instruments whose errors are felt, in words."""
+    channels = {source.channel for source in visible(setup.errors).sources}
+    names = [words for channel, words in INSTRUMENTS.items() if channel in channels]
+    return " and ".join([", ".join(names[:-1]), names[-1]] if len(names) > 1 else names)

@@ -1,8 +1,8 @@
 """Values of an effect that was added, under all errors of instruments: do their intervals hold the truth?
 
 The effect is known; what is asked is its value and the standard error beside it. Once as a diagnosis fits it, through
-instruments that err, and once as `fit` and `add` do: the curve of least error, whose standard errors know the
-instruments.
+instruments that err; once as `fit` and `add` do: the curve of least error, whose standard errors know the instruments;
+and once by a quick posterior around that fit, in which instruments err as far as their accuracy goes.
 
     python -m tests.hidden.study.values --numbers 20
 """
@@ -33,7 +33,7 @@ HIDDEN: dict[str, dict[str, float]] = {
     "viscous_damping": {"B": 120.0},
     "weight": {"m": 1.0},
 }
-HOW = ("by a diagnosis, through the instruments", "by `fit` and `add`")
+HOW = ("by a diagnosis, through the instruments", "by `fit` and `add`", "by `posterior --quick`")
 
 
 class Value(NamedTuple):
@@ -51,6 +51,7 @@ def values_of(name: str, number: int, protocol: str = "rich") -> list[Value]:
     from fitting.diagnosis.diagnose import one_thread, prepared
     from fitting.diagnosis.estimates import estimate
     from fitting.least_squares.fit import fit
+    from fitting.posterior.quick import quick_look
     from fitting.recordings.experiment import read_experiment
     from mckibben_jax.effect import name_of
     from mckibben_jax.effects import LIBRARY
@@ -68,8 +69,10 @@ def values_of(name: str, number: int, protocol: str = "rich") -> list[Value]:
         diagnosed = estimate(search.examiner.seen, search.fits[frozenset([name])], name)
     fitted = fit([experiment], with_effects(base, [known[name]()]))
     known_of = {entry.split(".")[1]: fitted.estimate(entry) for entry in fitted.free if entry.startswith(f"{name}.")}
+    sampled = quick_look(fitted, [experiment]).parameters
+    drawn = {entry.split(".")[1]: (sampled[entry].median, sampled[entry].sd, "") for entry in sampled if name in entry}
     found = list[Value]()
-    for how, estimates in zip(HOW, (diagnosed, known_of), strict=True):
+    for how, estimates in zip(HOW, (diagnosed, known_of, drawn), strict=True):
         for key, (value, error, _) in estimates.items():
             if np.isfinite(error):
                 true = HIDDEN[name][key]

@@ -1,0 +1,128 @@
+"""The posterior knows what instruments may err by: the density against scipy, and what becomes of a gauge's gain."""
+
+from argparse import Namespace
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hidden.simulator import Muscle as TrueMuscle
+from hidden.simulator import Noise as TrueNoise
+from hidden.simulator import Truth, dataset, with_baseline, write
+from hidden.simulator import loops as hidden_loops
+from scipy import stats
+
+from fitting.instruments.errors import InstrumentErrors
+from fitting.instruments.sources import ErrorKind, Source
+from fitting.least_squares.fit import fit
+from fitting.posterior.evaluation import in_batches
+from fitting.posterior.instruments import Instruments
+from fitting.posterior.noise import noise_of_rows
+from fitting.posterior.quick import quick_look
+from fitting.posterior.robust import Explicit, _likeliest, robust_share
+from fitting.posterior.setup import set_up
+from fitting.recordings.accuracy import Channel
+from fitting.recordings.experiment import read_experiment
+from mckibben_jax.effects import CoulombFriction, IdealCylinder, PressureGain
+
+COUNTS = (25, 18, 11)  # readings of each run; the last run is of a second recording
+RUN = np.repeat(np.arange(3), COUNTS)
+
+
+def some_rows(random):
+    """Rows of three runs with gaps, in two recordings, and the errors of instruments in them."""
+    position = np.concatenate([np.cumsum(random.integers(1, 4, count)) for count in COUNTS])
+    samples = Namespace(recording=np.array([0, 0, 1])[RUN], run=RUN, position=position)
+    source = lambda kind: Source(Channel.FORCE, kind, 1.0, 1.0)  # noqa: E731
+    own = (source(ErrorKind.ZERO_PER_RUN), source(ErrorKind.GAIN_PER_RUN))
+    shared = (source(ErrorKind.ZERO), source(ErrorKind.GAIN), source(ErrorKind.DRIFT))
+    columns = 3 * random.standard_normal((sum(COUNTS), 5))
+    return samples, InstrumentErrors(columns[:, :2], columns[:, 2:], own, shared, RUN)
+
+
+@pytest.mark.parametrize(
+    "parts",
+    [(("size",), ("size",)), (("size", "remembered", "memory", "run"), ("size",))],
+    ids=["white", "remembered in one recording"],
+)
+def test_the_density_is_that_of_the_whole_covariance(parts):
+    """Noise beside errors of instruments, against scipy with the covariance C + U U'."""
+    random = np.random.default_rng(0)
+    samples, errors = some_rows(random)
+    noise = noise_of_rows(samples, parts, [1.0, 2.0])
+    place = np.full(len(noise.lower), 0.5)
+    place[: len(parts[0])] = [0.55, 0.6, 0.4, 0.3][: len(parts[0])]
+    size, remembered, memory, shared = (np.asarray(each)[samples.recording] for each in noise._by_recording(place))
+    apart = np.abs(samples.position[:, None] - samples.position[None, :])
+    fades = remembered * np.exp(-apart / memory) + (1 - remembered) * np.eye(len(RUN))
+    alone = size[:, None] * size * (RUN[:, None] == RUN) * (shared + (1 - shared) * fades)
+    law = stats.multivariate_normal(np.zeros(len(RUN)), alone + errors.columns @ errors.columns.T)
+    instruments = Instruments.of(errors, samples, noise, place)
+    rows = law.rvs(3, random_state=random)
+    ours = [
+        float(np.sum(noise.terms(row, place)) + instruments.log_weight(noise, row, place))
+        - 0.5 * len(RUN) * np.log(2 * np.pi)
+        for row in rows
+    ]
+    np.testing.assert_allclose(ours, law.logpdf(rows), rtol=1e-9)
+
+
+def test_what_can_hardly_be_told_is_left_out():
+    """A column twice is one direction with twice the variance; errors far below the noise are none."""
+    samples, errors = some_rows(np.random.default_rng(1))
+    noise = noise_of_rows(samples, (("size",), ("size",)), [1.0, 1.0])
+    place = np.full(2, 0.5)
+    twice = errors.changed(errors.per_run[:, [0, 0]], errors.shared)
+    assert Instruments.of(twice, samples, noise, place).own.shape[-1] == 1
+    assert Instruments.of(errors, samples, noise, place).own.shape[-1] == 2
+    assert Instruments.of(errors.changed(1e-4 * errors.per_run, 1e-4 * errors.shared), samples, noise, place) is None
+
+
+@pytest.fixture(scope="module")
+def experiment(tmp_path_factory):
+    """Loops of an ideal muscle with Coulomb friction, read with an exact gauge."""
+    truth = Truth(TrueMuscle(), with_baseline(f_s=0.012))
+    recording = hidden_loops(truth, pressures=(1e5, 3e5), speeds=(0.02,), samples=200, noise=TrueNoise(sd=0.5), seed=5)
+    folder = tmp_path_factory.mktemp("exact")
+    write(dataset(truth, [recording], name="exact", seed=5), folder)
+    return read_experiment(folder)
+
+
+def with_gauge(experiment, gain):
+    """The same with a gauge whose gain is known so well, and nothing else that errs in pressure."""
+    recordings = [
+        replace(rec, accuracy=replace(rec.accuracy, pressure=replace(rec.accuracy.pressure, zero=0.0, gain=gain)))
+        for rec in experiment.recordings
+    ]
+    return replace(experiment, recordings=tuple(recordings))
+
+
+EFFECTS = (IdealCylinder(), CoulombFriction(), PressureGain())
+
+
+def test_the_gain_of_a_gauge_is_the_width_of_what_rests_on_it(experiment):
+    """The model's gain of the pressure is known as well as the gauge, by the posterior as by the fit."""
+    five = fit([with_gauge(experiment, 0.05)], EFFECTS)
+    posterior = quick_look(five, [with_gauge(experiment, 0.05)], seed=1)
+    found = posterior.parameters["pressure_gain.g"]
+    assert found.sd == pytest.approx(0.05, rel=0.1)
+    assert abs(found.median) < 0.01
+    assert found.robust_error == pytest.approx(found.sd, rel=0.15)  # runs cannot tell more than the gauge
+    exact = fit([with_gauge(experiment, 0.0)], EFFECTS)
+    assert quick_look(exact, [with_gauge(experiment, 0.0)], seed=1).parameters["pressure_gain.g"].sd < 0.005
+    assert any("pressure gauge" in note for note in posterior.notes)
+
+
+def test_the_likeliest_errors_are_those_of_ridge_regression(experiment):
+    """Given the parameters, errors of one standard deviation each beside white noise: (1 + U'U)^-1 U'r."""
+    found = fit([with_gauge(experiment, 0.05)], EFFECTS)
+    setup = set_up(found, (), noise=[("size",)])
+    explicit = Explicit.of(setup)
+    z = np.zeros((1, len(setup.names)))
+    size = float(setup.target.natural(z)[0, -1])
+    columns = np.asarray(explicit.columns) / size
+    rows = np.asarray(setup.target.parts(z[0]).rows) / size
+    ridge = np.linalg.solve(np.eye(columns.shape[1]) + columns.T @ columns, columns.T @ rows)
+    np.testing.assert_allclose(in_batches(_likeliest, explicit, z)[0], ridge, rtol=1e-6, atol=1e-9)
+    random = np.random.default_rng(0)
+    share = robust_share(setup, random.standard_normal((2, 400, 8, len(setup.names))), found.samples.loop)
+    assert share[list(setup.names).index("pressure_gain.g")] == pytest.approx(1.0, rel=0.15)
