@@ -5,10 +5,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from hidden.simulator import EVERY_NOISE, Truth, dataset, with_baseline, write
 from hidden.simulator import Muscle as TrueMuscle
 from hidden.simulator import Noise as TrueNoise
-from hidden.simulator import Truth, dataset, with_baseline, write
 from hidden.simulator import loops as hidden_loops
+from hidden.study.erring import NOISE, RIGS, TOGETHER
+from hidden.study.protocols import PROTOCOLS
+from hidden.study.sizes import base_of, hiding
 from scipy import stats
 
 from fitting.instruments.errors import InstrumentErrors
@@ -22,7 +25,9 @@ from fitting.posterior.robust import Explicit, _likeliest, robust_share
 from fitting.posterior.setup import set_up
 from fitting.recordings.accuracy import Channel
 from fitting.recordings.experiment import read_experiment
-from mckibben_jax.effects import CoulombFriction, IdealCylinder, PressureGain
+from mckibben_jax.effect import name_of
+from mckibben_jax.effects import LIBRARY, CoulombFriction, IdealCylinder, PressureGain
+from mckibben_jax.model import with_effects
 
 COUNTS = (25, 18, 11)  # readings of each run; the last run is of a second recording
 RUN = np.repeat(np.arange(3), COUNTS)
@@ -126,3 +131,19 @@ def test_the_likeliest_errors_are_those_of_ridge_regression(experiment):
     random = np.random.default_rng(0)
     share = robust_share(setup, random.standard_normal((2, 400, 8, len(setup.names))), found.samples.loop)
     assert share[list(setup.names).index("pressure_gain.g")] == pytest.approx(1.0, rel=0.15)
+
+
+def test_an_end_stop_is_found_where_it_is_though_the_fit_bends_to_the_instruments(tmp_path):
+    """Recordings in which every instrument errs: the curve of least error puts the stop at the other end."""
+    truth = hiding(base_of({}), {"end_stop": {"K": 270.0, "eps_s": 0.2}})
+    data = PROTOCOLS["rich"].data(truth, EVERY_NOISE[NOISE], 7000, RIGS[TOGETHER])
+    experiment = read_experiment(write(data, tmp_path / "data", say_accuracy=True))
+    known = {name_of(kind): kind for kind in LIBRARY}
+    found = fit([experiment], with_effects([known[name]() for name in base_of({})], [known["end_stop"]()]))
+    posterior = quick_look(found, [experiment], draws=1000, rows=1500)
+    assert abs(found.values["end_stop.eps_s"] - 0.2) > 0.1
+    for name, true in {"end_stop.K": 270.0, "end_stop.eps_s": 0.2}.items():
+        one = posterior.parameters[name]
+        assert abs(one.median - true) < 3.5 * one.sd
+        assert one.sd < 0.1 * true
+    assert any("the fit trusts every reading" in note and "end_stop.K" in note for note in posterior.notes)

@@ -108,13 +108,13 @@ def _with_slopes(evaluate: Callable) -> Callable:
 class Evaluated(NamedTuple):
     """A place in the unit box, with all rows and their slopes (rows, free) there."""
 
-    place: jax.Array
-    rows: jax.Array
-    slopes: jax.Array
+    place: Array
+    rows: Array
+    slopes: Array
 
     def at(self, rows: np.ndarray) -> "Evaluated":
         """The same with these rows alone (positions)."""
-        return Evaluated(self.place, np.asarray(self.rows)[rows], np.asarray(self.slopes)[rows])  # type: ignore[arg-type]
+        return Evaluated(self.place, np.asarray(self.rows)[rows], np.asarray(self.slopes)[rows])
 
 
 def evaluate_subset(given: Residuals, subset: Subset) -> Evaluated:

@@ -63,6 +63,8 @@ class DensitySettings:
     step: float = 0.02  # of the central differences that give slopes, in standard deviations
     fine: float = 1e-4  # the same where errors of instruments are held, beside which the density is far sharper
     bend: float = 0.1  # of those that give curvatures, in standard deviations
+    starts: int = 6  # of a search for where else to look for the mode
+    apart: float = 0.02  # of a range: places closer than this are one
     walk: int = 60  # steps of the search for the mode
     inside: float = 1e-6  # of a range: how near its ends a search may begin
     coarser: tuple[int, ...] = (4, 2)  # times as long a step as the fit's, tried in this order where something moves
@@ -109,6 +111,7 @@ class WarningSettings:
     stated_excess: float = 1.5  # the same where the noise is stated, not read from data whose errors may be correlated
     conflict: float = 3.5  # standard deviations of its prior that the data move a parameter: one of both is wrong
     kept_away: float = 1.5  # times the misfit of the fit, which knows no stated priors
+    bent: float = 3.0  # standard deviations: a value that lies so far from the fit's is said to; chosen
     roughly: float = 1.1  # R-hat above which chains have not arrived, and say nothing of priors
     few_loops: int = 8  # fewer say little about what loops share
 

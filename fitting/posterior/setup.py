@@ -9,13 +9,14 @@ import numpy as np
 from fitting import full_names
 from fitting.errors import InputError
 from fitting.instruments.errors import InstrumentErrors
-from fitting.least_squares.decomposed import lstsq
 from fitting.least_squares.record import Fit
+from fitting.least_squares.search import Evaluated
 from fitting.least_squares.subset import Subset, subset_of
+from fitting.posterior.beginning import beginnings, unexplained
 from fitting.posterior.evaluation import at_mode, log_probs
 from fitting.posterior.instruments import Instruments
 from fitting.posterior.noise import PARTS, Noise, RecordingNoise, choose_noise, noise_of_rows
-from fitting.posterior.settings import DENSITY, NOISE, SAMPLER
+from fitting.posterior.settings import DENSITY, SAMPLER
 from fitting.posterior.target import PosteriorProblem, Target
 from fitting.precision import require_x64
 from fitting.problem.positions import steps_of
@@ -42,26 +43,65 @@ def set_up(
     given, samples = thin_readings(fit, experiments, rows)
     priors = {name: _prior(fit, name, stated or {}) for name in fit.free}
     subset = _narrow(subset_of(fit.layout, fit.vector, fit.free), fit, priors)
-    place = subset.place(subset.full)
     at = positions_in(fit.samples, samples)
-    residual, slopes = (fit.residual / fit.samples.sigma)[at], fit.slopes[at] * np.asarray(subset.slope(place))
     errors = fit.errors.at(at)
-    found = choose_noise(_unexplained(residual, slopes, errors), samples, noise)
-    components = noise_of_rows(samples, [one.parts for one in found], [one.values[0] for one in found])
-    spreads = {name: _spread(fit, name, prior) for name, prior in priors.items()}
-    begin = _logits(np.asarray(place), slopes, found, components, samples, errors)
-    of_noise = 1 / (1 + np.exp(-begin[0][len(fit.free) :]))
-    instruments = Instruments.of(errors, samples, components, of_noise)
-    target = Target(given, subset, components, instruments, together(list(priors.values())), *map(jnp.asarray, begin))
-    every = _labels(given, experiments)
-    labels = tuple(every[number] for number in np.unique(samples.recording))
-    names = (*fit.free, *(f"noise.{part}@{label}" for one, label in zip(found, labels, strict=True)
-                          for part in PARTS if part in one.parts))  # fmt: skip
-    idle = tuple(name for name in stated or {} if not any(name in (f, full_names.common(f)) for f in fit.free))
-    known = [rec.noise is not None for experiment in experiments for rec in experiment.recordings]
-    good_to = tuple(len(known) == len(every) and known[number] for number in np.unique(samples.recording))
-    whole = PosteriorProblem(target, samples, errors, found, labels, names, priors, spreads, idle, stated=good_to)
-    return _with_longest_steps(whole) if target.moves else whole.in_coordinates(*at_mode(target))
+    place = subset.place(subset.full)
+    begun = Evaluated(place, (fit.residual / fit.samples.sigma)[at], fit.slopes[at] * np.asarray(subset.slope(place)))
+    known = _Given(fit, experiments, given, samples, subset, errors, priors, stated or {}, noise)
+    return max((known.at_mode(place) for place in beginnings(begun, given, subset, fit, errors)), key=_likely)[0]
+
+
+def _likely(found: tuple[PosteriorProblem, float]) -> float:
+    return found[1]
+
+
+@dataclasses.dataclass(frozen=True)
+class _Given:
+    """What a posterior is made of, wherever the search for its mode begins."""
+
+    fit: Fit
+    experiments: Sequence[Experiment]
+    given: Problem
+    samples: Samples
+    subset: Subset
+    errors: InstrumentErrors
+    priors: dict[str, Prior]
+    stated: dict[str, Prior]
+    noise: Sequence[tuple[str, ...]] | None
+
+    def at_mode(self, begun: Evaluated) -> tuple[PosteriorProblem, float]:
+        """The posterior in coordinates whitened at the mode that is found from there, and how likely that mode is.
+
+        The noise is what the residual there speaks for; each of its parameters costs what BIC takes for it.
+        """
+        fit, samples = self.fit, self.samples
+        place, residual, slopes = map(np.asarray, begun)
+        found = choose_noise(unexplained(residual, slopes, self.errors), samples, self.noise)
+        components = noise_of_rows(samples, [one.parts for one in found], [one.values[0] for one in found])
+        begin = _logits(place, slopes, found, components, samples, self.errors)
+        of_noise = 1 / (1 + np.exp(-begin[0][len(fit.free) :]))
+        instruments = Instruments.of(self.errors, samples, components, of_noise)
+        priors = together(list(self.priors.values()))
+        target = Target(self.given, self.subset, components, instruments, priors, *map(jnp.asarray, begin))
+        whole = self._told(target, found)
+        done = _with_longest_steps(whole) if target.moves else whole.in_coordinates(*at_mode(target))
+        value = float(log_probs(done.target, DENSITY.batch)(np.zeros((1, len(done.names))))[0])
+        return done, value - 0.5 * len(components.lower) * np.log(len(samples))
+
+    def _told(self, target: Target, found: tuple[RecordingNoise, ...]) -> PosteriorProblem:
+        """The density with all that readers want to know of it."""
+        fit, samples, experiments = self.fit, self.samples, self.experiments
+        every, numbers = _labels(self.given, experiments), np.unique(samples.recording)
+        labels = tuple(every[number] for number in numbers)
+        names = (*fit.free, *(f"noise.{part}@{label}" for one, label in zip(found, labels, strict=True)
+                              for part in PARTS if part in one.parts))  # fmt: skip
+        idle = tuple(n for n in self.stated if not any(n in (f, full_names.common(f)) for f in fit.free))
+        known = [rec.noise is not None for experiment in experiments for rec in experiment.recordings]
+        good_to = tuple(len(known) == len(every) and known[number] for number in numbers)
+        spreads = {name: _spread(fit, name, prior) for name, prior in self.priors.items()}
+        return PosteriorProblem(
+            target, samples, self.errors, found, labels, names, self.priors, spreads, idle, stated=good_to
+        )
 
 
 def positions_in(every: Samples, some: Samples) -> np.ndarray:
@@ -158,25 +198,6 @@ def _labels(given: Problem, experiments: Sequence[Experiment]) -> tuple[str, ...
         return tuple(f"recording {i + 1}" for i in range(len(given.blocks)))
     plain = [file for _, file in files]
     return tuple(file if plain.count(file) == 1 else f"{name}/{file}" for name, file in files)
-
-
-def _unexplained(residual: np.ndarray, slopes: np.ndarray, errors: InstrumentErrors) -> np.ndarray:
-    """What neither the parameters nor instruments within their accuracy explain, in units of a reading's noise.
-
-    How far an instrument's error goes depends on how large the noise is: both are asked in turn.
-    """
-    if not errors.sources:
-        return residual
-    columns, rows = errors.columns, residual
-    given = np.vstack([np.hstack([slopes, columns]), np.eye(columns.shape[1], slopes.shape[1] + columns.shape[1],
-                                                            slopes.shape[1])])  # fmt: skip
-    target = np.concatenate([residual, np.zeros(columns.shape[1])])
-    for _ in range(NOISE.rounds):
-        size = max(float(np.sqrt(np.mean(rows**2))), 1e-12)
-        weight = np.where(np.arange(len(target)) < len(residual), 1 / size, 1.0)
-        found = lstsq(given * weight[:, None], target * weight, 1e-12)
-        rows = residual - given[: len(residual)] @ found
-    return rows
 
 
 def _logits(

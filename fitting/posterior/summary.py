@@ -27,7 +27,7 @@ from fitting.posterior.robust import robust_share
 from fitting.posterior.settings import SUMMARY
 from fitting.posterior.setup import positions_in
 from fitting.posterior.target import PosteriorProblem
-from fitting.posterior.warnings import find_warnings, notes
+from fitting.posterior.warnings import bent_notes, find_warnings, notes
 from fitting.problem.residuals import Samples
 from fitting.recordings.records import Experiment
 
@@ -63,7 +63,7 @@ def summarise(
         settled=not messages,
         missing=missing,
         warnings=(*messages, *found_warnings),
-        notes=notes(fit, setup, cut_off(setup, z), missing, len(np.unique(cluster))),
+        notes=(*bent_notes(fit, found), *notes(fit, setup, cut_off(setup, z), missing, len(np.unique(cluster)))),
         calibrated=not found_warnings,
     )
 

@@ -1,5 +1,6 @@
 """Warnings and notes of a posterior: a model, a noise or a prior that is wrong, however good the chains are."""
 
+from fitting import units
 from fitting.least_squares.record import Fit
 from fitting.posterior.instruments import visible
 from fitting.posterior.record import Missing, Quantity
@@ -85,6 +86,23 @@ def notes(
     if fit.held:
         messages.append(f"these data cannot see, and nothing was sampled of: {', '.join(fit.held)}")
     return tuple(messages)
+
+
+def bent_notes(fit: Fit, found: dict[str, Quantity]) -> list[str]:
+    """A note of parameters that are elsewhere once instruments may err: the fit bent them to what instruments made."""
+    far = [
+        f"{name} {units.show(found[name].median, (unit := fit.layout.entry(name).unit))} "
+        f"(fit {units.show(fit.values[name], unit)})"
+        for name in fit.free
+        if abs(found[name].median - fit.values[name]) > LIMITS.bent * max(found[name].sd, fit.error(name, robust=False))
+        and abs(found[name].median - fit.values[name]) > fit.error(name)
+    ]
+    if not far:
+        return []
+    return [
+        "the fit trusts every reading, and bends to what instruments may have made; with their errors allowed for, "
+        f"these values are elsewhere: {', '.join(far)}"
+    ]
 
 
 def _instruments(setup: PosteriorProblem) -> str:

@@ -38,7 +38,7 @@ def rests_on_texts(fit: Fit) -> list[str]:
     for name, sizes in rests_on(fit).items():
         parts = [(share, mark(size)) for size, share in sizes.items() if name not in own]
         parts += [(share, known_to_text(source)) for source, share in instruments[name].items()]
-        parts = sorted(((share, text) for share, text in parts if share > STATED.part), reverse=True)
+        parts = sorted((part for part in parts if part[0] > STATED.part), reverse=True)
         total = sum(share for share, _ in parts)
         if total > STATED.most:
             found.append((total, _rests_on_text(name, parts)))
