@@ -2,15 +2,18 @@
 in memory longer than its file of tests. Beside them what several files of tests look at."""
 
 import gc
+import os
 
 import jax
 import pytest
+import scipy.linalg  # noqa: F401  (it has a BLAS of its own, and only what is loaded can be limited)
 from threadpoolctl import threadpool_limits
 
 from fitting import use_64_bit
 
 use_64_bit()  # with the store of compiled programs: what one file of tests has compiled, the next ones load
 threadpool_limits(1, "blas")  # as a diagnosis does: on small matrices a second thread costs a hundredfold
+os.environ["OPENBLAS_NUM_THREADS"] = "1"  # and in the processes that tests start
 
 # Files that take a minute and more: they begin first, so that no worker waits for another one's at the end.
 LONGEST = (
