@@ -56,11 +56,3 @@ def diagnosis(study):
     from studied import spring_missing
 
     return spring_missing(study[1])
-
-
-@pytest.fixture(scope="module")
-def own_cache(tmp_path_factory):
-    """A store of compiled programs that no other test has filled."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("MCKIBBEN_CACHE", str(tmp_path_factory.mktemp("cache")))
-        yield

@@ -21,9 +21,6 @@ from fitting.study.request import Request
 MISSING = (0.0, 100.0, 200.0, 300.0)  # N per contraction of an elastic pull: one muscle differs from the next
 
 
-pytestmark = pytest.mark.usefixtures("own_cache")
-
-
 @pytest.fixture(scope="module")
 def line(tmp_path_factory):
     """A production line's muscles, one of which cannot be read, and a file that is none."""
