@@ -136,6 +136,7 @@ REFUSED = {
 @pytest.mark.parametrize("case", REFUSED)
 def test_what_cannot_be_is_refused_with_a_cure(line, case, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("fitting.cli.cluster.scheduler.ANSWERS", "1s")
     more, message = REFUSED[case]
     said = run("fit", line / "m0", *more, status=2).stderr
     assert message in said
