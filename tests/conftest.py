@@ -17,10 +17,10 @@ os.environ["OPENBLAS_NUM_THREADS"] = "1"  # and in the processes that tests star
 
 # Files that take a minute and more: they begin first, so that no worker waits for another one's at the end.
 LONGEST = (
-    "test_notebooks.py", "test_workbench_browser.py", "test_shooting.py", "test_hidden_study.py",
-    "test_posterior_studies.py", "test_cli.py", "test_posterior.py", "test_search.py", "test_discover.py",
-    "test_each.py", "test_define.py", "test_sweep_cluster.py", "test_motion.py", "test_static_maps.py",
-    "test_envelopes.py", "test_export_c.py",
+    "test_notebooks.py", "test_workbench_browser.py", "test_hidden_study.py", "test_page.py", "test_each.py",
+    "test_kept.py", "test_diagnose.py", "test_search.py", "test_posterior.py", "test_export_draws.py", "test_cli.py",
+    "test_static_maps.py", "test_faults.py", "test_posterior_studies.py", "test_flips.py", "test_export.py",
+    "test_export_c.py", "test_positions.py", "test_sweep_cluster.py", "test_shooting.py", "test_define.py",
 )  # fmt: skip
 
 
