@@ -4,18 +4,18 @@ __generated_with = "0.25.2"
 app = marimo.App(width="medium")
 
 with app.setup(hide_code=True):
-    import jax
     import marimo as mo
     import matplotlib.pyplot as plt
     import numpy as np
     from scipy.constants import g
     from scipy.optimize import brentq, least_squares
 
+    from fitting import use_64_bit
     from fitting.report import BLUE, GREEN, GREY, ORANGE, VERMILION
     from mckibben_jax import CoulombFriction, IdealCylinder, Muscle, model, release
     from mckibben_jax.laws import biology, braid, textile
 
-    jax.config.update("jax_enable_x64", True)
+    use_64_bit()
 
     RAYON, IRON = biology.CURVATURE_RAYON, biology.CURVATURE_IRON
     LIGHTEST = (0.05, 0.1, 0.2)  # lightest load over the heaviest that moves

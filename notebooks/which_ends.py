@@ -4,19 +4,18 @@ __generated_with = "0.25.2"
 app = marimo.App(width="medium")
 
 with app.setup(hide_code=True):
-    import jax
     import marimo as mo
     import matplotlib.pyplot as plt
     import numpy as np
     from which_rubber import Judge, gain, table, verdict
 
-    from fitting import example_data, read_experiment
+    from fitting import example_data, read_experiment, use_64_bit
     from fitting.report import BLUE, GREEN, GREY, ORANGE, SKY, VERMILION
     from mckibben_jax import BladderMooneyRivlin, ConicalEnds, ConicalEndsPrinted, IdealCylinder, ReducedLength, Tip
     from mckibben_jax.laws import braid
     from mckibben_jax.laws.ends import held_ends_factor, held_ends_reach
 
-    jax.config.update("jax_enable_x64", True)
+    use_64_bit()
 
     C10, C01 = {"bladder_mooney_rivlin.C10": 2e5}, {"bladder_mooney_rivlin.C01": 2e5}
     MOONEY = {**C10, **C01}

@@ -6,21 +6,20 @@ app = marimo.App(width="medium")
 with app.setup(hide_code=True):
     import dataclasses
 
-    import jax
     import jax.numpy as jnp
     import marimo as mo
     import matplotlib.pyplot as plt
     import numpy as np
     from scipy import stats
 
-    from fitting import example_data, fit, read_experiment
+    from fitting import example_data, fit, read_experiment, use_64_bit
     from fitting.problem.residuals import thinned
     from fitting.report import BLUE, GREEN, GREY, ORANGE, VERMILION
     from fitting.shipped import shipped_folder
     from mckibben_jax import BladderNeoHookean, IdealCylinder, KineticFriction, TextileFriction
     from mckibben_jax.laws import braid, textile
 
-    jax.config.update("jax_enable_x64", True)
+    use_64_bit()
 
     BAR, ANGLE = 1e5, np.radians(20)
     STRAND = {"strand_modulus": 2e9, "strand_poisson": 0.4}  # change the size of Hertz contacts, not how they grow

@@ -7,14 +7,13 @@ with app.setup(hide_code=True):
     import dataclasses
 
     import equinox as eqx
-    import jax
     import jax.numpy as jnp
     import marimo as mo
     import matplotlib.pyplot as plt
     import numpy as np
     from scipy import stats
 
-    from fitting import Fit, example_data, read_experiment
+    from fitting import Fit, example_data, read_experiment, use_64_bit
     from fitting.least_squares.fit import fit_problem
     from fitting.least_squares.held_out import difference
     from fitting.problem.residuals import problem
@@ -29,7 +28,7 @@ with app.setup(hide_code=True):
         model,
     )
 
-    jax.config.update("jax_enable_x64", True)
+    use_64_bit()
 
     AXIAL, THIN_T, THICK_T = "the printed axial law 28", "thin Treloar", "thick Treloar"
     THIN_MR, THICK_MR = "thin Mooney-Rivlin", "thick Mooney-Rivlin"

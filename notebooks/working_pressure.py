@@ -4,15 +4,15 @@ __generated_with = "0.25.2"
 app = marimo.App(width="medium")
 
 with app.setup(hide_code=True):
-    import jax
     import marimo as mo
     import matplotlib.pyplot as plt
     import numpy as np
 
+    from fitting import use_64_bit
     from fitting.report import BLUE, GREEN, GREY, ORANGE, VERMILION
     from mckibben_jax.laws import braid, rubber, working_pressure
 
-    jax.config.update("jax_enable_x64", True)
+    use_64_bit()
 
     BAR, A20, A30 = 1e5, np.radians(20), np.radians(30)
     ANGLES = {"20 deg": A20, "30 deg": A30}

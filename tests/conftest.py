@@ -2,22 +2,25 @@
 in memory longer than its file of tests. Beside them what several files of tests look at."""
 
 import gc
+import os
 
 import jax
 import pytest
+import scipy.linalg  # noqa: F401  (it has a BLAS of its own, and only what is loaded can be limited)
 from threadpoolctl import threadpool_limits
 
 from fitting import use_64_bit
 
 use_64_bit()  # with the store of compiled programs: what one file of tests has compiled, the next ones load
 threadpool_limits(1, "blas")  # as a diagnosis does: on small matrices a second thread costs a hundredfold
+os.environ["OPENBLAS_NUM_THREADS"] = "1"  # and in the processes that tests start
 
 # Files that take a minute and more: they begin first, so that no worker waits for another one's at the end.
 LONGEST = (
-    "test_notebooks.py", "test_workbench_browser.py", "test_shooting.py", "test_hidden_study.py",
-    "test_posterior_studies.py", "test_cli.py", "test_posterior.py", "test_search.py", "test_discover.py",
-    "test_each.py", "test_define.py", "test_sweep_cluster.py", "test_motion.py", "test_static_maps.py",
-    "test_envelopes.py", "test_export_c.py",
+    "test_notebooks.py", "test_workbench_browser.py", "test_hidden_study.py", "test_page.py", "test_each.py",
+    "test_kept.py", "test_diagnose.py", "test_search.py", "test_posterior.py", "test_export_draws.py", "test_cli.py",
+    "test_static_maps.py", "test_faults.py", "test_posterior_studies.py", "test_flips.py", "test_export.py",
+    "test_export_c.py", "test_positions.py", "test_sweep_cluster.py", "test_shooting.py", "test_define.py",
 )  # fmt: skip
 
 
@@ -53,11 +56,3 @@ def diagnosis(study):
     from studied import spring_missing
 
     return spring_missing(study[1])
-
-
-@pytest.fixture(scope="module")
-def own_cache(tmp_path_factory):
-    """A store of compiled programs that no other test has filled."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("MCKIBBEN_CACHE", str(tmp_path_factory.mktemp("cache")))
-        yield

@@ -18,8 +18,6 @@ from fitting.study import changing
 from fitting.study.request import DATA, MODEL, Request, names_of
 from fitting.study.task import fit_task
 
-pytestmark = pytest.mark.usefixtures("own_cache")
-
 
 @pytest.fixture(scope="module")
 def source(tmp_path_factory):

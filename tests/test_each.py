@@ -21,9 +21,6 @@ from fitting.study.request import Request
 MISSING = (0.0, 100.0, 200.0, 300.0)  # N per contraction of an elastic pull: one muscle differs from the next
 
 
-pytestmark = pytest.mark.usefixtures("own_cache")
-
-
 @pytest.fixture(scope="module")
 def line(tmp_path_factory):
     """A production line's muscles, one of which cannot be read, and a file that is none."""
@@ -139,6 +136,7 @@ REFUSED = {
 @pytest.mark.parametrize("case", REFUSED)
 def test_what_cannot_be_is_refused_with_a_cure(line, case, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("fitting.cli.cluster.scheduler.ANSWERS", "1s")
     more, message = REFUSED[case]
     said = run("fit", line / "m0", *more, status=2).stderr
     assert message in said

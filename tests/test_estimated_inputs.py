@@ -14,7 +14,7 @@ from fitting.recordings.experiment import read_experiment
 from fitting.recordings.inputs import WhiteError, as_felt, rounding, smoothed, stamp_error
 from fitting.recordings.smoother import estimate
 from mckibben_jax.effect import name_of
-from mckibben_jax.effects import LIBRARY, CoulombFriction, IdealCylinder
+from mckibben_jax.effects import LIBRARY, CoulombFriction, IdealCylinder, TimeDelay
 
 GAUGE = 150.0  # Pa, 0.03 % of 5 bar
 COUNT = 1000
@@ -287,7 +287,8 @@ def test_a_noisy_encoder_does_not_make_a_law_of_speed_look_easier_to_find(tmp_pa
 def test_a_delayed_force_is_followed_around_turning_points_of_a_noisy_length(tmp_path):
     """Where the direction was unknown, friction was none, and the delayed force of what was measured next was off."""
     errs = replace(COLOURED, position=1e-5)
-    search = prepared([read(tmp_path, rig(loops, errs, 3, {"time_delay": {"tau": 0.055}}), errs)], BASELINE)
+    data = rig(loops, errs, 3, {"time_delay": {"tau": 0.055}})
+    search = prepared([read(tmp_path, data, errs)], BASELINE, [TimeDelay()])
     search.fit_singles()
     assert np.abs(search.fits[frozenset(["time_delay"])].rows).max() < 6
 

@@ -1,7 +1,12 @@
 """Traced programs are found again by another process, and never where they could be wrong."""
 
+import inspect
+import shutil
+import sys
 import threading
 import time
+from pathlib import Path
+from types import ModuleType
 
 import equinox as eqx
 import jax
@@ -14,6 +19,7 @@ from fitting.compiled import store
 from fitting.compiled import traced as keeping
 from fitting.compiled.traced import Kept, kept
 from fitting.diagnosis.lay_out import universe
+from fitting.diagnosis.record import Diagnosis
 from fitting.problem import sizes
 from fitting.problem.residuals import thinned
 from fitting.recordings.experiment import read_experiment
@@ -81,9 +87,55 @@ def test_a_default_that_is_spelt_out_is_the_same_program(folder):
 def test_other_sources_are_other_programs(folder, monkeypatch):
     body = Counted()
     body.process()(np.arange(5.0))
-    monkeypatch.setattr(keeping, "_sources", lambda: "changed")
+    monkeypatch.setattr(keeping, "_sources", lambda _: "changed")
     body.process()(np.arange(5.0))
     assert body.times == 2
+
+
+@pytest.fixture
+def copied(tmp_path, monkeypatch):
+    """Both packages as a digest finds them, in files that a test may change."""
+    for package in keeping.PACKAGES:
+        home = Path(inspect.getfile(sys.modules[package]))
+        shutil.copytree(home.parent, tmp_path / package, ignore=shutil.ignore_patterns("__pycache__"))
+        monkeypatch.setitem(sys.modules, package, ModuleType(package))
+        monkeypatch.setattr(sys.modules[package], "__file__", str(tmp_path / package / home.name), raising=False)
+    return tmp_path
+
+
+@pytest.mark.parametrize(
+    ("file", "of_fits", "of_all"),
+    [
+        ("mckibben_jax/effects/felt.py", True, True),
+        ("fitting/problem/residuals.py", True, True),
+        ("fitting/precision.py", True, True),
+        ("fitting/diagnosis/verdict.py", False, True),
+        ("fitting/report/page/page.py", False, True),
+        ("README.md", False, False),
+    ],
+)
+def test_only_what_a_function_can_call_makes_other_programs(copied, file, of_fits, of_all):
+    digest = keeping._sources.__wrapped__  # as another process would make it
+    before = [digest(covered) for covered in (keeping.OF_FITS, keeping.PACKAGES)]
+    with (copied / file).open("a") as changed:
+        changed.write("# another word")
+    after = [digest(covered) for covered in (keeping.OF_FITS, keeping.PACKAGES)]
+    assert [one != other for one, other in zip(before, after, strict=True)] == [of_fits, of_all]
+
+
+def test_fits_are_covered_by_what_they_can_call_and_other_functions_by_all():
+    from fitting.least_squares import search
+    from fitting.selftest import rehearse
+
+    assert search.solve.covered == search.rows_and_slopes.covered == keeping.OF_FITS
+    found = [one.covered for one in vars(rehearse).values() if isinstance(one, Kept) and "selftest" in one.called]
+    assert found == [keeping.PACKAGES]
+
+
+def test_a_class_of_a_room_above_is_not_kept_in_a_program_of_a_fit():
+    assert keeping._plain(Diagnosis, keeping.PACKAGES) == "fitting.diagnosis.record.Diagnosis"
+    with pytest.raises(keeping.Unkept):
+        keeping._plain(Diagnosis, keeping.OF_FITS)
 
 
 @pytest.mark.parametrize(
@@ -186,14 +238,15 @@ SHAPES = (  # pressures, repeats of a loop, points of a branch
 )  # fmt: skip
 
 
-def test_data_sets_of_any_shape_share_a_few_programs(folder, tmp_path):
+def test_data_sets_of_any_shape_share_a_few_programs(tmp_path):
     """Ten recordings with other numbers and lengths of runs, half of them of a muscle whose wall nobody measured.
 
     Of two sizes of all together, each in as many shapes as there are for short and for long runs.
     """
     from fitting.least_squares import search
 
-    known, programs = set(search.solve.programs), []
+    search.solve.programs.clear()
+    programs = []
     for number, (pressures, repeats, points) in enumerate(SHAPES):
         rows = small_muscle.loops(pressures=np.linspace(1e5, 5e5, pressures), repeats=repeats, points=points)
         place = small_muscle.write(tmp_path / str(number), rows)
@@ -202,5 +255,5 @@ def test_data_sets_of_any_shape_share_a_few_programs(folder, tmp_path):
             (place / "muscle.toml").write_text(text.replace(" +/- 0.3 deg", " deg"))
         world = universe([read_experiment(place)], [IdealCylinder(), CoulombFriction()], [Tip(), BladderNeoHookean()])
         world.fit(world.with_added(()), world.start)
-        programs.append(len(set(search.solve.programs) - known))
+        programs.append(len(search.solve.programs))
     assert programs[-1] <= 2 * len(sizes.LANES)

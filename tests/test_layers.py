@@ -11,6 +11,7 @@ from pathlib import Path
 
 import pytest
 
+from fitting.compiled.traced import ROOMS
 from mckibben_jax.effect import name_of
 from mckibben_jax.effects import LIBRARY
 
@@ -106,6 +107,12 @@ def rises(path: Path) -> set[str]:
 def test_every_room_has_a_floor():
     rooms = {package: {room(name(path)) for path in modules(package) if name(path) != package} for package in FLOORS}
     assert rooms == {package: {each for rooms in floors for each in rooms} for package, floors in FLOORS.items()}
+
+
+def test_programs_of_fits_are_found_by_all_that_fits_can_call():
+    """What is left out of their digest could change without their being traced anew."""
+    below = [rooms for rooms in FLOORS[FITTING] if floor(f"fitting.{rooms[0]}") <= floor("fitting.least_squares")]
+    assert tuple(room for rooms in below for room in rooms) == ROOMS
 
 
 @pytest.mark.parametrize("package", [PHYSICS, FITTING])

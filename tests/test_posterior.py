@@ -2,6 +2,7 @@
 
 import dataclasses
 from argparse import Namespace
+from functools import cache
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -57,10 +58,11 @@ def loops(
     return Experiment("Braid", Path("."), muscle, (recording,), priors or {}, "0" * 64)
 
 
-def straight_line(seed=0, noise=2.0):
-    """A fit that is linear in its two parameters: friction and an offset of the load cell."""
+@cache
+def straight_line():
+    """A fit that is linear in its two parameters, friction and an offset of the load cell: one for all tests."""
     effects = (IdealCylinder(), CoulombFriction(f_s=0.015), ForceOffset(F_off=3.0))
-    experiment = loops(*effects, noise=noise, seed=seed)
+    experiment = loops(*effects)
     return trusting(fit([experiment], effects, starts=2)), experiment
 
 

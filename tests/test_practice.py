@@ -6,6 +6,7 @@ from typing import cast
 
 import pytest
 from click.testing import CliRunner
+from small_muscle import loops, write
 
 from fitting.cli.main import main
 from fitting.comparison.compare import Comparison
@@ -53,7 +54,8 @@ def test_what_is_no_share_is_refused_before_anything_is_computed(text):
 
 
 def test_discover_says_it_on_the_terminal_on_the_page_and_in_json(tmp_path):
-    words = ["discover", str(example_data("muscle_a")), "--baseline", "--enough", "0.2 %"]
+    data = write(tmp_path / "small", loops(lambda eps, *_: 400 * eps, points=20, repeats=2))
+    words = ["discover", str(data), "--baseline", "--candidates", "linear_spring", "tip", "--enough", "0.2 %"]
     places = [
         "--save",
         str(tmp_path / "m.toml"),

@@ -76,5 +76,6 @@ def test_a_scheduler_that_does_not_answer_is_said(monkeypatch):
     pytest.importorskip("distributed")
     from fitting.cli.cluster.sweeps import on
 
+    monkeypatch.setattr("fitting.cli.cluster.scheduler.ANSWERS", "1s")
     with pytest.raises(InputError, match="no Dask scheduler answers"):
         on("tcp://127.0.0.1:9")

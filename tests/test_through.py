@@ -13,7 +13,7 @@ from fitting.diagnosis.diagnose import prepared
 from fitting.instruments.columns import most_errors
 from fitting.instruments.through import SIZES, Through, standard_number
 from fitting.recordings.experiment import read_experiment
-from mckibben_jax.effects import CoulombFriction, IdealCylinder
+from mckibben_jax.effects import CoulombFriction, EndStop, IdealCylinder, SchulteFriction
 
 BASE = (IdealCylinder(), CoulombFriction())
 STOP = {"end_stop": {"K": 269.0, "eps_s": 0.203}}
@@ -53,7 +53,7 @@ def search(request, tmp_path_factory):
     """Recordings with all errors of instruments, in which an end stop is hidden."""
     data = PROTOCOLS[request.param].data(hiding(base_of({}), STOP), NOISES["ar"], 5, EVERY_KIND["laboratory"])
     folder = write(data, tmp_path_factory.mktemp("through") / "data", say_accuracy=True)
-    return prepared([read_experiment(folder)], BASE)
+    return prepared([read_experiment(folder)], BASE, [EndStop()])
 
 
 def test_there_is_room_for_all_errors_and_not_for_many_more(search):
@@ -80,7 +80,8 @@ def test_an_end_stop_is_found_where_it_is_though_gains_and_zeros_err(tmp_path):
     """A fit that trusts every reading ended with a tenth of the stiffness from the beginning of the stroke on."""
     truth = hiding(base_of({}), STOP | {"schulte_friction": {"f": 3.5e-4}})
     data = PROTOCOLS["rich"].data(truth, NOISES["ar"], 14, EVERY_KIND["laboratory"])
-    search = prepared([read_experiment(write(data, tmp_path / "data", say_accuracy=True))], BASE)
+    experiment = read_experiment(write(data, tmp_path / "data", say_accuracy=True))
+    search = prepared([experiment], BASE, [EndStop(), SchulteFriction()])
     search.fit_singles()
     search.fit_level([frozenset(["end_stop", "schulte_friction"])])
     fit = search.fits[frozenset(["end_stop", "schulte_friction"])]

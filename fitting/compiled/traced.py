@@ -2,9 +2,9 @@
 
 jax keeps compiled code on disk, but looks it up by the program that Python makes when it runs through the model; for a
 diagnosis with the whole library that was measured to take 16 of 23 CPU seconds. So the traced program is kept beside
-the compiled one, as `jax.export` writes it. Its name is a digest of all that shapes it: the sources of this program,
-the versions of what it calls, the structure of the arguments. What Python made otherwise (a user's own effect) is
-traced anew each time.
+the compiled one, as `jax.export` writes it. Its name is a digest of all that shapes it: the sources of this program
+that it can call, the versions of what these call, the structure of the arguments. What Python made otherwise (a user's
+own effect) is traced anew each time.
 """
 
 import hashlib
@@ -28,6 +28,13 @@ P = ParamSpec("P")
 R = TypeVar("R")
 
 PACKAGES = ("mckibben_jax", "fitting")
+# What fits can call: the physics, and the rooms up to that of least squares, which know nothing of those above them
+# (`tests/test_layers.py`). A change of a verdict, a page or a command traces no fit anew.
+ROOMS = (
+    "errors", "version", "full_names", "lazy", "precision", "progress", "units", "shipped", "writing", "recordings",
+    "library", "compiled", "problem", "instruments", "least_squares",
+)  # fmt: skip
+OF_FITS = ("mckibben_jax", *(f"fitting.{room}" for room in ROOMS))
 CALLED = ("jax", "jaxlib", "equinox", "optimistix", "lineax", "diffrax", "numpy")
 PLAIN = (str, int, float, bool, bytes, type(None))
 MOST = 64  # programs of one process; each belongs to one set of effects on data of one shape
@@ -45,6 +52,7 @@ class Kept(Generic[P, R]):
     def __init__(self, function: Callable[P, R], like: Any):
         self.function: Callable[..., Any] = function
         self.called = f"{function.__module__}.{function.__qualname__}"
+        self.covered = OF_FITS if _within(function.__module__, OF_FITS) else PACKAGES
         self.plain = eqx.filter_jit(function)
         self.result = jax.tree.structure(like)
         self.signature = inspect.signature(function)
@@ -98,12 +106,12 @@ class Kept(Generic[P, R]):
         """What the program is called on disk."""
         words = [
             self.called,
-            _sources(),
+            _sources(self.covered),
             jax.default_backend(),
             str(jax.config.jax_enable_x64),  # type: ignore[attr-defined]
             repr([(leaf.shape, str(leaf.dtype)) for leaf in arrays]),
-            *_described(tree),
-            *("*" if leaf is ARRAY else _plain(leaf) for leaf in rest),
+            *_described(tree, self.covered),
+            *("*" if leaf is ARRAY else _plain(leaf, self.covered) for leaf in rest),
         ]
         return CHECK("\n".join(words).encode()).hexdigest()
 
@@ -117,38 +125,47 @@ def kept(like: Any) -> Callable[[Callable[P, R]], Kept[P, R]]:
 
 
 @cache
-def _sources() -> str:
-    """A digest of all that could change what is traced."""
+def _sources(covered: tuple[str, ...]) -> str:
+    """A digest of all that could change what is traced: the modules that are covered, and the versions they rest on."""
     digest = CHECK(" ".join(f"{name} {version(name)}" for name in CALLED).encode())
     digest.update(sys.version.encode())
     for package in PACKAGES:
         home = Path(inspect.getfile(sys.modules[package])).parent
         for file in sorted(home.rglob("*.py")):
-            digest.update(str(file.relative_to(home)).encode() + b"\0" + file.read_bytes() + b"\0")
+            place = file.relative_to(home)
+            if _within(".".join((package, *place.with_suffix("").parts)), covered):
+                digest.update(str(place).encode() + b"\0" + file.read_bytes() + b"\0")
     return digest.hexdigest()
 
 
-def _described(tree: Any) -> Iterator[str]:
+def _within(module: str, covered: tuple[str, ...]) -> bool:
+    """Whether a module is one of these, or lies in one of them."""
+    return any(module == one or module.startswith(f"{one}.") for one in covered)
+
+
+def _described(tree: Any, covered: tuple[str, ...]) -> Iterator[str]:
     """The structure of a pytree in words."""
     node = tree.node_data()
     if node is None:
         yield "*" if tree.num_leaves else "none"
         return
-    yield f"{_plain(node[0])} {_plain(node[1])} {len(tree.children())}"
+    yield f"{_plain(node[0], covered)} {_plain(node[1], covered)} {len(tree.children())}"
     for child in tree.children():
-        yield from _described(child)
+        yield from _described(child, covered)
 
 
-def _plain(value: Any) -> str:
+def _plain(value: Any, covered: tuple[str, ...]) -> str:
     """A value in words; Unkept where they could mean something else tomorrow."""
     if isinstance(value, PLAIN) or value is type(None):
         return repr(value)
     if isinstance(value, tuple | list):
-        return f"({', '.join(_plain(each) for each in value)})"
+        return f"({', '.join(_plain(each, covered) for each in value)})"
     if isinstance(value, dict):
-        return f"{{{', '.join(f'{_plain(key)}: {_plain(each)}' for key, each in value.items())}}}"
+        words = (f"{_plain(key, covered)}: {_plain(each, covered)}" for key, each in value.items())
+        return f"{{{', '.join(words)}}}"
     named = value if isinstance(value, type) else type(value)
-    known = getattr(sys.modules.get(named.__module__), named.__qualname__, None) is named and _of_ours(named)
+    known = getattr(sys.modules.get(named.__module__), named.__qualname__, None) is named
+    known = known and _within(named.__module__, (*covered, *CALLED, "builtins"))
     if not known or not (named is value or _stateless(value)):
         raise Unkept(f"{named.__module__}.{named.__qualname__}")
     return f"{named.__module__}.{named.__qualname__}"
@@ -157,11 +174,6 @@ def _plain(value: Any) -> str:
 def _stateless(value: Any) -> bool:
     """Whether an object is no more than its class, as equinox's mark of a missing field."""
     return not callable(value) and not getattr(value, "__dict__", None) and not hasattr(value, "__slots__")
-
-
-def _of_ours(named: type) -> bool:
-    """Whether a class is covered by the digest of sources and versions."""
-    return named.__module__.split(".")[0] in (*PACKAGES, *CALLED, "builtins")
 
 
 # On disk --------------------------------------------------------------------------------------------------------------

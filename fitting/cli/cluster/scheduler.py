@@ -15,6 +15,7 @@ from fitting.cli.settings import WORK
 from fitting.errors import InputError
 from fitting.library.line import Defined, effect_from_line
 
+ANSWERS = "10s"  # how long a scheduler may take to answer
 GO_ON = "the same command then goes on where it stopped"
 
 Piece = tuple[Any, tuple]  # a piece's name, and what it is called with
@@ -28,7 +29,7 @@ def connect(address: str) -> Any:
     except ImportError:
         raise InputError("--scheduler needs Dask", cure="pip install 'mckibben-jax[dask]'") from None
     try:
-        return distributed.Client(address, timeout="10s", set_as_default=False)
+        return distributed.Client(address, timeout=ANSWERS, set_as_default=False)
     except (OSError, ValueError) as error:
         cure = "start one with 'dask scheduler', and workers with 'dask worker ADDRESS'"
         raise InputError(f"no Dask scheduler answers: {error}", value=address, cure=cure) from None
