@@ -33,7 +33,8 @@ HIDDEN: dict[str, dict[str, float]] = {
     "viscous_damping": {"B": 120.0},
     "weight": {"m": 1.0},
 }
-HOW = ("by a diagnosis, through the instruments", "by `fit` and `add`", "by `posterior --quick`")
+DIAGNOSED, FITTED, SAMPLED = "by a diagnosis, through the instruments", "by `fit` and `add`", "by `posterior --quick`"
+HOW = (DIAGNOSED, FITTED, SAMPLED)
 
 
 class Value(NamedTuple):
@@ -46,38 +47,52 @@ class Value(NamedTuple):
     missed: float  # distance from the truth over the truth
 
 
-def values_of(name: str, number: int, protocol: str = "rich") -> list[Value]:
-    """The parameters of one effect in one recording, fitted either way; none where an error is not known."""
-    from fitting.diagnosis.diagnose import one_thread, prepared
-    from fitting.diagnosis.estimates import estimate
-    from fitting.least_squares.fit import fit
-    from fitting.posterior.quick import quick_look
+def values_of(name: str, number: int, protocol: str = "rich", ways: Sequence[str] = HOW) -> list[Value]:
+    """The parameters of one effect in one recording, in each of these ways; none where an error is not known."""
     from fitting.recordings.experiment import read_experiment
     from mckibben_jax.effect import name_of
     from mckibben_jax.effects import LIBRARY
-    from mckibben_jax.model import with_effects
 
     truth = hiding(base_of({}), {name: HIDDEN[name]})
     data = PROTOCOLS[protocol].data(truth, EVERY_NOISE[NOISE], 7000 + 97 * number, RIGS[TOGETHER])
     with TemporaryDirectory() as folder:
         experiment = read_experiment(write(data, Path(folder) / "data", say_accuracy=True))
     known = {name_of(kind): kind for kind in LIBRARY}
-    base = [known[each]() for each in base_of({})]
-    search = prepared([experiment], base, [known[name]()])
-    with one_thread():
-        search.fit_singles()
-        diagnosed = estimate(search.examiner.seen, search.fits[frozenset([name])], name)
-    fitted = fit([experiment], with_effects(base, [known[name]()]))
-    known_of = {entry.split(".")[1]: fitted.estimate(entry) for entry in fitted.free if entry.startswith(f"{name}.")}
-    sampled = quick_look(fitted, [experiment]).parameters
-    drawn = {entry.split(".")[1]: (sampled[entry].median, sampled[entry].sd, "") for entry in sampled if name in entry}
+    base, effect = [known[each]() for each in base_of({})], known[name]()
     found = list[Value]()
-    for how, estimates in zip(HOW, (diagnosed, known_of, drawn), strict=True):
-        for key, (value, error, _) in estimates.items():
+    for how, estimates in _estimates(experiment, base, effect, name, ways).items():
+        for key, (value, error) in estimates.items():
             if np.isfinite(error):
                 true = HIDDEN[name][key]
                 missed = value - true
                 found.append(Value(how, f"{name}.{key}", missed / error, error / true, missed / true))
+    return found
+
+
+def _estimates(
+    experiment: Any, base: list[Any], effect: Any, name: str, ways: Sequence[str]
+) -> dict[str, dict[str, tuple[float, float]]]:
+    """Values and errors of an effect's parameters (SI) by each of these ways."""
+    from fitting.diagnosis.diagnose import one_thread, prepared
+    from fitting.diagnosis.estimates import estimate
+    from fitting.least_squares.fit import fit
+    from fitting.posterior.quick import quick_look
+    from mckibben_jax.model import with_effects
+
+    found = {}
+    if DIAGNOSED in ways:
+        search = prepared([experiment], base, [effect])
+        with one_thread():
+            search.fit_singles()
+            told = estimate(search.examiner.seen, search.fits[frozenset([name])], name)
+        found[DIAGNOSED] = {key: (one.value, one.error) for key, one in told.items()}
+    fitted = fit([experiment], with_effects(base, [effect]))
+    own = [entry for entry in fitted.free if entry.startswith(f"{name}.")]
+    if FITTED in ways:
+        found[FITTED] = {entry.split(".")[1]: (fitted.values[entry], fitted.error(entry)) for entry in own}
+    if SAMPLED in ways:
+        drawn = quick_look(fitted, [experiment]).parameters
+        found[SAMPLED] = {entry.split(".")[1]: (drawn[entry].median, drawn[entry].sd) for entry in own}
     return found
 
 
