@@ -16,15 +16,21 @@ from scipy import stats
 
 from fitting.instruments.errors import InstrumentErrors
 from fitting.instruments.sources import ErrorKind, Source
-from fitting.least_squares.fit import fit
+from fitting.least_squares.fit import fit, fit_problem
+from fitting.least_squares.held_out import rms
+from fitting.least_squares.unbent import left_beyond
 from fitting.posterior.evaluation import in_batches
 from fitting.posterior.instruments import Instruments
 from fitting.posterior.noise import noise_of_rows
 from fitting.posterior.quick import quick_look
 from fitting.posterior.robust import Explicit, _likeliest, robust_share
 from fitting.posterior.setup import set_up
+from fitting.problem.residuals import problem
+from fitting.problem.unknowns import unknowns
+from fitting.problem.varying import Varying
 from fitting.recordings.accuracy import Channel
 from fitting.recordings.experiment import read_experiment
+from fitting.report.text.search import search_text
 from mckibben_jax.effect import name_of
 from mckibben_jax.effects import LIBRARY, CoulombFriction, IdealCylinder, PressureGain
 from mckibben_jax.model import with_effects
@@ -133,17 +139,59 @@ def test_the_likeliest_errors_are_those_of_ridge_regression(experiment):
     assert share[list(setup.names).index("pressure_gain.g")] == pytest.approx(1.0, rel=0.15)
 
 
-def test_an_end_stop_is_found_where_it_is_though_the_fit_bends_to_the_instruments(tmp_path):
-    """Recordings in which every instrument errs: the curve of least error puts the stop at the other end."""
+@pytest.fixture(scope="module")
+def stopped(tmp_path_factory):
+    """Loops that end at a stop, in which every instrument errs, and the effects that made them."""
     truth = hiding(base_of({}), {"end_stop": {"K": 270.0, "eps_s": 0.2}})
     data = PROTOCOLS["rich"].data(truth, EVERY_NOISE[NOISE], 7000, RIGS[TOGETHER])
-    experiment = read_experiment(write(data, tmp_path / "data", say_accuracy=True))
+    folder = write(data, tmp_path_factory.mktemp("stopped") / "data", say_accuracy=True)
     known = {name_of(kind): kind for kind in LIBRARY}
-    found = fit([experiment], with_effects([known[name]() for name in base_of({})], [known["end_stop"]()]))
+    return read_experiment(folder), with_effects([known[name]() for name in base_of({})], [known["end_stop"]()])
+
+
+def test_a_fit_leaves_a_valley_that_instruments_made(stopped):
+    """The curve of least error has a weak stop from the beginning of the stroke on; noise alone is not left there."""
+    experiment, effects = stopped
+    layout = unknowns([experiment], effects)
+    trusting = fit_problem(layout, *problem([experiment], layout), layout.start.copy(), Varying().names(layout))
+    found = fit([experiment], effects)
+    assert trusting.values["end_stop.eps_s"] < 0.05
+    assert found.values["end_stop.eps_s"] == pytest.approx(0.2, abs=0.03)
+    assert trusting.rmse < found.rmse < 1.5 * trusting.rmse
+    assert found.search.unbent
+    assert not trusting.search.unbent
+    assert "errors that instruments may have made" in search_text(found)
+    left = [
+        np.sqrt(
+            np.mean(left_beyond(one.residual / one.samples.sigma, one.slopes[: len(one.samples)], found.errors) ** 2)
+        )
+        for one in (trusting, found)
+    ]
+    assert left[1] < 1.1 < left[0]
+
+
+def test_an_end_stop_is_found_where_it_is_by_the_posterior(stopped):
+    experiment, effects = stopped
+    found = fit([experiment], effects)
     posterior = quick_look(found, [experiment], draws=1000, rows=1500)
-    assert abs(found.values["end_stop.eps_s"] - 0.2) > 0.1
     for name, true in {"end_stop.K": 270.0, "end_stop.eps_s": 0.2}.items():
         one = posterior.parameters[name]
         assert abs(one.median - true) < 3.5 * one.sd
         assert one.sd < 0.1 * true
     assert any("the fit trusts every reading" in note and "end_stop.K" in note for note in posterior.notes)
+
+
+def test_what_is_left_beyond_instruments_does_not_know_their_sizes_by_heart():
+    """Rows made by noise and errors: the noise is left, but for what the parameters take."""
+    random = np.random.default_rng(4)
+    run = np.repeat(np.arange(6), 50)
+    columns = 20 * random.standard_normal((300, 3))
+    source = lambda kind: Source(Channel.FORCE, kind, 1.0, 1.0)  # noqa: E731
+    own, shared = (source(ErrorKind.GAIN_PER_RUN),), (source(ErrorKind.ZERO), source(ErrorKind.GAIN))
+    errors = InstrumentErrors(columns[:, :1], columns[:, 1:], own, shared, run)
+    slopes = random.standard_normal((300, 2))
+    noise = 2.0 * random.standard_normal(300)
+    rows = noise + errors.columns @ random.standard_normal(8) + slopes @ [30.0, -7.0]
+    assert rms(left_beyond(rows, slopes, errors)) == pytest.approx(rms(noise), rel=0.05)
+    nothing = InstrumentErrors.none(run)
+    np.testing.assert_array_equal(left_beyond(rows, slopes, nothing), rows)

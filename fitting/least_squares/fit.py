@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.stats import qmc
 
+from fitting.instruments.errors import InstrumentErrors
 from fitting.least_squares.absent import as_good_as_absent
 from fitting.least_squares.instruments import accuracies_of, errors_in
 from fitting.least_squares.record import Fit, record_fit
@@ -19,6 +20,7 @@ from fitting.least_squares.search import (
 )
 from fitting.least_squares.subset import Subset, subset_of
 from fitting.least_squares.summary import FailedStart, Failure, MissedMotions, SearchSummary
+from fitting.least_squares.unbent import is_better, unbent
 from fitting.precision import require_x64
 from fitting.problem.no_number import refuse_no_number
 from fitting.problem.residuals import Problem, Samples, problem
@@ -148,13 +150,30 @@ def fit_problem(
     if not np.isfinite(result.cost):
         lost = _not_fitted(layout, given, samples, subset.vector(np.asarray(begin[0])), held)
         return replace(lost, converged=False, search=summary, failures=failures)
-    best, converged = result.best.at(usual.rows), _converged(result)
     errors = errors_in(usual, subset, result.place, samples, accuracies)
+    other = None if moves else _in_another_valley(usual, subset, result, np.asarray(begin), errors)
+    if other is not None:
+        result, summary = other, replace(summary, unbent=True)
+        errors = errors_in(usual, subset, result.place, samples, accuracies)
+    best, converged = result.best.at(usual.rows), _converged(result)
     fit = record_fit(
         layout, given, samples, subset, names, best, errors=errors, held=held, converged=converged, search=summary
     )
     warnings = _warnings(fit, ends) if moves and shooting <= 1 else ()
     return replace(fit, failures=(*failures, *warnings))
+
+
+def _in_another_valley(
+    usual: Standard, subset: Subset, result: MultistartResult, begin: np.ndarray, errors: InstrumentErrors
+) -> MultistartResult | None:
+    """The curve of least error in the valley that leaves noise alone beyond the instruments, if that is another one."""
+    measured = usual.rows[: len(errors.run)]
+    plain = result.best.at(measured)
+    found = unbent(usual, subset, plain, begin, errors)
+    if found is None:
+        return None
+    other = _search_further(usual.problem, subset, replace(result, place=found.place), len(begin))
+    return other if is_better(other.best.at(measured), plain, errors) else None
 
 
 def _search_further(given: Problem, subset: Subset, result: MultistartResult, count: int) -> MultistartResult:

@@ -12,6 +12,7 @@ class SearchSummary:
     stretches: int = 0  # of each run in the multiple shooting from whose best ends the search began; 0: there was none
     shooting_starts: int = 0  # of that
     evaluated: bool = False  # at values that were given
+    unbent: bool = False  # whether the best point was left for one in a valley that instruments do not bend
 
 
 @dataclass(frozen=True)

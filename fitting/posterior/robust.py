@@ -7,6 +7,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from fitting.instruments.through import SIZES
 from fitting.posterior.evaluation import compiled, in_batches, prior_curvature, slopes_at
 from fitting.posterior.instruments import visible
 from fitting.posterior.noise import Lanes
@@ -53,8 +54,10 @@ def robust_share(setup: PosteriorProblem, z: np.ndarray, cluster: np.ndarray) ->
 
     The sandwich C M C: C is the posterior's covariance, M the spread of the likelihood's slopes from cluster to cluster
     and the curvature of the prior, all in z. Errors of instruments give way when a slope is felt, each as far as its
-    own prior lets it: d(errors)/dz of the likeliest ones.
+    own prior lets it: d(errors)/dz of the likeliest ones. 1 where there are too many errors to be held one by one.
     """
+    if setup.errors.columns.shape[1] > SIZES[-1]:
+        return np.ones(z.shape[-1])
     flat = z.reshape(-1, z.shape[-1])
     centre, spread = flat.mean(axis=0), np.atleast_2d(np.cov(flat.T))
     explicit = Explicit.of(setup)

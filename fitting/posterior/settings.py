@@ -81,13 +81,8 @@ class NoiseSettings:
     few_readings: int = 30  # below which nothing can be said about memory
     few_runs: int = 3  # below which nothing can be said about what runs share
     edge: float = 1e-4  # of a share: where searches stay inside
-    felt: float = (
-        0.01  # of one reading's noise: an instrument's error that changes all rows by less is not felt; chosen
-    )
-    told: float = (
-        0.1  # of the noise, along the whole of a recording: errors that move rows by less add 1 % to it; chosen
-    )
-    rounds: int = 3  # of asking how large the noise is beside what instruments explain
+    felt: float = 0.01  # of one reading's noise, in all rows: a smaller error of an instrument is left out; chosen
+    told: float = 0.2  # of the noise along one direction: errors that move rows by less add 2 % to it there; chosen
 
 
 @dataclass(frozen=True)

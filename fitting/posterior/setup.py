@@ -12,7 +12,8 @@ from fitting.instruments.errors import InstrumentErrors
 from fitting.least_squares.record import Fit
 from fitting.least_squares.search import Evaluated
 from fitting.least_squares.subset import Subset, subset_of
-from fitting.posterior.beginning import beginnings, unexplained
+from fitting.least_squares.unbent import left_beyond
+from fitting.posterior.beginning import beginnings
 from fitting.posterior.evaluation import at_mode, log_probs
 from fitting.posterior.instruments import Instruments
 from fitting.posterior.noise import PARTS, Noise, RecordingNoise, choose_noise, noise_of_rows
@@ -76,7 +77,7 @@ class _Given:
         """
         fit, samples = self.fit, self.samples
         place, residual, slopes = map(np.asarray, begun)
-        found = choose_noise(unexplained(residual, slopes, self.errors), samples, self.noise)
+        found = choose_noise(left_beyond(residual, slopes, self.errors), samples, self.noise)
         components = noise_of_rows(samples, [one.parts for one in found], [one.values[0] for one in found])
         begin = _logits(place, slopes, found, components, samples, self.errors)
         of_noise = 1 / (1 + np.exp(-begin[0][len(fit.free) :]))

@@ -5,6 +5,11 @@ from fitting.least_squares.summary import FailedStart, Failure
 from fitting.problem.no_number import state_at
 from fitting.units import counted
 
+UNBENT = (
+    "it bends to errors that instruments may have made, so another point was taken, whose error is a little larger and "
+    "which leaves less beyond the instruments"
+)
+
 
 def search_text(fit: Fit) -> str:
     """From how many places it began, and how many ended at the best point."""
@@ -20,7 +25,8 @@ def search_text(fit: Fit) -> str:
         )
     if not s.reached:
         return f"{begun}none of {s.starts} starts gave finite numbers"
-    return f"{begun}{counted(s.starts, 'start')}: {s.reached} reached the same best point"
+    ended = f"{begun}{counted(s.starts, 'start')}: {s.reached} reached the same best point"
+    return f"{ended}; {UNBENT}" if s.unbent else ended
 
 
 def failure_texts(fit: Fit) -> list[str]:
