@@ -238,6 +238,7 @@ def _step(stage: Stage) -> dict[str, Any]:
         "rmse_N": stage.rmse,
         "held_out_rmse_N": stage.held_out_rmse,
         "verdict": stage.verdict,
+        "p_value": stage.p_value,
         "held": list(stage.held),
         "not_kept": attempts_result(stage.attempts),
     }

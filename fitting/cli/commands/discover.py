@@ -44,7 +44,8 @@ def command(**options: Any) -> None:
     from fitting.report.text.comparison import judgement
     from fitting.report.text.diagnosis import diagnosis_report, effect_set
     from fitting.report.text.fit import fit_report
-    from fitting.report.text.layout import line
+    from fitting.report.text.layout import line, lines
+    from fitting.report.text.path import path_result, path_texts
     from fitting.report.text.practice import practice_result, practice_text
     from fitting.report.text.study import step_report, steps_report
     from fitting.study.diagnosing import all_candidates, candidates_of, in_newtons
@@ -67,7 +68,7 @@ def command(**options: Any) -> None:
     use = practice(stages, compared, enough)
     run.print([line("RESULT", practice_text(use), "bold"), line("ERROR", words)])
     run.print([line("MODEL NOW", effect_set(found.task.names))])
-    run.print([*steps_report(stages, unit), line("", "")])
+    run.print([*steps_report(stages, unit), *lines("PATH", path_texts(stages)), line("", "")])
     run.print([*diagnosis_report(found.diagnosis, unit, len(compared.fit.samples)), *fit_report(compared.fit)])
     final = compared.fit if motions is None else motions.after
     if motions is not None:
@@ -78,6 +79,7 @@ def command(**options: Any) -> None:
         **diagnosis_result(found.diagnosis, compared),
         **fit_result(compared.fit),
         **steps_result(stages),
+        **path_result(stages),
         **practice_result(use),
     }
     run.write(result | on_motions_result(motions))

@@ -42,16 +42,13 @@ def rests_on_texts(fit: Fit) -> list[str]:
         total = sum(share for share, _ in parts)
         if total > STATED.most:
             found.append((total, _rests_on_text(name, parts)))
-    return [text for _, text in sorted(found, key=lambda each: -each[0])]
+    said = [text for _, text in sorted(found, key=lambda each: -each[0])]
+    return [*said, "Measure better what is named; more recordings hardly help."] if said else []
 
 
 def _rests_on_text(name: str, parts: list[tuple[float, str]]) -> str:
     named = [f"{text} ({percent(share)} of it)" for share, text in parts]
-    they = "that" if len(parts) == 1 else "these"
-    return (
-        f"Most of the uncertainty of {mark(name)} comes from {'; and from '.join(named)}: measure {they} better; "
-        "more recordings hardly help."
-    )
+    return f"Most of the uncertainty of {mark(name)} comes from {' and '.join(named)}."
 
 
 def _apart(fit: Fit, name: str) -> float:

@@ -1,0 +1,44 @@
+"""What is said of a whole path of discover: the level of one test holds for all its steps."""
+
+from dataclasses import replace
+from types import SimpleNamespace
+
+import pytest
+
+from fitting.report.text.path import path_result, path_texts
+from fitting.study.stages import Stage
+
+AT_ONE_PERCENT = SimpleNamespace(level=0.01)
+
+
+def stages(*p_values):
+    """The steps of a discovery with these p-values, the last model being where it ended."""
+    found = [Stage("baseline", 9.0, 9.1, diagnosis=AT_ONE_PERCENT, p_value=p_values[0])]
+    return [
+        *found,
+        *(
+            Stage("", 8.0 - i, 8.1 - i, added=(f"effect_{i}",), diagnosis=AT_ONE_PERCENT, p_value=p)
+            for i, p in enumerate(p_values[1:])
+        ),
+    ]
+
+
+def test_the_level_of_one_test_is_that_of_the_path():
+    (said,) = path_texts(stages(5e-4, 2e-3, 0.4))
+    assert "Everything that was added came to a model that the test rejects (level 0.01)." in said
+    assert "at most 1 in 100" in said
+    assert path_result(stages(5e-4, 2e-3, 0.4)) == {"path": {"level": 0.01, "additions": 2, "after_rejection": 2}}
+
+
+def test_a_step_from_a_model_that_was_not_rejected_is_named():
+    (said,) = path_texts(stages(5e-4, 0.3, 0.4))
+    assert "effect_1" in said
+    assert "No chance of error can be stated" in said
+    assert path_result(stages(5e-4, 0.3, 0.4))["path"]["after_rejection"] == 1
+
+
+@pytest.mark.parametrize(
+    "steps", [stages(0.4), [replace(stages(1e-3, 0.4)[0], diagnosis=None), *stages(1e-3, 0.4)[1:]]]
+)
+def test_nothing_is_said_where_nothing_was_discovered(steps):
+    assert path_texts(steps) == []
