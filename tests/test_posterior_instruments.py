@@ -20,10 +20,11 @@ from fitting.least_squares.fit import fit, fit_problem
 from fitting.least_squares.held_out import rms
 from fitting.least_squares.unbent import left_beyond
 from fitting.posterior.evaluation import in_batches
+from fitting.posterior.explicit import LIKELIEST, Explicit
 from fitting.posterior.instruments import Instruments
 from fitting.posterior.noise import noise_of_rows
 from fitting.posterior.quick import quick_look
-from fitting.posterior.robust import Explicit, _likeliest, robust_share
+from fitting.posterior.robust import robust_share
 from fitting.posterior.setup import set_up
 from fitting.problem.residuals import problem
 from fitting.problem.unknowns import unknowns
@@ -133,7 +134,7 @@ def test_the_likeliest_errors_are_those_of_ridge_regression(experiment):
     columns = np.asarray(explicit.columns) / size
     rows = np.asarray(setup.target.parts(z[0]).rows) / size
     ridge = np.linalg.solve(np.eye(columns.shape[1]) + columns.T @ columns, columns.T @ rows)
-    np.testing.assert_allclose(in_batches(_likeliest, explicit, z)[0], ridge, rtol=1e-6, atol=1e-9)
+    np.testing.assert_allclose(in_batches(LIKELIEST, explicit, z)[0], ridge, rtol=1e-6, atol=1e-9)
     random = np.random.default_rng(0)
     share = robust_share(setup, random.standard_normal((2, 400, 8, len(setup.names))), found.samples.loop)
     assert share[list(setup.names).index("pressure_gain.g")] == pytest.approx(1.0, rel=0.15)
@@ -179,6 +180,7 @@ def test_an_end_stop_is_found_where_it_is_by_the_posterior(stopped):
         assert abs(one.median - true) < 3.5 * one.sd
         assert one.sd < 0.1 * true
     assert any("the fit trusts every reading" in note and "end_stop.K" in note for note in posterior.notes)
+    assert np.mean([band.inside for band in posterior.bands]) == pytest.approx(0.9, abs=0.04)
 
 
 def test_what_is_left_beyond_instruments_does_not_know_their_sizes_by_heart():

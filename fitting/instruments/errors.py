@@ -41,6 +41,11 @@ class InstrumentErrors:
         return tuple(dict.fromkeys((*self.sources_per_run, *self.sources_shared)))
 
     @property
+    def count(self) -> int:
+        """How many columns there are, those of each run's own errors counted for every run."""
+        return len(np.unique(self.run)) * self.per_run.shape[1] + self.shared.shape[1]
+
+    @property
     def columns(self) -> np.ndarray:
         """All columns, those of single runs as a column for each run (rows, runs x k + m)."""
         runs = [np.where((self.run == one)[:, None], self.per_run, 0.0) for one in np.unique(self.run)]

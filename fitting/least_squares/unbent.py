@@ -55,8 +55,7 @@ def through_instruments(
     `rows` are the positions of the measurements among all rows of the problem; what is found has these rows alone. None
     where there are more errors than a search has room for, or where it met no finite numbers.
     """
-    count = len(np.unique(errors.run)) * errors.per_run.shape[1] + errors.shared.shape[1]
-    room = standard_number(count)
+    count, room = errors.count, standard_number(errors.count)
     if not count or room is None or len(errors.run) * room > SIZES[-1] * _MOST_ROWS:
         return None
     wide = np.zeros((given.count, count))

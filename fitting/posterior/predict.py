@@ -5,7 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fitting.posterior.evaluation import parts_at
+from fitting.posterior.evaluation import in_batches, parts_at
+from fitting.posterior.explicit import DRAWN, Explicit
 from fitting.posterior.noise import PARTS
 from fitting.posterior.settings import SUMMARY
 from fitting.posterior.target import PosteriorProblem
@@ -36,10 +37,10 @@ class Band:
 def bands(
     setup: PosteriorProblem, z: np.ndarray, random: np.random.Generator, experiments: Sequence[Experiment]
 ) -> list[Band]:
-    """The band of each run, from some of the draws z (draws, coordinates)."""
+    """The band of each run, from some of the draws z (draws, coordinates): of readings by instruments as they err."""
     some = z[random.choice(len(z), SUMMARY.band_draws, replace=len(z) < SUMMARY.band_draws)]
     samples = setup.samples
-    model = parts_at(setup.target, some).rows * samples.sigma + samples.measured
+    model = _as_read(setup, some, random) * samples.sigma + samples.measured
     shown = model + random.standard_normal(model.shape) * _sizes(setup, some) * samples.sigma
     low, middle, high = np.quantile(shown, SUMMARY.levels, axis=0)
     found = []
@@ -52,6 +53,16 @@ def bands(
         parts = (samples.position, samples.measured, low, middle, high)
         found.append(Band(recording, int(run), file, name, unit, *(part[mine] for part in parts)))
     return found
+
+
+def _as_read(setup: PosteriorProblem, z: np.ndarray, random: np.random.Generator) -> np.ndarray:
+    """Rows (draws, readings) of what the instruments would show but for noise, their errors drawn as they may be."""
+    explicit = Explicit.of(setup)
+    if explicit is None or not explicit.columns.shape[1]:
+        return parts_at(setup.target, z).rows
+    normal = random.standard_normal((len(z), explicit.columns.shape[1]))
+    errors = in_batches(DRAWN, explicit, np.hstack([z, normal]))
+    return parts_at(explicit, np.hstack([z, errors])).rows
 
 
 def _sizes(setup: PosteriorProblem, z: np.ndarray) -> np.ndarray:

@@ -1,52 +1,11 @@
 """How far intervals of a posterior would widen, were errors shared within loops or runs in a way nobody modelled."""
 
-from dataclasses import replace
-
-import equinox as eqx
-import jax
-import jax.numpy as jnp
 import numpy as np
 
-from fitting.instruments.through import SIZES
-from fitting.posterior.evaluation import compiled, in_batches, prior_curvature, slopes_at
-from fitting.posterior.instruments import visible
-from fitting.posterior.noise import Lanes
+from fitting.posterior.evaluation import in_batches, prior_curvature, slopes_at
+from fitting.posterior.explicit import LIKELIEST, Explicit
 from fitting.posterior.settings import DENSITY
-from fitting.posterior.target import Parts, PosteriorProblem, Target
-
-
-class Explicit(eqx.Module):
-    """The same density with the errors of instruments as coordinates of their own, behind z."""
-
-    target: Target
-    lanes: Lanes
-    columns: jax.Array  # (rows, errors): what one standard deviation of each does to the rows
-
-    @classmethod
-    def of(cls, setup: PosteriorProblem) -> "Explicit":
-        """Of a density in which these errors are marginalised."""
-        samples = setup.samples
-        target = replace(setup.target, instruments=None)
-        lanes = Lanes.of(samples)
-        return cls(target, lanes, jnp.asarray(visible(setup.errors).columns))
-
-    def parts(self, point: jax.Array) -> Parts:
-        """Its parts at a point: coordinates z, then the errors in standard deviations."""
-        count = len(self.target.centre)
-        return self.target.parts(point[:count], self.columns @ point[count:])
-
-    def likeliest(self, z: jax.Array) -> jax.Array:
-        """The most likely errors (errors,) beside these coordinates."""
-        target = self.target
-        place = jax.nn.sigmoid(target.centre + target.axes @ z)[target.free :]
-        columns = jnp.concatenate([target.parts(z).rows[:, None], self.columns], axis=1)
-        white = target.noise.whitened(columns[self.lanes.at], self.lanes, place)
-        white = jnp.where(self.lanes.present[..., None], white, 0.0).reshape(-1, columns.shape[1])
-        row, errors = white[:, 0], white[:, 1:]
-        return jnp.linalg.solve(jnp.eye(errors.shape[1]) + errors.T @ errors, errors.T @ row)
-
-
-_likeliest = compiled(lambda explicit, z: explicit.likeliest(z))
+from fitting.posterior.target import PosteriorProblem
 
 
 def robust_share(setup: PosteriorProblem, z: np.ndarray, cluster: np.ndarray) -> np.ndarray:
@@ -56,11 +15,11 @@ def robust_share(setup: PosteriorProblem, z: np.ndarray, cluster: np.ndarray) ->
     and the curvature of the prior, all in z. Errors of instruments give way when a slope is felt, each as far as its
     own prior lets it: d(errors)/dz of the likeliest ones. 1 where there are too many errors to be held one by one.
     """
-    if setup.errors.columns.shape[1] > SIZES[-1]:
+    explicit = Explicit.of(setup)
+    if explicit is None:
         return np.ones(z.shape[-1])
     flat = z.reshape(-1, z.shape[-1])
     centre, spread = flat.mean(axis=0), np.atleast_2d(np.cov(flat.T))
-    explicit = Explicit.of(setup)
     errors, gives = _giving_way(explicit, centre)
     by_row = np.nan_to_num(slopes_at(explicit, np.concatenate([centre, errors]), DENSITY.fine).terms)
     by_row = by_row[: len(centre)] + gives.T @ by_row[len(centre) :]
@@ -81,6 +40,6 @@ def robust_share(setup: PosteriorProblem, z: np.ndarray, cluster: np.ndarray) ->
 def _giving_way(explicit: Explicit, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """The likeliest errors (errors,) at z, and how they change with it (errors, coordinates)."""
     nudges = DENSITY.step * np.eye(len(z))
-    found = in_batches(_likeliest, explicit, np.concatenate([z[None], z + nudges, z - nudges]))
+    found = in_batches(LIKELIEST, explicit, np.concatenate([z[None], z + nudges, z - nudges]))
     up, down = found[1 : len(z) + 1], found[len(z) + 1 :]
     return found[0], ((up - down) / (2 * DENSITY.step)).T
