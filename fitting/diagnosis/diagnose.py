@@ -21,6 +21,7 @@ from fitting.diagnosis.universe import Universe, confined
 from fitting.diagnosis.verdict import diagnosis_of
 from fitting.errors import InputError
 from fitting.least_squares.fit import fit_problem
+from fitting.least_squares.instruments import accuracies_of
 from fitting.least_squares.record import Fit
 from fitting.precision import require_x64
 from fitting.problem.no_number import refuse_no_number
@@ -123,7 +124,9 @@ def _refit(
     begin = np.array([start.get(name, value) for name, value in zip(layout.names, layout.start, strict=True)])
     given, samples = problem(light, layout)
     names = varying.names(layout)
-    found = fit_problem(layout, given, samples, begin, names, tuple(start), starts=6, seed=seed)
+    # a model of which values are known is fitted as `fit` does: not in a valley that instruments made
+    accuracies = accuracies_of(light) if start else ()
+    found = fit_problem(layout, given, samples, begin, names, tuple(start), accuracies, starts=6, seed=seed)
     refuse_no_number(found.residual, samples, light)
     return found
 

@@ -14,6 +14,7 @@ from fitting.diagnosis.search import Search, SearchResult
 from fitting.diagnosis.step_rules import RULES, Fitted, StepRules, denied_sizes, objections
 from fitting.diagnosis.universe import Universe
 from fitting.least_squares import held_out
+from fitting.least_squares.unbent import UNBENT
 from fitting.problem.varying import Varying
 from fitting.recordings.records import Experiment
 from mckibben_jax.effect import Effect, name_of
@@ -199,13 +200,13 @@ def _judged(search: SearchResult, before: Fitted, names: tuple[str, ...], rules:
 
     Where it denies a stated size, nothing else that it says counts: both models are fitted again with sizes confined.
     """
-    after = _lowest(search.world, search, search.fits[frozenset(names)].vector, before, names)
+    after = _lowest(search.world, search, search.fits[frozenset(names)].vector, before, names, adequate)
     why = objections(before, after, rules, adequate)
     if not denied_sizes(why):
         return Judged(names, after, before, (), why)
     world = search.world.confined()
     smaller = _fitted(world, world.fit(search.base.effects, search.base.vector), search)
-    again = _lowest(world, search, after.fit.vector, smaller, names)
+    again = _lowest(world, search, after.fit.vector, smaller, names, adequate)
     why = objections(before, again, rules, adequate, smaller)
     return Judged(names, again, smaller, tuple(world.from_stated(again.fit)), why)
 
@@ -264,11 +265,18 @@ def worth_judging(found: Diagnosis, rules: StepRules = RULES) -> list[Tier]:
     return _without_repeats([[names for names in tier if pays(names)] for tier in proposals(found, rules)])
 
 
-def _lowest(world: Universe, search: SearchResult, begin: np.ndarray, smaller: Fitted, names: Sequence[str]) -> Fitted:
-    """A larger model fitted from where it ended before and from the smaller one's optimum, whichever ends lower."""
+def _lowest(
+    world: Universe, search: SearchResult, begin: np.ndarray, smaller: Fitted, names: Sequence[str], adequate: bool
+) -> Fitted:
+    """A larger model fitted from where it ended before and from the smaller one's optimum, whichever ends lower.
+
+    An adequate one stays where it is so, unless it errs far more there: the lowest valley may be one that instruments
+    made, with an effect at the wrong end of its range.
+    """
     effects = world.with_added(names)
-    ends = world.fit(effects, begin), world.fit_from_smaller(effects, smaller.fit)
-    return _fitted(world, min(ends, key=lambda end: end.cost), search)
+    there, other = world.fit(effects, begin), world.fit_from_smaller(effects, smaller.fit)
+    stays = adequate and there.cost < UNBENT.dearer * other.cost
+    return _fitted(world, there if stays else min((there, other), key=lambda end: end.cost), search)
 
 
 def _fitted(world: Universe, fit: CandidateFit, search: Search | SearchResult) -> Fitted:
