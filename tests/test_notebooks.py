@@ -36,7 +36,7 @@ ANSWERS = {
     "1_five_minutes": [
         ("is **bladder_neo_hookean**", [], 0),
         ("falls from # N to # N", [18.1, 0.59], 0.06),
-        ("shear modulus is # +/- # kPa", [320, 0.3], 1.5),
+        ("shear modulus is # +/- # kPa", [320, 6.3], 1.5),
     ],
     "2_fit_your_csv": [
         ("# readings, RMS error # N", [9000, 6.48], 0.02),
@@ -50,16 +50,16 @@ ANSWERS = {
     ],
     "4_write_an_effect": [
         ("Without the screw # N, with it # N; by the one line # N", [3.56, 0.5, 0.5], 0.02),
-        ("amplitude # +/- # N of #, pitch # +/- # mm of #", [5, 0.02, 5, 12, 0.003, 12], 0.06),
+        ("amplitude # +/- # N of #, pitch # +/- # mm of #", [5, 0.11, 5, 12, 0.003, 12], 0.06),
         ("The verdict is missing: screw", [], 0),
     ],
     "5_quick_release_and_hill": [
         ("to # % with a/F0 = #", [0.3, 0.138], 0.02),
         ("# mm off with dry friction, # mm with Hill's viscous force, # mm with", [5.14, 3.54, 0.05], 0.05),
-        ("Friction grows # +/- # fold over a speed of # +/- # m/s", [6, 0, 0.15, 0], 0.02),
+        ("Friction grows # +/- # fold over a speed of # +/- # m/s", [6, 1.0, 0.15, 0.01], 0.05),
     ],
     "6_posterior": [
-        ("exponent of friction is #, with 90 % between # and #", [0.7, 0.698, 0.702], 0.003),
+        ("exponent of friction is #, with 90 % between # and #", [0.7095, 0.698, 0.721], 0.003),
         ("The right model is trusted, the wrong one not trusted", [], 0),
     ],
     "7_design": [

@@ -51,8 +51,9 @@ class Known:
         return posterior_draws(self.fit, self.posterior, count, seed)
 
     def _covariance(self) -> np.ndarray:
+        """Of the parameters, for readings on the same rig: its instruments err there as they did before."""
         if self.posterior is None or not self.fit.free:
-            return self.fit.robust
+            return self.fit.repeatable
         return np.cov(posterior_draws(self.fit, self.posterior, EXPORT.spread_draws, 0).values.T).reshape(
             self.fit.robust.shape
         )

@@ -34,6 +34,7 @@ class Fit:
     errors: InstrumentErrors  # what instruments within their accuracy can do to the rows, as `samples`
     covariance: np.ndarray  # were samples independent
     robust: np.ndarray  # to what a loop or a run shares, and to errors of instruments
+    repeatable: np.ndarray  # the same without errors of instruments: of readings on the same rig
     at_bound: tuple[str, ...]
     tied: dict[str, tuple[str, ...]]
     converged: bool
@@ -100,7 +101,8 @@ def record_fit(
     count, per_unit = len(samples), slopes / np.asarray(subset.slope(at.place))
     errors = InstrumentErrors.none(samples.run) if errors is None else errors
     cluster = clusters(samples, per_unit)
-    covariance, robust = covariances(per_unit[:count], rows[:count], per_unit[count:], cluster, errors)
+    parts = per_unit[:count], rows[:count], per_unit[count:], cluster
+    (covariance, robust), (_, repeatable) = covariances(*parts, errors), covariances(*parts)
     return Fit(
         layout=layout,
         problem=given,
@@ -114,6 +116,7 @@ def record_fit(
         errors=errors,
         covariance=covariance,
         robust=robust,
+        repeatable=repeatable,
         at_bound=at_bound(names, place),
         tied=ties(names, slopes),
         converged=converged,
