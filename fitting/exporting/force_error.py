@@ -30,11 +30,13 @@ def unknown_error(why: str) -> ForceError:
     return ForceError(float("nan"), f"The largest force error to expect is not known: {why}.")
 
 
-def force_error(fit: Fit, experiments: Sequence[Experiment], covariance: np.ndarray, origin: str) -> ForceError:
+def force_error(
+    fit: Fit, experiments: Sequence[Experiment], covariance: np.ndarray, origin: str, drawn: np.ndarray | None = None
+) -> ForceError:
     """Misfit and spread of the parameters at the readings that were fitted.
 
-    `covariance` is that of the free parameters (SI), `origin` says where it is from. The sum is cautious: both would
-    have to be at their worst in the same place.
+    `covariance` is that of the free parameters (SI), `origin` says where it is from; `drawn` is that of draws, if it is
+    another. The sum is cautious: both would have to be at their worst in the same place.
     """
     at = fit.problem.of_force(fit.samples)
     if not np.any(at):
@@ -51,7 +53,8 @@ def force_error(fit: Fit, experiments: Sequence[Experiment], covariance: np.ndar
         f"It holds where was measured: {_range(experiments)}; just after a reversal the force may be off by twice the "
         "dry friction."
     )
-    return ForceError(misfit + spread, sentence, bands, float(np.sqrt(np.mean(deviations**2))))
+    of_draws = deviations if drawn is None else _deviations(fit, drawn)[at]
+    return ForceError(misfit + spread, sentence, bands, float(np.sqrt(np.mean(of_draws**2))))
 
 
 def _misfit(residual: np.ndarray, bands: Sequence[ForceBand]) -> tuple[float, str]:

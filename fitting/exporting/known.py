@@ -35,7 +35,11 @@ class Known:
 
     def error(self) -> ForceError:
         """The largest force error to expect."""
-        return force_error(self.fit, self.task.experiments, self._covariance(), self.origin)
+        covariance = self._covariance()
+        if self.posterior is not None or not self.fit.free:
+            return force_error(self.fit, self.task.experiments, covariance, self.origin)
+        origin = f"{self.origin}, for readings of the same instruments"
+        return force_error(self.fit, self.task.experiments, covariance, origin, self.fit.robust)
 
     def draws(self, count: int, seed: int, dataset: str | None = None) -> Draws:
         """So many sets of parameters of one data set, the first unless named; InputError where none varies."""
