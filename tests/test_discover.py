@@ -15,7 +15,7 @@ from studied import spring_missing
 
 from fitting.cli.main import main
 from fitting.diagnosis import step_rules
-from fitting.diagnosis.discover import Judged, discover, in_order, proposals, worth_judging
+from fitting.diagnosis.discover import Judged, _lowest, discover, in_order, proposals, worth_judging
 from fitting.diagnosis.findings import InstrumentAnswer, Objection, Reason
 from fitting.diagnosis.lay_out import universe
 from fitting.diagnosis.record import Explanation, Leading
@@ -344,3 +344,20 @@ def test_every_step_is_printed_when_it_is_made_and_stands_in_the_result(tmp_path
     for step in steps:
         assert all(attempt["why"] for attempt in step["not_kept"])
     assert "K" in (folder / "model.toml").read_text()
+
+
+@pytest.mark.parametrize(
+    ("adequate", "cost", "stays"),
+    [(True, 2.0, True), (True, 3.0, False), (False, 2.0, False), (False, 0.5, True)],
+    ids=["adequate", "far more error", "not adequate", "lower anyway"],
+)
+def test_an_adequate_model_stays_in_its_valley(adequate, cost, stays):
+    """The lower end of the two, of cost 1, may be one that instruments made."""
+    there, other = SimpleNamespace(cost=cost), SimpleNamespace(cost=1.0)
+    world = SimpleNamespace(
+        with_added=lambda names: names, fit=lambda *_: there, fit_from_smaller=lambda *_: other,
+        left_out=lambda *_: None,
+    )  # fmt: skip
+    search = SimpleNamespace(examiner=SimpleNamespace(groups=None))
+    found = _lowest(world, search, None, SimpleNamespace(fit=None), ("end_stop",), adequate)
+    assert found.fit is (there if stays else other)

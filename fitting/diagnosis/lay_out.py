@@ -10,11 +10,11 @@ from fitting.diagnosis.settings import FITS, FitSettings
 from fitting.diagnosis.universe import Universe
 from fitting.instruments.columns import most_errors
 from fitting.instruments.through import SIZES, Through, standard_number
+from fitting.least_squares.instruments import accuracies_of
 from fitting.problem.residuals import problem
 from fitting.problem.sizes import of_standard_size
 from fitting.problem.unknowns import unknowns
 from fitting.problem.varying import AS_DECLARED, Varying
-from fitting.recordings.presumed import allowed
 from fitting.recordings.records import Experiment, force_was_measured
 from mckibben_jax.effect import Effect, name_of
 from mckibben_jax.muscle import quantities
@@ -45,7 +45,7 @@ def universe(
     given, samples = problem(whole, layout)
     given, real = of_standard_size(given)
     muscle = [name for name in varying.names(layout) if name.startswith("muscle.")]
-    accuracies = tuple(allowed(recording) for experiment in experiments for recording in experiment.recordings)
+    accuracies = accuracies_of(experiments)
     lost = sum(effect.stage == "lost" for effect in effects)
     room = standard_number(most_errors(accuracies, len(np.unique(samples.run)), lost))
     return Universe(

@@ -123,7 +123,8 @@ def fit_problem(
 ) -> Fit:
     """Fit the named unknowns of a problem that is laid out; `known` are those whose values were fitted before.
 
-    `accuracies` of each recording widen the standard errors; without them every reading is trusted.
+    `accuracies` of the instruments of each recording widen the standard errors, and let the fit leave a valley that
+    instruments made; without them every reading is trusted.
     """
     asked, usual = tuple(names), Standard.of(given)
     names = _constrained_somewhere(layout, usual.problem, vector, asked, seed) if asked else ()

@@ -4,7 +4,6 @@ A small effect can end where it helps a gain that is off: an end stop at the wro
 than the true one. Only beside the errors that instruments may make does it show which valley leaves noise alone.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,6 +11,7 @@ import numpy as np
 from fitting.instruments.errors import InstrumentErrors
 from fitting.instruments.through import SIZES, Through, standard_number
 from fitting.least_squares.decomposed import lstsq
+from fitting.least_squares.held_out import rms
 from fitting.least_squares.search import Evaluated, on_the_host, solve
 from fitting.least_squares.subset import Array, Subset
 from fitting.problem.residuals import Problem
@@ -40,7 +40,7 @@ def left_beyond(residual: Array, slopes: Array, errors: InstrumentErrors) -> np.
     """
     rows = np.asarray(residual)
     for _ in range(UNBENT.rounds if errors.sources else 0):
-        size = max(_rms(rows), 1e-12)
+        size = max(rms(rows), 1e-12)
         white = errors.changed(errors.per_run / size, errors.shared / size).whitener()
         rows = residual - slopes @ lstsq(white(np.asarray(slopes)), white(np.asarray(residual)), 1e-12)
         rows = white.residual(rows)
@@ -79,7 +79,7 @@ def unbent(
     `plain` is that curve, with the rows of the measurements alone. Nothing is looked for where it leaves noise alone,
     or where the model misses so much that instruments matter little.
     """
-    left = _rms(left_beyond(plain.rows, plain.slopes, errors)) if errors.sources else 0.0
+    left = rms(left_beyond(plain.rows, plain.slopes, errors)) if errors.sources else 0.0
     if not UNBENT.noise < left < UNBENT.nearly:
         return None
     begin = np.concatenate([np.asarray(plain.place)[None], starts])[: len(starts)]
@@ -90,10 +90,6 @@ def unbent(
 
 def is_better(found: Evaluated, plain: Evaluated, errors: InstrumentErrors) -> bool:
     """Whether a point leaves clearly less beyond instruments than the curve of least error, and errs little more."""
-    left = [_rms(left_beyond(at.rows, at.slopes, errors)) for at in (found, plain)]
+    left = [rms(left_beyond(at.rows, at.slopes, errors)) for at in (found, plain)]
     squares = [float(np.sum(np.square(at.rows))) for at in (found, plain)]
     return left[0] < UNBENT.clearly * left[1] and squares[0] < UNBENT.dearer * squares[1]
-
-
-def _rms(rows: Sequence[float] | np.ndarray) -> float:
-    return float(np.sqrt(np.mean(np.square(rows))))

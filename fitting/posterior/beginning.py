@@ -4,6 +4,7 @@ import numpy as np
 
 from fitting.instruments.errors import InstrumentErrors
 from fitting.least_squares.fit import starting_places
+from fitting.least_squares.held_out import rms
 from fitting.least_squares.record import Fit
 from fitting.least_squares.search import Evaluated
 from fitting.least_squares.subset import Subset
@@ -22,7 +23,7 @@ def beginnings(begun: Evaluated, given: Problem, subset: Subset, fit: Fit, error
     if any(block.steps for block in given.blocks):
         return [begun]
     felt, count = visible(errors), len(errors.run)
-    size = float(np.sqrt(np.mean(left_beyond(begun.rows, begun.slopes, felt) ** 2)))
+    size = rms(left_beyond(begun.rows, begun.slopes, felt))
     starts = starting_places(fit.layout, subset, fit.free, DENSITY.starts, 0)
     found = through_instruments(given, np.arange(count), subset, starts, felt, size)
     if found is None or np.max(np.abs(np.asarray(found.place) - np.asarray(begun.place))) < DENSITY.apart:
