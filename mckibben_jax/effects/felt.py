@@ -147,24 +147,20 @@ class SeriesCompliance(Felt):
         def own_pull(contraction: jax.Array, pressure: jax.Array, stretch: jax.Array) -> jax.Array:
             return pull(state.replace(contraction=contraction, pressure=pressure, stretch=stretch))
 
-        def newton(at: jax.Array, _: None) -> tuple[jax.Array, jax.Array]:
-            here, slope, drift = _pull_and_slopes(own_pull, at, state)
-            value = at - state.contraction - here / give
-            steepness = 1 - slope / give
-            return at - value / jax.lax.stop_gradient(steepness), (state.rate + drift / give) / steepness
-
         gap = lambda at: at - state.contraction - own_pull(at, state.pressure, state.stretch) / give  # noqa: E731
         root = _plain_root(gap, state.contraction)
-        at, rates = jax.lax.scan(newton, root, length=2)  # the first step gives the root its derivatives
-        return state.replace(contraction=at, rate=rates[-1])
+        less, more = jax.lax.stop_gradient(jax.vmap(gap)(root + STRAIN_STEP * jnp.array([-1.0, 1.0])))
+        at = root - gap(root) * (2 * STRAIN_STEP) / (more - less)  # Newton's step gives the root its derivatives
+        slope, drift = _pull_slopes(own_pull, at, state)
+        return state.replace(contraction=at, rate=(state.rate + drift / give) / (1 - slope / give))
 
 
 STRAIN_STEP = 2e-6  # of contraction or stretch, from the middle of a difference to its ends
 PRESSURE_STEP = 1.0  # Pa, of the same
 
 
-def _pull_and_slopes(pull: Callable, at: jax.Array, state: State) -> tuple[jax.Array, jax.Array, jax.Array]:
-    """The pull (N) of a muscle at its own contraction, its slope over contraction (N), and over time at rest there.
+def _pull_slopes(pull: Callable, at: jax.Array, state: State) -> tuple[jax.Array, jax.Array]:
+    """The slope of the pull over contraction (N) at a muscle's own contraction, and over time (N/s) at rest there.
 
     Slopes are central differences, which lanes of one evaluation give: jax's own, differentiated again for the fit,
     were half of the compiled program of a diagnosis. Relative error below 1e-9 where the pull has no kink within a
@@ -172,11 +168,11 @@ def _pull_and_slopes(pull: Callable, at: jax.Array, state: State) -> tuple[jax.A
     """
     speed = jnp.abs(state.pressure_rate) / PRESSURE_STEP + jnp.abs(state.stretch_rate) / STRAIN_STEP
     pause = jax.lax.stop_gradient(1 / (speed + 1e-6))  # s from the middle to the ends
-    along, later = jnp.array([0.0, -1.0, 1.0, 0.0, 0.0]) * STRAIN_STEP, jnp.array([0.0, 0.0, 0.0, -1.0, 1.0]) * pause
-    here, less, more, before, after = jax.vmap(pull)(
+    along, later = jnp.array([-1.0, 1.0, 0.0, 0.0]) * STRAIN_STEP, jnp.array([0.0, 0.0, -1.0, 1.0]) * pause
+    less, more, before, after = jax.vmap(pull)(
         at + along, state.pressure + later * state.pressure_rate, state.stretch + later * state.stretch_rate
     )
-    return here, (more - less) / (2 * STRAIN_STEP), (after - before) / (2 * pause)
+    return (more - less) / (2 * STRAIN_STEP), (after - before) / (2 * pause)
 
 
 def _plain_root(equation: Callable[[jax.Array], jax.Array], guess: jax.Array) -> jax.Array:
