@@ -355,8 +355,8 @@ def test_an_adequate_model_stays_in_its_valley(adequate, cost, stays):
     """The lower end of the two, of cost 1, may be one that instruments made."""
     there, other = SimpleNamespace(cost=cost), SimpleNamespace(cost=1.0)
     world = SimpleNamespace(
-        with_added=lambda names: names, fit=lambda *_: there, fit_from_smaller=lambda *_: other,
-        left_out=lambda *_: None,
+        with_added=lambda names: names, fit=lambda *_, **__: there, fit_from_smaller=lambda *_, **__: other,
+        decided=lambda fit: fit, left_out=lambda *_: None,
     )  # fmt: skip
     search = SimpleNamespace(examiner=SimpleNamespace(groups=None))
     found = _lowest(world, search, None, SimpleNamespace(fit=None), ("end_stop",), adequate)

@@ -1,12 +1,14 @@
 """Diagnose and add one effect at a time, until nothing more can be said that a mechanician would sign."""
 
 from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from fitting.diagnosis.candidate_fit import CandidateFit
 from fitting.diagnosis.diagnose import Progress, concluded, library_candidates, one_thread, prepared
+from fitting.diagnosis.equivalent import leading_of
 from fitting.diagnosis.findings import Attempt, Objection
 from fitting.diagnosis.outcomes import NOTHING_MISSING, Verdict
 from fitting.diagnosis.record import Diagnosis
@@ -119,12 +121,15 @@ def _plainly(
     """
     with one_thread():
         result = here.search.glance()
-    if result.base_is_adequate:
+        leads = (
+            None
+            if result.base_is_adequate
+            else leading_of(here.search.world, result.base, result.fits, result.examiner)
+        )
+    if leads is None or leads.share < rules.plain:
         return None, None, ()
     found = concluded(result)
-    if found.leading is None or found.leading.share < rules.plain:
-        return None, None, ()
-    leading = [names for names in (e.effects for e in found.tried) if set(names) <= set(found.leading.effects)]
+    leading = [names for names in (e.effects for e in found.tried) if set(names) <= set(leads.effects)]
     larger, attempts = _next(result, here.present, [leading], found, known, begin, rules)
     verdict = Verdict.MISSING if len(leading) == 1 else Verdict.ONE_OF
     return replace(found, verdict=verdict, explanations=tuple(leading), nearest=()), larger, attempts
@@ -143,7 +148,9 @@ def _next(
     before, attempts = _fitted(here.world, here.base, here), list[Attempt]()
     adequate = {e.effects for e in found.tried if e.adequate}
     for tier in tiers:
-        fits = [_judged(here, before, names, rules, names in adequate) for names in tier]
+        judged = lambda names: _judged(here, before, names, rules, names in adequate)  # noqa: E731
+        with ThreadPoolExecutor(here.world.settings.workers) as workers:
+            fits = list(workers.map(judged, tier))
         attempts += [fit.attempt for fit in fits if fit.why]
         for fit in in_order([t for t in fits if not t.why], rules):
             effects = with_added(present, [known[name] for name in fit.names])
@@ -274,9 +281,11 @@ def _lowest(
     made, with an effect at the wrong end of its range.
     """
     effects = world.with_added(names)
-    there, other = world.fit(effects, begin), world.fit_from_smaller(effects, smaller.fit)
+    there = world.fit(effects, begin, decide=False)
+    other = world.fit_from_smaller(effects, smaller.fit, decide=False)
     stays = adequate and there.cost < UNBENT.dearer * other.cost
-    return _fitted(world, there if stays else min((there, other), key=lambda end: end.cost), search)
+    ended = there if stays else min((there, other), key=lambda end: end.cost)
+    return _fitted(world, world.decided(ended), search)
 
 
 def _fitted(world: Universe, fit: CandidateFit, search: Search | SearchResult) -> Fitted:

@@ -1,5 +1,6 @@
 """How one fitted set of effects stands: tested for anything missing, and on runs left out."""
 
+from collections import deque
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
@@ -37,7 +38,8 @@ class Examiner:
         self._errors: dict[CandidateFit, tuple[InstrumentErrors, InstrumentErrors]] = {}
         self._left_out: dict[tuple[CandidateFit, bool], np.ndarray] = {}
         self._left: dict[CandidateFit, float] = {}
-        self._ground: tuple[CandidateFit, Ground] | None = None  # the latest alone: its factors are large
+        # of the latest two alone, for two are tested at a time: their factors are large
+        self._grounds: deque[tuple[CandidateFit, Ground]] = deque(maxlen=2)
         self.flip_groups = flip_groups(world.samples, self.noise(base).memory, settings.flip_test)
 
     @cached_property
@@ -138,14 +140,15 @@ class Examiner:
 
     def ground(self, fit: CandidateFit, errors: InstrumentErrors | None = None) -> Ground:
         """What the test of a fitted set rests on; instruments err as they may unless `errors` are given."""
-        found = self._ground
-        if found is None or found[0] is not fit:  # a set is tested with many sizes of instruments' errors
+        found = next((ground for of, ground in tuple(self._grounds) if of is fit), None)
+        if found is None:  # a set is tested with many sizes of instruments' errors
             ground = Ground(
                 self.world.samples, self.flip_groups, self.basis, self.noise(fit), self.errors(fit), self.seed,
                 self.settings.flip_test,
             )  # fmt: skip
-            self._ground = found = fit, ground.prepared(Nuisance.of(fit))
-        return found[1] if errors is None else replace(found[1], errors=errors)
+            found = ground.prepared(Nuisance.of(fit))
+            self._grounds.append((fit, found))
+        return found if errors is None else replace(found, errors=errors)
 
     def _why_not(self, added: frozenset[str], fit: CandidateFit, test: MissingEffectTest, bettered: bool) -> Why | None:
         """Why a fitted set is not adequate; None if it is."""

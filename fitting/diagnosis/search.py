@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from itertools import combinations
 from math import comb
+from typing import TypeVar
 
 import numpy as np
 
@@ -20,6 +21,7 @@ from fitting.least_squares.record import Fit
 
 LEVELS = {2: "pairs", 3: "triples"}
 Progress = Callable[[str, float], None]
+Result = TypeVar("Result")
 
 
 @dataclass(frozen=True)
@@ -149,8 +151,8 @@ class Search:
 
     @cached_property
     def alone(self) -> CandidateFit:
-        """The base fitted as the sets are."""
-        return self.seen.fit(self.base.effects, self.base.vector)
+        """The base fitted as the sets are, and to the end: each set begins there, and would else go on from there."""
+        return self.seen.settled(self.base.effects, self.base.vector)
 
     def fit_level(self, sets: Sequence[frozenset[str]], decide: bool = False) -> None:
         """Refit the base with each of these sets added; one that gives no number anywhere explains nothing.
@@ -229,9 +231,8 @@ class Search:
         fresh = [each for each in dict.fromkeys(seeds) if each not in self.seeds][: self.settings.grown]
         self.seeds.update(fresh)
         promise: dict[frozenset[str], float] = {}
-        with ThreadPoolExecutor(self.world.settings.workers) as workers:
-            for promised in workers.map(self.promised_by_one_more, fresh):
-                promise |= {added: min(cost, promise.get(added, np.inf)) for added, cost in promised.items()}
+        for promised in self._each(self.promised_by_one_more, fresh):
+            promise |= {added: min(cost, promise.get(added, np.inf)) for added, cost in promised.items()}
         return [added for added in sorted(promise, key=promise.__getitem__) if added not in self.fits][
             : self.settings.added
         ]
@@ -285,14 +286,24 @@ class Search:
         return any(self.examiner.left(fit) < bound for fit in more)
 
     def test_level(self, size: int) -> None:
-        """Test the best sets of one size."""
+        """Test the best sets of one size, two at a time."""
         level = [added for added in self.best(size) if self.moves(added)]
         best = self.left(level[0]) if level else 0.0
-        for added in [each for each in level[: self.settings.tested] if each not in self.adequacy_tests]:
-            if self.left(added) > best / self.settings.bettered**2:
-                break
-            self.fits[added] = self.seen.decided(self.fits[added])
-            adequacy = self.examiner.adequacy(added, self.fits[added], self.fits, bettered=self.bettered(added))
+        near = [
+            added for added in level[: self.settings.tested] if self.left(added) <= best / self.settings.bettered**2
+        ]
+        new = [added for added in near if added not in self.adequacy_tests]
+        self.fits.update(zip(new, self._each(lambda added: self.seen.decided(self.fits[added]), new), strict=True))
+        for added, adequacy in zip(new, self._each(self._adequacy, new), strict=True):
             self.adequacy_tests[added] = adequacy
             if adequacy.why is None:
                 self.adequate.append(added)
+
+    def _adequacy(self, added: frozenset[str]) -> AdequacyTest:
+        """The test of one fitted set."""
+        return self.examiner.adequacy(added, self.fits[added], self.fits, bettered=self.bettered(added))
+
+    def _each(self, work: Callable[[frozenset[str]], Result], sets: Sequence[frozenset[str]]) -> list[Result]:
+        """What becomes of each set, two at a time: compiled code and LAPACK leave the lock of the interpreter."""
+        with ThreadPoolExecutor(self.world.settings.workers) as workers:
+            return list(workers.map(work, sets))

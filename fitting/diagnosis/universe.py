@@ -131,6 +131,16 @@ class Universe:
         assert best is not None
         return self._candidate(effects, names, subset, best, decide)
 
+    def settled(self, effects: frozenset[str], start: np.ndarray) -> CandidateFit:
+        """A set fitted by one search after another, until one more lowers the sum of squares by next to nothing."""
+        fit, searches = self.fit(effects, start, decide=False), 1
+        while searches < self.settings.searches:
+            before, fit = fit, self.fit(effects, fit.vector, decide=False)
+            searches += 1
+            if fit.cost > (1 - self.settings.screened) * before.cost:
+                break
+        return self.decided(fit)
+
     def decided(self, fit: CandidateFit) -> CandidateFit:
         """The same set fitted to the end, the data having been asked whether they hold what ends at its bound."""
         return fit if fit.is_decided else self.fit(fit.effects, fit.vector)
@@ -181,12 +191,15 @@ class Universe:
         """Whether an unknown is a stated size of a muscle."""
         return self.layout.entries[position].prior is not None
 
-    def fit_from_smaller(self, effects: frozenset[str], smaller: CandidateFit) -> CandidateFit:
-        """Fit a set of effects from the optimum of a smaller one, with what is new as good as absent there."""
+    def fit_from_smaller(self, effects: frozenset[str], smaller: CandidateFit, decide: bool = True) -> CandidateFit:
+        """Fit a set of effects from the optimum of a smaller one, with what is new as good as absent there.
+
+        `decide` as of `fit`.
+        """
         names = self.free(effects)
         new = np.array([name not in smaller.free for name in names], bool)
         if not new.any():
-            return self.fit(effects, smaller.vector)
+            return self.fit(effects, smaller.vector, decide=decide)
         at = self.layout.at(names)
         subset = self.subset(effects, at, smaller.vector)
         entries = [self.layout.entries[i] for i in at]
@@ -195,7 +208,7 @@ class Universe:
             return self._solve(alone, starts[0], look=bool(look[0]))
 
         place = as_good_as_absent(search, subset, entries, new, 1)
-        return self.fit(effects, subset.vector(place)[: len(smaller.vector)])
+        return self.fit(effects, subset.vector(place)[: len(smaller.vector)], decide=decide)
 
     def confined(self) -> "Universe":
         """The same where no stated size can leave what was stated by more than a few of its standard errors."""
