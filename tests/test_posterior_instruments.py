@@ -140,14 +140,19 @@ def test_the_likeliest_errors_are_those_of_ridge_regression(experiment):
     assert share[list(setup.names).index("pressure_gain.g")] == pytest.approx(1.0, rel=0.15)
 
 
-@pytest.fixture(scope="module")
-def stopped(tmp_path_factory):
+def end_stop(folder, seed):
     """Loops that end at a stop, in which every instrument errs, and the effects that made them."""
     truth = hiding(base_of({}), {"end_stop": {"K": 270.0, "eps_s": 0.2}})
-    data = PROTOCOLS["rich"].data(truth, EVERY_NOISE[NOISE], 7000, RIGS[TOGETHER])
-    folder = write(data, tmp_path_factory.mktemp("stopped") / "data", say_accuracy=True)
+    data = PROTOCOLS["rich"].data(truth, EVERY_NOISE[NOISE], seed, RIGS[TOGETHER])
     known = {name_of(kind): kind for kind in LIBRARY}
-    return read_experiment(folder), with_effects([known[name]() for name in base_of({})], [known["end_stop"]()])
+    experiment = read_experiment(write(data, folder, say_accuracy=True))
+    return experiment, with_effects([known[name]() for name in base_of({})], [known["end_stop"]()])
+
+
+@pytest.fixture(scope="module")
+def stopped(tmp_path_factory):
+    """Such loops of which the curve of least error has two valleys."""
+    return end_stop(tmp_path_factory.mktemp("stopped") / "data", 7000)
 
 
 def test_a_fit_leaves_a_valley_that_instruments_made(stopped):
@@ -169,6 +174,17 @@ def test_a_fit_leaves_a_valley_that_instruments_made(stopped):
         for one in (trusting, found)
     ]
     assert left[1] < 1.1 < left[0]
+
+
+def test_a_fit_is_what_instruments_explain_where_no_valley_is_left(tmp_path):
+    """From the true stop the error falls all the way to a weak one at the beginning of the stroke."""
+    experiment, effects = end_stop(tmp_path / "data", 9000)
+    found = fit([experiment], effects, start={"end_stop.K": 270.0, "end_stop.eps_s": 0.2})
+    assert found.search.unbent
+    for name, true in {"end_stop.K": 270.0, "end_stop.eps_s": 0.2}.items():
+        error = found.error(name)
+        assert abs(found.values[name] - true) < 3 * error
+        assert error < 0.15 * true
 
 
 def test_an_end_stop_is_found_where_it_is_by_the_posterior(stopped):

@@ -132,7 +132,10 @@ def _refit(
 
 
 def _fitted_twice(world: Universe, refit: Callable[..., Fit], known: dict[str, float]) -> tuple[Fit, CandidateFit]:
-    """The model alone from several starts, and among all candidates switched off: both in the lowest valley found."""
+    """The model alone from several starts, and among all candidates switched off: both in the lowest valley found.
+
+    Where instruments made that valley, both are where the fit left it for.
+    """
     base = frozenset(world.base)
     begin = np.array([known.get(name, value) for name, value in zip(world.layout.names, world.start, strict=True)])
     with ThreadPoolExecutor(2) as workers:  # two programs to compile, which needs no interpreter
@@ -140,6 +143,8 @@ def _fitted_twice(world: Universe, refit: Callable[..., Fit], known: dict[str, f
         alone, base_fit = fitting.result(), first.result()
     start = begin.copy()
     start[world.layout.at(alone.layout.names)] = alone.vector
+    if alone.search.unbent:
+        return alone, world.at(base, start)
     base_fit = min(base_fit, world.fit(base, start), key=lambda each: each.cost)
     if base_fit.cost < alone.cost * (1 - SAME_VALLEY):
         best = base_fit.vector[world.layout.at(alone.layout.names)]

@@ -7,7 +7,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fitting.diagnosis.candidate_fit import CandidateFit
+from fitting.diagnosis.course import ModelOnTheWay, OnStep, Step, values_of
 from fitting.diagnosis.diagnose import Progress, concluded, library_candidates, one_thread, prepared
+from fitting.diagnosis.dropping import smaller_models
 from fitting.diagnosis.equivalent import leading_of
 from fitting.diagnosis.findings import Attempt, Objection
 from fitting.diagnosis.outcomes import NOTHING_MISSING, Verdict
@@ -23,30 +25,6 @@ from mckibben_jax.effect import Effect, name_of
 from mckibben_jax.model import with_effects
 
 WORTH_IT = 0.99  # of an error: what changes it by less changes it by a rounding error
-
-
-@dataclass(frozen=True)
-class Step:
-    """One model on the way: what was added to the one before, its errors (N), and what is said of it.
-
-    `attempts` are the larger models that were tried after this one, in their order, and not kept.
-    """
-
-    added: tuple[str, ...]  # names of effects; "baseline" first
-    rmse: float
-    held_out_rmse: float
-    verdict: str
-    diagnosis: Diagnosis
-    attempts: tuple[Attempt, ...] = ()
-    held: tuple[str, ...] = ()  # stated sizes of the muscle that are confined since this step
-
-    @property
-    def effect(self) -> str:
-        """What was added, as one name."""
-        return "+".join(self.added)
-
-
-OnStep = Callable[[Step], None]
 
 
 def discover(
@@ -67,7 +45,8 @@ def discover(
 
     Whatever the verdict, an effect that leads is added; two at once only where neither is kept alone. Every fit begins
     at the optimum of the model before, so that no step raises the error. Where a step denies a stated size, all stated
-    sizes are confined to what was stated (`stated_sizes`) from that step on.
+    sizes are confined to what was stated (`stated_sizes`) from that step on. In the end, what an adequate model does
+    not need any more is dropped.
     `candidates` as in `diagnose`; `start` gives values (SI, by full name) that were fitted before; `on_step` is called
     with every step as soon as it is made, with all that was tried after it.
     """
@@ -82,7 +61,13 @@ def discover(
         )  # fmt: skip
 
     steps: list[Step] = []
-    here = Larger(("baseline",), list(effects), begin(effects, start))
+
+    def tell(step: Step) -> None:
+        steps.append(step)
+        if on_step is not None:
+            on_step(step)
+
+    here = ModelOnTheWay(("baseline",), list(effects), begin(effects, start))
     while True:
         more = len(steps) < rules.steps
         found, larger, attempts = _plainly(here, known, begin, rules) if more else (None, None, ())
@@ -92,28 +77,21 @@ def discover(
             found = concluded(result)
             if more:
                 larger, attempts = _next(result, here.present, worth_judging(found, rules), found, known, begin, rules)
-        step = Step(here.added, found.rmse, found.held_out_rmse, found.verdict, found, attempts, here.held)
-        steps.append(step)
-        if on_step is not None:
-            on_step(step)
+        tell(here.step(found, attempts))
         if larger is None:
-            return tuple(steps)
+            break
         here = larger
-
-
-@dataclass(frozen=True)
-class Larger:
-    """A model on the way: what was added, all effects, its search, and the stated sizes that it was first to hold."""
-
-    added: tuple[str, ...]
-    present: list[Effect]
-    search: Search
-    held: tuple[str, ...] = ()
+    # what took the place of an effect stays: without both there would be neither
+    families = {effect.family for effect in effects} - {None}
+    added = [name for step in steps[1:] for name in step.added if known[name].family not in families]
+    for smaller in smaller_models(here, result, added, begin):
+        tell(smaller)
+    return tuple(steps)
 
 
 def _plainly(
-    here: Larger, known: Mapping[str, Effect], begin: Callable[..., Search], rules: StepRules
-) -> tuple[Diagnosis | None, Larger | None, tuple[Attempt, ...]]:
+    here: ModelOnTheWay, known: Mapping[str, Effect], begin: Callable[..., Search], rules: StepRules
+) -> tuple[Diagnosis | None, ModelOnTheWay | None, tuple[Attempt, ...]]:
     """A step by an effect that is plainly there: it leads, and leaves less than it removes.
 
     It is added before two at once are looked at: beside it they mean something else than without it. What the verdict
@@ -121,11 +99,10 @@ def _plainly(
     """
     with one_thread():
         result = here.search.glance()
-        leads = (
-            None
-            if result.base_is_adequate
-            else leading_of(here.search.world, result.base, result.fits, result.examiner)
-        )
+    if result.base_is_adequate:
+        return None, None, ()
+    with one_thread():
+        leads = leading_of(result.world, result.base, result.fits, result.examiner)
     if leads is None or leads.share < rules.plain:
         return None, None, ()
     found = concluded(result)
@@ -143,7 +120,7 @@ def _next(
     known: Mapping[str, Effect],
     begin: Callable[..., Search],
     rules: StepRules,
-) -> tuple[Larger | None, tuple[Attempt, ...]]:
+) -> tuple[ModelOnTheWay | None, tuple[Attempt, ...]]:
     """The best proposal of the first tier that has one which obeys the rules, and what was tried and does not."""
     before, attempts = _fitted(here.world, here.base, here), list[Attempt]()
     adequate = {e.effects for e in found.tried if e.adequate}
@@ -154,11 +131,11 @@ def _next(
         attempts += [fit.attempt for fit in fits if fit.why]
         for fit in in_order([t for t in fits if not t.why], rules):
             effects = with_added(present, [known[name] for name in fit.names])
-            larger = begin(effects, _values(fit.after), fit.after.fit.confined)
+            larger = begin(effects, values_of(here.world, fit.after.fit.vector), fit.after.fit.confined)
             after = _fitted(larger.world, larger.base, larger)  # its own search may have ended in a lower valley
             why = objections(before, after, rules, fit.names in adequate, fit.alike)
             if not why:
-                return Larger(fit.names, effects, larger, fit.confined), tuple(attempts)
+                return ModelOnTheWay(fit.names, effects, larger, fit.confined), tuple(attempts)
             attempts.append(Attempt(fit.names, after.rmse, after.held_out_rmse, why))
     return None, tuple(attempts)
 
@@ -278,24 +255,22 @@ def _lowest(
     """A larger model fitted from where it ended before and from the smaller one's optimum, whichever ends lower.
 
     An adequate one stays where it is so, unless it errs far more there: the lowest valley may be one that instruments
-    made, with an effect at the wrong end of its range.
+    made, with an effect at the wrong end of its range, and the way to it may lead down from where the model is right.
     """
-    effects = world.with_added(names)
+    effects, left = world.with_added(names), search.examiner.left
     there = world.fit(effects, begin, decide=False)
     other = world.fit_from_smaller(effects, smaller.fit, decide=False)
+    if adequate:
+        before = world.at(effects, begin)
+        there = before if left(before) < UNBENT.clearly**2 * left(there) else there
     stays = adequate and there.cost < UNBENT.dearer * other.cost
     ended = there if stays else min((there, other), key=lambda end: end.cost)
-    return _fitted(world, world.decided(ended), search)
+    return _fitted(world, ended if stays else world.decided(ended), search)
 
 
 def _fitted(world: Universe, fit: CandidateFit, search: Search | SearchResult) -> Fitted:
     groups = search.examiner.groups
     return Fitted(world, fit, world.left_out(fit, groups), groups)
-
-
-def _values(model: Fitted) -> dict[str, float]:
-    """A model's values by full name, SI."""
-    return dict(zip(model.world.layout.names, map(float, model.fit.vector), strict=True))
 
 
 def with_added(present: Sequence[Effect], new: Sequence[Effect]) -> list[Effect]:

@@ -131,6 +131,12 @@ class Universe:
         assert best is not None
         return self._candidate(effects, names, subset, best, decide)
 
+    def at(self, effects: frozenset[str], vector: np.ndarray) -> CandidateFit:
+        """A set of effects with these values of all unknowns, not searched any further."""
+        names = self.free(effects)
+        subset = self.subset(effects, self.layout.at(names), vector)
+        return self._candidate(effects, names, subset, self.looked_at(subset), decide=False)
+
     def settled(self, effects: frozenset[str], start: np.ndarray) -> CandidateFit:
         """A set fitted by one search after another, until one more lowers the sum of squares by next to nothing."""
         fit, searches = self.fit(effects, start, decide=False), 1

@@ -20,7 +20,7 @@ from fitting.least_squares.search import (
 )
 from fitting.least_squares.subset import Subset, subset_of
 from fitting.least_squares.summary import FailedStart, Failure, MissedMotions, SearchSummary
-from fitting.least_squares.unbent import is_better, unbent
+from fitting.least_squares.unbent import is_better, leaves_noise, unbent
 from fitting.precision import require_x64
 from fitting.problem.no_number import refuse_no_number
 from fitting.problem.residuals import Problem, Samples, problem
@@ -167,14 +167,21 @@ def fit_problem(
 def _in_another_valley(
     usual: Standard, subset: Subset, result: MultistartResult, begin: np.ndarray, errors: InstrumentErrors
 ) -> MultistartResult | None:
-    """The curve of least error in the valley that leaves noise alone beyond the instruments, if that is another one."""
+    """The curve of least error in the valley that leaves noise alone beyond the instruments, if that is another one.
+
+    Where the way to the lowest error leads down from there, there is no such curve: then what is fitted through the
+    instruments is the fit, if they explain all that it leaves.
+    """
     measured = usual.rows[: len(errors.run)]
     plain = result.best.at(measured)
     found = unbent(usual, subset, plain, begin, errors)
     if found is None:
         return None
-    other = _search_further(usual.problem, subset, replace(result, place=found.place), len(begin))
-    return other if is_better(other.best.at(measured), plain, errors) else None
+    there = replace(result, place=found.place)
+    other = _search_further(usual.problem, subset, there, len(begin))
+    if is_better(other.best.at(measured), plain, errors):
+        return other
+    return _look(usual.problem, subset, there, len(begin)) if leaves_noise(found, errors) else None
 
 
 def _search_further(given: Problem, subset: Subset, result: MultistartResult, count: int) -> MultistartResult:
@@ -186,6 +193,12 @@ def _search_further(given: Problem, subset: Subset, result: MultistartResult, co
     looked = np.arange(count) > 0
     result = on_the_host(solve(given, subset, again, look=looked))
     return replace(result, ends=replace(result.ends, converged=result.ends.converged & ~looked))
+
+
+def _look(given: Problem, subset: Subset, result: MultistartResult, count: int) -> MultistartResult:
+    """The same ends of `count` searches with rows and slopes at the best place, where nothing is searched further."""
+    again = np.broadcast_to(result.place, (count, len(result.place)))
+    return replace(on_the_host(solve(given, subset, again, look=np.ones(count, bool))), ends=result.ends)
 
 
 def _from_known(

@@ -88,6 +88,11 @@ def unbent(
     return None if found is None or not is_better(found, plain, errors) else found
 
 
+def leaves_noise(at: Evaluated, errors: InstrumentErrors) -> bool:
+    """Whether what a point leaves beyond the instruments is noise alone."""
+    return rms(left_beyond(at.rows, at.slopes, errors)) < UNBENT.noise
+
+
 def is_better(found: Evaluated, plain: Evaluated, errors: InstrumentErrors) -> bool:
     """Whether a point leaves clearly less beyond instruments than the curve of least error, and errs little more."""
     left = [rms(left_beyond(at.rows, at.slopes, errors)) for at in (found, plain)]

@@ -226,6 +226,7 @@ def _explanation(e: Explanation) -> dict[str, Any]:
 def steps_result(stages: Sequence[Stage]) -> dict[str, Any]:
     """`discover`: one step per effect added; the first is the model that it began with.
 
+    At the end stand the steps that drop what is not needed any more: their `effect` is empty, and `dropped` names it.
     `held` are stated sizes of the muscle that are held from there on, for a free fit denies them; `not_kept` are the
     larger models that were tried after a step, in their order, each with the reasons against it.
     """
@@ -235,6 +236,7 @@ def steps_result(stages: Sequence[Stage]) -> dict[str, Any]:
 def _step(stage: Stage) -> dict[str, Any]:
     return {
         "effect": stage.label or "+".join(stage.added),
+        "dropped": list(stage.dropped),
         "rmse_N": stage.rmse,
         "held_out_rmse_N": stage.held_out_rmse,
         "verdict": stage.verdict,

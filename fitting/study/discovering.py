@@ -4,7 +4,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 from fitting.comparison.compare import Comparison, compare
-from fitting.diagnosis.discover import WORTH_IT, Step, discover
+from fitting.diagnosis.course import Step
+from fitting.diagnosis.discover import WORTH_IT, discover
 from fitting.diagnosis.record import Diagnosis
 from fitting.least_squares.evaluate import evaluate
 from fitting.least_squares.record import Fit
@@ -13,7 +14,7 @@ from fitting.progress import Progress
 from fitting.recordings.records import force_was_measured
 from fitting.study.stages import Stage
 from fitting.study.task import Task, fit_task
-from mckibben_jax.effect import Effect
+from mckibben_jax.effect import Effect, name_of
 from mckibben_jax.model import with_effects
 
 
@@ -36,13 +37,14 @@ def discover_task(
     def made(step: Step) -> None:
         if stages:
             new = [kind() for kind in effects_named(step.added, task.library)]
-            changed = task.with_effects(with_effects(tasks[-1].effects, new))
+            kept = [effect for effect in tasks[-1].effects if name_of(effect) not in step.dropped]
+            changed = task.with_effects(with_effects(kept, new))
             tasks.append(replace(changed, varying=tasks[-1].varying.fixing(*step.held)))
         label, added = ("", step.added) if stages else (step.effect, ())
         errors = step.rmse, step.held_out_rmse
         stages.append(
             Stage(label, *errors, step.verdict, _compared(tasks[-1], step), step.attempts, step.held, added,
-                  strained=step.diagnosis.is_strained, diagnosis=step.diagnosis, p_value=step.diagnosis.p_value)
+                  step.dropped, step.diagnosis.is_strained, step.diagnosis, step.diagnosis.p_value)
         )  # fmt: skip
         shown(stages[-1])
 

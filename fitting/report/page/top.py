@@ -85,7 +85,8 @@ def _was_missing(d: Diagnosis, model: ShownModel) -> bool:
 
 
 def _added(stages: Sequence[Stage]) -> str:
-    return " and ".join(added_text(stage) for stage in stages[1:] if stage.added)
+    gone = {name for stage in stages for name in stage.dropped}
+    return " and ".join(added_text(stage) for stage in stages[1:] if set(stage.added) - gone)
 
 
 def _diagnosed(model: ShownModel, models: Sequence[ShownModel]) -> Diagnosis | None:

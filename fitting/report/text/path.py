@@ -51,7 +51,7 @@ def _additions(stages: Sequence[Stage]) -> list[tuple[Stage, bool]]:
     """Every step that added something, and whether the model before it was rejected; of a discovery alone."""
     if any(stage.diagnosis is None for stage in stages):
         return []
-    return [(after, _is_rejected(before)) for before, after in pairwise(stages)]
+    return [(after, _is_rejected(before)) for before, after in pairwise(stages) if after.added]
 
 
 def _is_rejected(stage: Stage) -> bool:

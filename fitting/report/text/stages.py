@@ -11,6 +11,16 @@ def stage_text(stage: Stage) -> str:
     return f"+ {added_text(stage)}" if stage.added else f"- {marked(stage.dropped, ' - ')}"
 
 
+def dropped_text(stage: Stage) -> list[str]:
+    """Why an effect is taken out again; nothing to say where none was, or where another took its place."""
+    if stage.added or not stage.dropped:
+        return []
+    return [
+        f"Beside what was added later, nothing in the data asks for {marked(stage.dropped)}: without it the test finds "
+        "nothing missing, and held-out runs are predicted as well, beyond what instruments can make of them."
+    ]
+
+
 def added_text(stage: Stage) -> str:
     """The effects that were added, and those whose place they took."""
     return marked(stage.added, " + ") + (f" in place of {marked(stage.dropped)}" if stage.dropped else "")

@@ -10,7 +10,7 @@ from fitting.report.settings import LAYOUT
 from fitting.report.text.amounts import amount
 from fitting.report.text.attempts import attempts_text, held_text, strained_text
 from fitting.report.text.layout import columns, line, lines, spaced
-from fitting.report.text.stages import stage_text
+from fitting.report.text.stages import dropped_text, stage_text
 from fitting.study.stages import Stage
 from fitting.study.task import Task
 from fitting.units import counted
@@ -56,5 +56,6 @@ def step_report(stage: Stage, unit: str = "N") -> list[RenderableType]:
     """One step of a discovery, told as soon as it is made."""
     held_out = f"on held-out runs {amount(stage.held_out_rmse, unit)}"
     words = f"{stage_text(stage)}: {amount(stage.rmse, unit)}, {held_out}; {stage.verdict}"
-    told = [*held_text(stage.held), *strained_text(stage.strained), *attempts_text(stage.attempts, unit)]
+    told = [*dropped_text(stage), *held_text(stage.held), *strained_text(stage.strained)]
+    told += attempts_text(stage.attempts, unit)
     return [line("STEP", words, "bold"), *lines("", told)]

@@ -1,0 +1,62 @@
+"""What a discovery is made of: the models on its way, and the steps that are told."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from fitting.diagnosis.findings import Attempt
+from fitting.diagnosis.record import Diagnosis
+from fitting.diagnosis.search import Search
+from fitting.diagnosis.universe import Universe
+from mckibben_jax.effect import Effect
+
+
+@dataclass(frozen=True)
+class Step:
+    """One model on the way: how it differs from the one before it, its errors (N), and what is said of it.
+
+    `added` are names of effects, "baseline" first; `dropped` those that are not needed any more. `attempts` are the
+    larger models that were tried after this one, in their order, and not kept.
+    """
+
+    added: tuple[str, ...]
+    rmse: float
+    held_out_rmse: float
+    verdict: str
+    diagnosis: Diagnosis
+    attempts: tuple[Attempt, ...] = ()
+    held: tuple[str, ...] = ()  # stated sizes of the muscle that are confined since this step
+    dropped: tuple[str, ...] = ()
+
+    @property
+    def effect(self) -> str:
+        """What was added, as one name."""
+        return "+".join(self.added)
+
+
+OnStep = Callable[[Step], None]
+
+
+@dataclass(frozen=True, eq=False)
+class ModelOnTheWay:
+    """How a model differs from the one before it, all its effects, its search, and the stated sizes that it confines.
+
+    `held` are those that it is the first to confine.
+    """
+
+    added: tuple[str, ...]
+    present: list[Effect]
+    search: Search
+    held: tuple[str, ...] = ()
+    dropped: tuple[str, ...] = ()
+
+    def step(self, found: Diagnosis, attempts: tuple[Attempt, ...] = ()) -> Step:
+        """The step that ends at this model."""
+        errors = found.rmse, found.held_out_rmse
+        return Step(self.added, *errors, found.verdict, found, attempts, self.held, self.dropped)
+
+
+def values_of(world: Universe, vector: np.ndarray) -> dict[str, float]:
+    """Values by full name, SI, from a vector of all unknowns."""
+    return dict(zip(world.layout.names, map(float, vector), strict=True))

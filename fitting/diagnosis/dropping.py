@@ -1,0 +1,69 @@
+"""Whether an effect that was added early is still needed beside those that came after it.
+
+A zero of the sensor of length may stand in for an end stop until the end stop is there. What nothing in the data asks
+for any more is dropped: backward elimination, after the forward steps (Miller 2002, Subset Selection in Regression, 3).
+"""
+
+from collections.abc import Callable, Iterator, Sequence
+
+from fitting.diagnosis.candidate_fit import CandidateFit
+from fitting.diagnosis.course import ModelOnTheWay, Step, values_of
+from fitting.diagnosis.diagnose import concluded, one_thread
+from fitting.diagnosis.search import Search, SearchResult
+from fitting.least_squares import held_out
+from mckibben_jax.effect import name_of
+
+
+def smaller_models(
+    here: ModelOnTheWay, result: SearchResult, added: Sequence[str], begin: Callable[..., Search]
+) -> Iterator[Step]:
+    """One step for each effect that can go from an adequate model, of those that were `added` on the way.
+
+    `result` is what the model's own search came to; `begin(effects, values, confine)` prepares the search of another.
+    What instruments could stand in for only by erring far more than their accuracy is not dropped.
+    """
+    while result.base_is_adequate:
+        with one_thread():
+            smaller = not_needed(here.search, added)
+        if smaller is None:
+            return
+        name = next(iter(here.search.base.effects - smaller.effects))
+        present = [effect for effect in here.present if name_of(effect) != name]
+        search = begin(present, values_of(here.search.world, smaller.vector), smaller.confined)
+        with one_thread():
+            result = search.run()
+        found = concluded(result)
+        if not result.base_is_adequate or found.is_strained:  # its own search may have ended elsewhere
+            return
+        here = ModelOnTheWay((), present, search, dropped=(name,))
+        yield here.step(found)
+
+
+def not_needed(search: Search, names: Sequence[str]) -> CandidateFit | None:
+    """The model of a search without the one of these effects that it misses least; None where it needs each.
+
+    It is not needed if the model without it passes the test that anything is missing, also where nothing but what it
+    would change is looked for, and predicts held-out runs no worse than by a standard error, beyond what instruments
+    can make of them.
+    """
+    fits = [_without(search, name) for name in names if name in search.base.effects]
+    idle = [fit for fit in fits if fit is not None and _does_as_well(search, fit)]
+    return min(idle, key=search.examiner.left, default=None)
+
+
+def _without(search: Search, name: str) -> CandidateFit | None:
+    """The model of a search without one effect, fitted as sets of effects are; None where another effect needs it."""
+    effects = search.base.effects - {name}
+    return None if search.world.lacking(effects) else search.seen.settled(effects, search.base.vector)
+
+
+def _does_as_well(search: Search, smaller: CandidateFit) -> bool:
+    """Whether nothing in the data asks for what a smaller model lacks."""
+    examiner, lacks = search.examiner, search.base.effects - smaller.effects
+    if examiner.adequacy(frozenset(), smaller, search.fits).why is not None:
+        return False
+    if examiner.against(smaller, [(lacks, search.alone)]) < examiner.flip_groups.level:
+        return False
+    left, whole = examiner.beyond_instruments(smaller), examiner.beyond_instruments(search.alone)
+    fall, error = held_out.difference(left, whole, examiner.groups)
+    return fall <= error
