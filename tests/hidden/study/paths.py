@@ -39,6 +39,12 @@ class Course:
     rmse: tuple[float, ...]
     p_values: tuple[float, ...]  # of every model on the path
     verdict: str
+    dropped: tuple[str, ...] = ()  # in the end
+
+    @property
+    def last(self) -> set[str]:
+        """What the last model has beside what it began with."""
+        return {name for names in self.added for name in names} - set(self.dropped)
 
     @property
     def spurious(self) -> tuple[str, ...]:
@@ -54,7 +60,7 @@ class Course:
         """Every addition to a complete model, and the p-value of that model."""
         here, found = set[str](), []
         for names, p in zip(self.added, self.p_values, strict=False):
-            if set(self.hidden) <= here:
+            if names and set(self.hidden) <= here:
                 found.append((names, p))
             here |= set(names)
         return found
@@ -62,12 +68,12 @@ class Course:
     @property
     def holds(self) -> bool:
         """Whether the last model has all that was hidden."""
-        return set(self.hidden) <= {name for names in self.added for name in names}
+        return set(self.hidden) <= self.last
 
     @property
     def exact(self) -> bool:
         """Whether it has that and nothing else."""
-        return set(self.hidden) == {name for names in self.added for name in names}
+        return set(self.hidden) == self.last
 
 
 def path_of(hidden: Sequence[str], number: int, protocol: str = "rich") -> Course:
@@ -86,6 +92,7 @@ def path_of(hidden: Sequence[str], number: int, protocol: str = "rich") -> Cours
     return Course(
         tuple(hidden), number, tuple(step.added for step in steps[1:]), tuple(step.rmse for step in steps),
         tuple(step.diagnosis.p_value for step in steps), str(steps[-1].verdict),
+        tuple(name for step in steps for name in step.dropped),
     )  # fmt: skip
 
 
