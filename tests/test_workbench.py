@@ -1,12 +1,15 @@
 """The workbench: its actions without a browser, and the whole loop with one."""
 
 import ast
+import json
 import re
 import socket
 import subprocess
 import sys
 import threading
 import time
+from contextlib import nullcontext
+from types import SimpleNamespace
 
 import jax.numpy as jnp
 import numpy as np
@@ -23,6 +26,7 @@ from fitting.workbench import data as dropping
 from fitting.workbench import home
 from fitting.workbench import session as bench
 from fitting.workbench.job import Job
+from fitting.workbench.live import live_of
 from fitting.workbench.serving import is_loopback, is_own, listening
 from fitting.workbench.text import DESIGN, called, error_now, evidence, fall, headline, known_effects, offers
 
@@ -138,6 +142,17 @@ def test_what_to_measure_next_is_asked_after_a_diagnosis_only(session, found):
 
 
 @pytest.mark.slow
+def test_effects_can_be_tried_beside_a_diagnosed_model(session, found):
+    """Their curves come with the readings: to try one costs no time."""
+    names = []
+    for step in (session.last, found.last):
+        element = SimpleNamespace(hold_sync=nullcontext)
+        live_of(step, element)
+        names.append([one["name"] for one in json.loads(element.content)["candidates"]])
+    assert names[0] == []
+    assert any(name.startswith("Spring in parallel") for name in names[1])
+
+
 def test_what_is_sampled_stands_in_the_report(mended):
     sampled = bench.sample_posterior(mended, told, seconds=5)
     assert "linear_spring.K" in dict(sampled.last.said)[bench.POSTERIOR]

@@ -1,5 +1,6 @@
 """What a diagnosis says: immutable records, made by `diagnose`, shown by `report` and written by the command line."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -82,6 +83,8 @@ class Diagnosis:
     odd_runs: tuple[OddRun, ...] = ()  # differ from the others by more than their instruments allow
     unexplained: float = float("nan")  # by the model itself, as of `Evidence`
     substitutes: tuple[tuple[str, str], ...] = ()  # effect of the model, and one that would do the same in its place
+    # what single effects and named sets would change the prediction by, as the residual
+    changes: Mapping[frozenset[str], np.ndarray] = field(default_factory=dict, compare=False, repr=False)
 
     @property
     def is_strained(self) -> bool:

@@ -60,7 +60,14 @@ def diagnosis_of(search: SearchResult) -> Diagnosis:
         odd_runs=odd_runs(search, kept),
         unexplained=unexplained(search, search.base),
         substitutes=_substitutes(search),
+        changes={added: _change(search, added) for added in search.fits if len(added) == 1 or added in kept},
     )
+
+
+def _change(search: SearchResult, added: frozenset[str]) -> np.ndarray:
+    """What a set of effects changes the prediction by, N, as fits that trust every reading have it."""
+    after = search.examiner.as_fitted(added, search.fits[added])
+    return (after.rows - search.base.rows) * search.world.samples.sigma
 
 
 def _substitutes(search: SearchResult) -> tuple[tuple[str, str], ...]:

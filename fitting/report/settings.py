@@ -106,6 +106,7 @@ class LiveSettings:
     """The picture that follows the pointer."""
 
     readings: int = 10_000  # at most, of all runs; about 20 bytes each with two models; chosen
+    candidates: int = 6  # effects that may be tried beside each model, 2 bytes a reading; chosen
     fewest: int = 24  # of a run, or it has no shape; of more runs than that leaves room for, some are left out; chosen
     fewest_on_a_branch: int = 6  # readings, or its corners are lost; chosen
 

@@ -11,10 +11,12 @@ from typing import Any
 import numpy as np
 
 from fitting.report.page.live import code
+from fitting.report.page.live.candidates import Candidate, changes
 from fitting.report.page.live.chosen import Chosen, chosen_readings, thinned_text
 from fitting.report.page.live.payload import Curve, payload, values_of
 from fitting.report.page.parts import pictures_style
 from fitting.report.pictures.panels import every_panel
+from fitting.report.text.names import Names
 from fitting.workbench.session import Step, error_of, in_own_units
 from fitting.workbench.text import error_now
 
@@ -22,9 +24,16 @@ from fitting.workbench.text import error_now
 class Live:
     """The picture of one step in an element: how a moved model gets into it, and what it leaves out."""
 
-    def __init__(self, element: Any, chosen: Sequence[Chosen], residual: np.ndarray, left_out: str):
+    def __init__(
+        self,
+        element: Any,
+        chosen: Sequence[Chosen],
+        residual: np.ndarray,
+        left_out: str,
+        candidates: Sequence[Candidate] = (),
+    ):
         self.element, self._chosen, self.left_out = element, chosen, left_out
-        element.content = payload([Curve("the model", 100.0, residual)], chosen)
+        element.content = payload([Curve("the model", 100.0, residual)], chosen, candidates=candidates)
 
     def show(self, residual: np.ndarray, said: str) -> None:
         """Draw the model with this misfit (model minus measured of all samples, SI) below these words, as HTML."""
@@ -47,7 +56,7 @@ def live_of(step: Step, element: Any) -> Live:
     residual = step.laid_out.residual()
     panels = every_panel(step.task.experiments, step.laid_out.samples, residual)
     chosen = chosen_readings(panels, residual)
-    live = Live(element, chosen, residual, thinned_text(chosen, panels))
+    live = Live(element, chosen, residual, thinned_text(chosen, panels), _candidates(step, residual))
     follow(step, live, {})
     return live
 
@@ -58,6 +67,14 @@ def follow(step: Step, live: Live, shown: Mapping[str, float]) -> None:
     moved = step.laid_out.moved(dict(shown))
     residual = step.laid_out.residual(moved)
     live.show(residual, error_now(step, error_of(step, residual), moved))
+
+
+def _candidates(step: Step, residual: np.ndarray) -> list[Candidate]:
+    """What effects would give beside the step's model, as fitted, if it was diagnosed."""
+    if step.diagnosis is None:
+        return []
+    called, found = Names(step.task.library).plain, changes(step.diagnosis, step.laid_out.samples)
+    return [Candidate(0, called(name), residual + change) for name, change in found]
 
 
 @functools.cache

@@ -8,7 +8,7 @@ from importlib import resources
 
 FOLDER = resources.files("fitting.report.page.live")
 # of both; then the page or the workbench
-OURS = ("decode", "canvas", "panes", "readout", "map", "picks", "fall", "keys", "runs", "start")
+OURS = ("decode", "canvas", "panes", "readout", "map", "picks", "fall", "candidates", "keys", "runs", "start")
 
 
 @functools.cache

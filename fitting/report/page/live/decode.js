@@ -17,6 +17,7 @@ function readData(text) {
   for (const name of Object.keys(data.readings)) data[name] = unpacked(data.readings[name]);
   delete data.readings;
   for (const model of data.models) model.values = unpacked(model.values);
+  for (const one of data.candidates) one.values = unpacked(one.values);
   for (const map of data.maps ? data.maps.drawn : []) map.values = map.values.map(unpacked);
   data.count = data.measured.length;
   data.run = new Uint16Array(data.count);

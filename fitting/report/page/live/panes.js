@@ -14,6 +14,7 @@ function spans(state) {
       stretch(x, run.along[k]);
       stretch(y, data.measured[k]);
       for (const model of data.models) stretch(y, model.values[k]);
+      if (state.candidate) stretch(y, state.candidate.values[k]);
     }
     const means = data.models.flatMap(model => courses(data, run, model.values)).flatMap(([, , missed]) => missed);
     reach = means.reduce((most, missed) => Math.max(most, Math.abs(missed)), reach);

@@ -10,6 +10,7 @@ import numpy as np
 from fitting import units
 from fitting.comparison.compare import Comparison
 from fitting.report.page.live import packed
+from fitting.report.page.live.candidates import Candidate
 from fitting.report.page.live.chosen import Chosen
 from fitting.report.pictures import maps
 from fitting.report.pictures.overview import held_ranks
@@ -29,9 +30,15 @@ class Curve:
     residual: np.ndarray
 
 
-def payload(curves: Sequence[Curve], chosen: Sequence[Chosen], compared: Sequence[Comparison] = ()) -> str:
+def payload(
+    curves: Sequence[Curve],
+    chosen: Sequence[Chosen],
+    compared: Sequence[Comparison] = (),
+    candidates: Sequence[Candidate] = (),
+) -> str:
     """JSON for the script; `compared` are the comparisons whose maps stand beside the picture, one for each curve.
 
+    `candidates` are what may be tried beside them, as dotted lines.
     It holds no character that HTML gives a meaning. Quantities are in the unit that the axes show.
     """
     groups = list(dict.fromkeys((one.panel.xlabel, one.panel.ylabel) for one in chosen))
@@ -45,6 +52,10 @@ def payload(curves: Sequence[Curve], chosen: Sequence[Chosen], compared: Sequenc
         "models": [
             {"name": curve.name, "width": curve.width, "values": packed.floats(values_of(curve.residual, chosen))}
             for curve in curves
+        ],
+        "candidates": [
+            {"model": one.model, "name": one.name, "values": packed.read_off(values_of(one.residual, chosen))}
+            for one in candidates
         ],
         "maps": _maps(compared),
         "parts": FIGURE.parts,

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from html import escape
 
 from fitting.report.page.live import code
+from fitting.report.page.live.candidates import candidates_of
 from fitting.report.page.live.chosen import chosen_readings, thinned_text
 from fitting.report.page.live.payload import Curve, payload
 from fitting.report.page.models import ShownModel, bar_width, short_name
@@ -34,7 +35,7 @@ def live_picture(models: Sequence[ShownModel], task: Task, called: Callable[[str
     return LivePicture(
         html=code.skeleton(),
         words=f'<p class="note with-live" hidden>{escape(thinned)}</p>' if thinned else "",
-        data=payload(curves, chosen, [model.comparison for model in models]),
+        data=payload(curves, chosen, [model.comparison for model in models], candidates_of(models, called)),
         code=code.code(),
         style=code.style(),
         allowed=code.allowed(),

@@ -12,7 +12,7 @@ function choicesOf(data) {
 
 /** Let the reader choose; the choice that shows most runs comes first. `changed` is told after every choice. */
 function wireRuns(figure, state, changed) {
-  const list = figure.querySelector("select"), { data } = state, choices = choicesOf(data);
+  const list = figure.querySelector(".which select"), { data } = state, choices = choicesOf(data);
   list.append(...choices.map(([, words], number) => new Option(words, number)));
   const show = number => {
     [state.shown] = choices[number];

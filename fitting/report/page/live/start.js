@@ -1,7 +1,7 @@
 // Everything together. If anything of it fails, the still picture stays in place.
 
 function newState(figure, data) {
-  const state = { data, values: new Float32Array(data.count), model: 0, shown: [], hovered: -1, picked: null, preview: null };
+  const state = { data, values: new Float32Array(data.count), model: 0, shown: [], hovered: -1, picked: null, preview: null, candidate: null };
   state.isPale = number => {
     if (state.shown.length < 2) return false;
     if (state.picked) return !state.picked.runs.has(number);
@@ -85,7 +85,8 @@ function begin(figure, data) {
   choose(wireSwitch(figure, choose), true);
   wireKeys(figure, state, panes, k => point(k, true));
   wirePicks(state, maps, refresh);
-  wirePreviews(data.models, model => { state.preview = model; panes.redraw(); });
+  wirePreviews(data.models, model => { state.preview = model ?? state.candidate; panes.redraw(); });
+  wireCandidates(figure, state, () => { state.preview = state.candidate; panes.refit(); panes.redraw(); });
   figure.querySelector(".reset").addEventListener("click", panes.reset);
   matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => {
     state.colours = coloursOf(figure);
