@@ -141,7 +141,6 @@ def test_what_to_measure_next_is_asked_after_a_diagnosis_only(session, found):
     assert "PLAN" in dict(planned.last.said)[bench.NEXT]
 
 
-@pytest.mark.slow
 def test_effects_can_be_tried_beside_a_diagnosed_model(session, found):
     """Their curves come with the readings: to try one costs no time."""
     names = []
@@ -153,6 +152,7 @@ def test_effects_can_be_tried_beside_a_diagnosed_model(session, found):
     assert any(name.startswith("Spring in parallel") for name in names[1])
 
 
+@pytest.mark.slow
 def test_what_is_sampled_stands_in_the_report(mended):
     sampled = bench.sample_posterior(mended, told, seconds=5)
     assert "linear_spring.K" in dict(sampled.last.said)[bench.POSTERIOR]
