@@ -356,8 +356,22 @@ def test_an_adequate_model_stays_in_its_valley(adequate, cost, stays):
     there, other = SimpleNamespace(cost=cost), SimpleNamespace(cost=1.0)
     world = SimpleNamespace(
         with_added=lambda names: names, fit=lambda *_, **__: there, fit_from_smaller=lambda *_, **__: other,
-        decided=lambda fit: fit, left_out=lambda *_: None,
+        decided=lambda fit: fit, left_out=lambda *_: None, at=lambda *_: there,
     )  # fmt: skip
-    search = SimpleNamespace(examiner=SimpleNamespace(groups=None))
+    search = SimpleNamespace(examiner=SimpleNamespace(groups=None, left=lambda fit: fit.cost))
     found = _lowest(world, search, None, SimpleNamespace(fit=None), ("end_stop",), adequate)
     assert found.fit is (there if stays else other)
+
+
+@pytest.mark.parametrize(("left", "stays"), [(0.5, True), (0.9, False)], ids=["far less", "hardly less"])
+def test_an_adequate_model_stays_where_it_is_right_though_the_way_leads_down(left, stays):
+    """A search from there ends where less is left of the rows, but more beyond what instruments can make of them."""
+    before, there, other = (SimpleNamespace(cost=cost) for cost in (2.0, 1.5, 1.0))
+    world = SimpleNamespace(
+        with_added=lambda names: names, fit=lambda *_, **__: there, fit_from_smaller=lambda *_, **__: other,
+        decided=lambda fit: fit, left_out=lambda *_: None, at=lambda *_: before,
+    )  # fmt: skip
+    beyond = {id(before): left, id(there): 1.0}
+    search = SimpleNamespace(examiner=SimpleNamespace(groups=None, left=lambda fit: beyond[id(fit)]))
+    found = _lowest(world, search, None, SimpleNamespace(fit=None), ("end_stop",), True)
+    assert found.fit is (before if stays else there)

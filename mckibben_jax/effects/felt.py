@@ -149,13 +149,16 @@ class SeriesCompliance(Felt):
 
         gap = lambda at: at - state.contraction - own_pull(at, state.pressure, state.stretch) / give  # noqa: E731
         root = _plain_root(gap, state.contraction)
-        less, more = jax.lax.stop_gradient(jax.vmap(gap)(root + STRAIN_STEP * jnp.array([-1.0, 1.0])))
-        at = root - gap(root) * (2 * STRAIN_STEP) / (more - less)  # Newton's step gives the root its derivatives
+        beside = lambda step: own_pull(root + step, state.pressure, state.stretch)  # noqa: E731
+        less, more = jax.lax.stop_gradient(jax.vmap(beside)(LONG_STEP * jnp.array([-1.0, 1.0])))
+        steepness = 1 - (more - less) / (2 * LONG_STEP * give)  # of the gap
+        at = root - gap(root) / steepness  # Newton's step gives the root its derivatives
         slope, drift = _pull_slopes(own_pull, at, state)
         return state.replace(contraction=at, rate=(state.rate + drift / give) / (1 - slope / give))
 
 
 STRAIN_STEP = 2e-6  # of contraction or stretch, from the middle of a difference to its ends
+LONG_STEP = 2e-5  # of the same, where the slope has to be good in single precision too, as in exported C
 PRESSURE_STEP = 1.0  # Pa, of the same
 
 
