@@ -15,7 +15,7 @@ from studied import spring_missing
 
 from fitting.cli.main import main
 from fitting.diagnosis import step_rules
-from fitting.diagnosis.discover import Judged, _lowest, discover, in_order, proposals, worth_judging
+from fitting.diagnosis.discover import Judged, _ends, _first_sound, discover, in_order, proposals, worth_judging
 from fitting.diagnosis.findings import InstrumentAnswer, Objection, Reason
 from fitting.diagnosis.lay_out import universe
 from fitting.diagnosis.record import Explanation, Leading
@@ -359,7 +359,7 @@ def test_an_adequate_model_stays_in_its_valley(adequate, cost, stays):
         decided=lambda fit: fit, left_out=lambda *_: None, at=lambda *_: there,
     )  # fmt: skip
     search = SimpleNamespace(examiner=SimpleNamespace(groups=None, left=lambda fit: fit.cost))
-    found = _lowest(world, search, None, SimpleNamespace(fit=None), ("end_stop",), adequate)
+    found = next(_ends(world, search, None, SimpleNamespace(fit=None), ("end_stop",), adequate))
     assert found.fit is (there if stays else other)
 
 
@@ -373,5 +373,7 @@ def test_an_adequate_model_stays_where_it_is_right_though_the_way_leads_down(lef
     )  # fmt: skip
     beyond = {id(before): left, id(there): 1.0}
     search = SimpleNamespace(examiner=SimpleNamespace(groups=None, left=lambda fit: beyond[id(fit)]))
-    found = _lowest(world, search, None, SimpleNamespace(fit=None), ("end_stop",), True)
-    assert found.fit is (before if stays else there)
+    ends = list(_ends(world, search, None, SimpleNamespace(fit=None), ("end_stop",), True))
+    assert [end.fit for end in ends] == ([before, there] if stays else [there])
+    assert _first_sound(ends, lambda end: ("too dear",) if end.fit is before else ()).fit is there
+    assert _first_sound(ends, lambda end: ("anything",)) is ends[0]

@@ -1,6 +1,6 @@
 """Diagnose and add one effect at a time, until nothing more can be said that a mechanician would sign."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 
@@ -184,13 +184,15 @@ def _judged(search: SearchResult, before: Fitted, names: tuple[str, ...], rules:
 
     Where it denies a stated size, nothing else that it says counts: both models are fitted again with sizes confined.
     """
-    after = _lowest(search.world, search, search.fits[frozenset(names)].vector, before, names, adequate)
+    ends = _ends(search.world, search, search.fits[frozenset(names)].vector, before, names, adequate)
+    after = _first_sound(ends, lambda end: objections(before, end, rules, adequate))
     why = objections(before, after, rules, adequate)
     if not denied_sizes(why):
         return Judged(names, after, before, (), why)
     world = search.world.confined()
     smaller = _fitted(world, world.fit(search.base.effects, search.base.vector), search)
-    again = _lowest(world, search, after.fit.vector, smaller, names, adequate)
+    ends = _ends(world, search, after.fit.vector, smaller, names, adequate)
+    again = _first_sound(ends, lambda end: objections(before, end, rules, adequate, smaller))
     why = objections(before, again, rules, adequate, smaller)
     return Judged(names, again, smaller, tuple(world.from_stated(again.fit)), why)
 
@@ -249,23 +251,35 @@ def worth_judging(found: Diagnosis, rules: StepRules = RULES) -> list[Tier]:
     return _without_repeats([[names for names in tier if pays(names)] for tier in proposals(found, rules)])
 
 
-def _lowest(
+def _first_sound(ends: Iterable[Fitted], against: Callable[[Fitted], tuple[Objection, ...]]) -> Fitted:
+    """The first of these ends of a search against which nothing speaks; the first of all, if something does of each."""
+    every = list[Fitted]()
+    for end in ends:
+        if not against(end):
+            return end
+        every.append(end)
+    return every[0]
+
+
+def _ends(
     world: Universe, search: SearchResult, begin: np.ndarray, smaller: Fitted, names: Sequence[str], adequate: bool
-) -> Fitted:
+) -> Iterator[Fitted]:
     """A larger model fitted from where it ended before and from the smaller one's optimum, whichever ends lower.
 
     An adequate one stays where it is so, unless it errs far more there: the lowest valley may be one that instruments
-    made, with an effect at the wrong end of its range, and the way to it may lead down from where the model is right.
+    made, with an effect at the wrong end of its range. Where the way to it leads down from where the model is right,
+    that place itself comes first.
     """
     effects, left = world.with_added(names), search.examiner.left
     there = world.fit(effects, begin, decide=False)
     other = world.fit_from_smaller(effects, smaller.fit, decide=False)
     if adequate:
         before = world.at(effects, begin)
-        there = before if left(before) < UNBENT.clearly**2 * left(there) else there
+        if left(before) < UNBENT.clearly**2 * left(there) and before.cost < UNBENT.dearer * other.cost:
+            yield _fitted(world, before, search)
     stays = adequate and there.cost < UNBENT.dearer * other.cost
     ended = there if stays else min((there, other), key=lambda end: end.cost)
-    return _fitted(world, ended if stays else world.decided(ended), search)
+    yield _fitted(world, world.decided(ended), search)
 
 
 def _fitted(world: Universe, fit: CandidateFit, search: Search | SearchResult) -> Fitted:
