@@ -39,7 +39,7 @@ def some(row, run):
         def __len__(self):
             return len(self.row)
 
-    return Some(row=np.asarray(row), run=np.asarray(run))
+    return Some(row=np.asarray(row), run=np.asarray(run), measured=0.5 * np.asarray(row))
 
 
 def test_a_change_is_spread_over_all_readings_of_its_run(diagnosis):
@@ -53,6 +53,8 @@ def test_a_change_is_spread_over_all_readings_of_its_run(diagnosis):
     np.testing.assert_allclose(spread, [0.0, 1.0, 2.0, 6.0, 10.0, 5.0, 3.0, 1.0])
     assert not changes(d, some([2, 4], [0, 2]))  # another run
     assert not changes(replace(d, changes={}), wanted)
+    wanted.measured = 1e-3 * wanted.measured  # the positions of a motion that was read as a force
+    assert not changes(d, wanted)
 
 
 @pytest.fixture(scope="module")

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from fitting.report.page.live import code
-from fitting.report.page.live.candidates import Candidate, changes
+from fitting.report.page.live.candidates import Candidate, beside
 from fitting.report.page.live.chosen import Chosen, chosen_readings, thinned_text
 from fitting.report.page.live.payload import Curve, payload, values_of
 from fitting.report.page.parts import pictures_style
@@ -73,8 +73,7 @@ def _candidates(step: Step, residual: np.ndarray) -> list[Candidate]:
     """What effects would give beside the step's model, as fitted, if it was diagnosed."""
     if step.diagnosis is None:
         return []
-    called, found = Names(step.task.library).plain, changes(step.diagnosis, step.laid_out.samples)
-    return [Candidate(0, called(name), residual + change) for name, change in found]
+    return beside(residual, step.diagnosis, step.laid_out.samples, Names(step.task.library).plain)
 
 
 @functools.cache

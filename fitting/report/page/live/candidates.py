@@ -26,11 +26,20 @@ class Candidate:
 def candidates_of(models: Sequence[ShownModel], called: Callable[[str], str]) -> list[Candidate]:
     """The sets of effects that help each diagnosed model most; `called` gives the names for readers."""
     return [
-        Candidate(model.number, called(name), model.residual + change)
+        candidate
         for model in models
         if model.diagnosis is not None
-        for name, change in changes(model.diagnosis, model.comparison.fit.samples)
+        for candidate in beside(
+            model.residual, model.diagnosis, model.comparison.fit.samples, called, number=model.number
+        )
     ]
+
+
+def beside(
+    residual: np.ndarray, d: Diagnosis, samples: Samples, called: Callable[[str], str], number: int = 0
+) -> list[Candidate]:
+    """The sets of effects that help one diagnosed model most; `residual` is its own, of all samples."""
+    return [Candidate(number, called(name), residual + change) for name, change in changes(d, samples)]
 
 
 def changes(d: Diagnosis, samples: Samples) -> list[tuple[str, np.ndarray]]:
@@ -57,11 +66,17 @@ def _shown(d: Diagnosis) -> list[tuple[str, ...]]:
 
 
 def _spread(change: np.ndarray, known: Samples, wanted: Samples) -> np.ndarray | None:
-    """Values at some samples, for all samples of the same runs; None where the runs are not the same."""
+    """Values at some samples, for all samples of the same runs.
+
+    None where the runs are not the same, or what was measured: a motion may have been read as a force.
+    """
     if len(change) != len(known) or set(known.run) != set(wanted.run):
         return None
     spread = np.empty(len(wanted))
     for run in np.unique(wanted.run):
         mine, there = wanted.run == run, known.run == run
+        measured = np.interp(known.row[there], wanted.row[mine], wanted.measured[mine])
+        if not np.allclose(measured, known.measured[there], rtol=1e-9, atol=0):
+            return None
         spread[mine] = np.interp(wanted.row[mine], known.row[there], change[there])
     return spread
