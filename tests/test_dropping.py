@@ -7,9 +7,10 @@ import pytest
 from small_muscle import loops, write
 from studied import compared, spring_missing
 
+from fitting.diagnosis import dropping
 from fitting.diagnosis.course import ModelOnTheWay
 from fitting.diagnosis.diagnose import prepared
-from fitting.diagnosis.dropping import not_needed, smaller_models
+from fitting.diagnosis.dropping import _does_as_well, not_needed, smaller_models
 from fitting.recordings.experiment import read_experiment
 from fitting.report.results import steps_result
 from fitting.report.text.path import path_result
@@ -54,6 +55,46 @@ def test_a_model_that_lacks_something_keeps_all_it_has(begin):
     result = search.glance()
     assert not result.base_is_adequate
     assert not list(smaller_models(ModelOnTheWay(("tip",), effects, search), result, ["tip"], begin))
+
+
+def test_what_the_data_ask_for_is_needed(begin):
+    search = begin(EFFECTS[:3])
+    search.fit_singles()
+    assert not_needed(search, ["linear_spring"]) is None
+
+
+@pytest.mark.parametrize(
+    ("why", "p_value", "left", "as_well"),
+    [(None, 0.2, 1.0, True), ("still missing", 0.2, 1.0, False), (None, 0.001, 1.0, False), (None, 0.2, 1.3, False)],
+    ids=["as well", "the test rejects it", "what is left out is seen", "held-out runs are predicted worse"],
+)
+def test_each_reason_to_keep_an_effect_suffices(why, p_value, left, as_well):
+    """Rows of size `left` on held-out runs, where the larger model leaves 1 in each of them."""
+    smaller, whole = (SimpleNamespace(effects=frozenset(names)) for names in (("a",), ("a", "b")))
+    scatter = np.random.default_rng(0).standard_normal(400)
+    examiner = SimpleNamespace(
+        adequacy=lambda *_: SimpleNamespace(why=why), against=lambda *_: p_value,
+        flip_groups=SimpleNamespace(level=0.01), groups=np.repeat(np.arange(20), 20),
+        beyond_instruments=lambda fit: scatter * (left if fit is smaller else 1.0),
+    )  # fmt: skip
+    search = SimpleNamespace(examiner=examiner, base=whole, alone=whole, fits={})
+    assert _does_as_well(search, smaller) is as_well
+
+
+@pytest.mark.parametrize("strained", [False, True])
+def test_what_only_instruments_far_off_could_stand_in_for_is_kept(strained, monkeypatch):
+    found = SimpleNamespace(is_strained=strained, rmse=1.0, held_out_rmse=1.0, verdict="within the instruments")
+    smaller = SimpleNamespace(effects=frozenset({"ideal_cylinder"}), vector=np.zeros(0), confined=False)
+    answers = iter([smaller, None])
+    monkeypatch.setattr(dropping, "not_needed", lambda *_: next(answers))
+    monkeypatch.setattr(dropping, "concluded", lambda _: found)
+    adequate = SimpleNamespace(base_is_adequate=True)
+    world = SimpleNamespace(layout=SimpleNamespace(names=()))
+    search = SimpleNamespace(base=SimpleNamespace(effects=frozenset({"ideal_cylinder", "tip"})), world=world)
+    next_search = SimpleNamespace(run=lambda: adequate)
+    here = ModelOnTheWay(("tip",), [IdealCylinder(), Tip()], search)
+    steps = list(smaller_models(here, adequate, ["tip"], lambda *_: next_search))
+    assert [step.dropped for step in steps] == ([] if strained else [("tip",)])
 
 
 def test_what_another_effect_needs_is_not_asked():
