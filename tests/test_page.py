@@ -56,7 +56,7 @@ def test_the_page_begins_with_the_verdict_and_holds_every_part(study, diagnosis)
     assert headings(text) == ["Spring in parallel linear_spring is missing."]
     titles = re.findall(r"<h2>(.*?)</h2>", text)
     assert [title for title in titles if not title.startswith("Instruments")] == [
-        "The error, down to the noise", "The misfit of all runs at once", "Where it fails",
+        "The misfit of all runs at once", "Where it fails", "The error, down to the noise",
         "Measured and model, run by run", "Which effects could explain the misfit",
         "Which effects are similar in these data", "Parameters", "Where this comes from",
     ]  # fmt: skip

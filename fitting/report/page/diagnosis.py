@@ -81,6 +81,7 @@ def effects(d: Diagnosis, c: Comparison, names: PageNames, models: Mapping[froze
         tables=(grid,) if helping else (),
         folded=tuple(table for table in (others, unseen) if table.rows),
         folded_title=f"{len(idle)} that do not help, and {sum(map(len, blind.values()))} that cannot be seen here",
+        rail="Effects",
     )
 
 
@@ -90,7 +91,7 @@ def limits(d: Diagnosis) -> Section | None:
     still = open_text(d, UNIT)
     sentences = (f"{SEEN}.", *([f"Still open: {still}"] if still else []))
     grid = Grid(("RMS error left", "effects that would have been seen"), rows, words=(1,))
-    return Section("What would have been seen", sentences=sentences, tables=(grid,)) if rows else None
+    return Section("What would have been seen", sentences=sentences, tables=(grid,), rail="Effects") if rows else None
 
 
 def errors_grid(d: Diagnosis) -> Grid:
@@ -134,6 +135,7 @@ def alike(d: Diagnosis, names: PageNames, number: int = 0) -> Section | None:
         picture=groups_html(found, named_by(d), names.html) if found else "",
         folded_picture=figures.as_svg(maps.alike_map(d, names.called), f"alike{number}"),
         folded_title="The same as a map, pair by pair: 1 is the same change, 0 has nothing in common",
+        rail="Effects",
     )
 
 

@@ -40,22 +40,23 @@ def loops(models: Sequence[ShownModel], task: Task) -> Section:
     frames = [frame(panel, k, steps) for k, panel in enumerate(shown)]
     runs = sum(len(recording.runs) for e in task.experiments for recording in e.recordings)
     picture = key(frames) + loops_html(frames, steps)
-    return Section("Measured and model, run by run", picture=picture, caption=thinning_text(frames, runs))
+    return Section("Measured and model, run by run", picture=picture, caption=thinning_text(frames, runs), rail="Runs")
 
 
-def where(models: Sequence[ShownModel], live: LivePicture) -> list[Section]:
-    """Where each model fails: sentences, the live picture above maps on one scale of colours, and folded tables."""
+def where(models: Sequence[ShownModel], live: LivePicture) -> Section:
+    """Where each model fails: sentences, and the live picture above maps on one scale of colours."""
     compared = [model.comparison for model in models]
     scale = maps.scale_of(compared)
     drawn = compared[0].cells is not None
     colours = COLOURS.format(noise=amount(scale.noise, "N"))
-    picture = Section(
+    return Section(
         "Where it fails",
         said=tuple((model.number, text) for model in models for text in _where_texts(model, compared[0])),
         picture=live.html + (_switched_maps(compared, scale) if drawn else "") + live.words,
         caption=colours if drawn else "",
+        rail="Misfit",
+        stays=True,
     )
-    return [picture, *(_tables(model, len(models)) for model in models)]
 
 
 def _where_texts(model: ShownModel, first: Comparison) -> list[str]:
@@ -66,7 +67,8 @@ def _where_texts(model: ShownModel, first: Comparison) -> list[str]:
     return [kind, f"The model 'before' failed most at {place_text(first)}.", *band_lines(c.bands)]
 
 
-def _tables(model: ShownModel, count: int) -> Section:
+def tables(model: ShownModel, count: int) -> Section:
+    """The errors of one of `count` models by pressure, contraction, branch, speed and run, folded."""
     c = model.comparison
     return Section(
         "",

@@ -76,10 +76,11 @@ def page(
     here = steps.chosen_of(models)
     live = live_picture(models, task, names.plain)
     sections = [
-        steps.fall(models, c, d, stages, names.html),
         misfit.overview(models, task),
-        *misfit.where(models, live),
+        misfit.where(models, live),
+        steps.fall(models, c, d, stages, names.html),
         misfit.loops(models, task),
+        *(misfit.tables(model, len(models)) for model in models),
         *of_diagnoses(models, names),
         *_of_each(models, lambda m: _parameters(m.comparison.fit)),
         *_of_each(models, lambda m: _instruments(m.comparison, m.diagnosis)),
@@ -111,7 +112,8 @@ def _of_each(models: Sequence[ShownModel], made: Callable[[ShownModel], Section]
 
 def _planned(planned: "NextMeasurement") -> Section:
     told = measurement_text(planned)
-    return Section("What to measure next", sentences=tuple(as_sentence(text.rstrip(".")) for text in told))
+    sentences = tuple(as_sentence(text.rstrip(".")) for text in told)
+    return Section("What to measure next", sentences=sentences, rail="Next")
 
 
 def _parameters(fit: Fit) -> Section:
@@ -122,7 +124,8 @@ def _parameters(fit: Fit) -> Section:
         "goes. The one beside it takes every sample for independent of the others, and is too small.",
         *rests_on_texts(fit),
     )
-    return Section("Parameters", sentences=words, tables=(Grid(heads, rows, words=(0, 7, 8)),))
+    grid = Grid(heads, rows, words=(0, 7, 8))
+    return Section("Parameters", sentences=words, tables=(grid,), rail="Parameters")
 
 
 def _instruments(c: Comparison, d: Diagnosis | None) -> Section:
@@ -136,6 +139,7 @@ def _instruments(c: Comparison, d: Diagnosis | None) -> Section:
         sentences=(*(as_sentence(text) for text in channel_lines(c.channels)), words),
         folded=(*errors, Grid(HEADS, by_recording, "Every recording", words=(0, 1, 3, 6, 7))),
         folded_title="Every error, recording and channel, one standard deviation each",
+        rail="Instruments",
     )
 
 
@@ -146,7 +150,13 @@ def _estimates(task: Task) -> Section | None:
         return None
     words = "Where their error is felt in newtons, readings enter the model as a signal that is estimated from them."
     picture = figures.as_svg(readings_picture(pairs), "readings")
-    return Section("Read and estimated", sentences=(words,), folded_picture=picture, folded_title="Show the readings")
+    return Section(
+        "Read and estimated",
+        sentences=(words,),
+        folded_picture=picture,
+        folded_title="Show the readings",
+        rail="Instruments",
+    )
 
 
 def _parameter(fit: Fit, name: str) -> tuple[str, ...]:
@@ -170,4 +180,5 @@ def _provenance(task: Task, models: Sequence[ShownModel], d: Diagnosis | None) -
         tables=(grid,),
         folded=() if d is None else (tried_table(d),),
         folded_title="" if d is None else f"All {len(d.tried)} sets of effects that were tried",
+        rail="Source",
     )

@@ -43,7 +43,8 @@ class Section:
     """A part of the page.
 
     `said` holds sentences about one model each, with its number; `model` is the number of the model that the whole part
-    is about, None where it is about all of them.
+    is about, None where it is about all of them. `rail` is the word that leads here from the rail at the top of the
+    page; parts that follow each other with the same word are one place.
     """
 
     title: str
@@ -59,6 +60,8 @@ class Section:
     said: tuple[tuple[int, str], ...] = ()
     model: int | None = None
     is_still: bool = False  # a live picture takes its place where a script runs, but not on paper
+    rail: str = ""
+    stays: bool = False  # it stays in view beside the others where the screen is wide enough
 
 
 def write_text_page(path: str, title: str, shown: Iterable[Any], pictures: Sequence[Section] = ()) -> None:
@@ -80,7 +83,8 @@ def as_sentence(text: str) -> str:
 
 def render_page(**content: Any) -> str:
     """A page: `title`, `about`, `verdict`, `sections`, and what else the template knows."""
-    return _template().render(EMPTY | content)
+    rail = tuple(dict.fromkeys(section.rail for section in content["sections"] if section.rail))
+    return _template().render(EMPTY | {"rail": rail} | content)
 
 
 @functools.cache

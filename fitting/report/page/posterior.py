@@ -58,12 +58,14 @@ def posterior_sections(posterior: Posterior) -> list[Section]:
             tables=(Grid(heads, tuple(Line((mark(name), *values)) for name, *values in rows)),),
             folded=(Grid(("parameter", "prior", "sensitivity"), priors, note, words=(1,)),),
             folded_title="Priors",
+            rail="Posterior",
         ),
         Section(
             "Do the readings lie where they should?",
             sentences=(f"The band holds {inside_text(posterior)}.", *posterior.notes),
             picture=figures.as_svg(predicted(posterior), "bands"),
             caption="Measured minus predicted; the band should hold 90 % of the readings of each run.",
+            rail="Posterior",
         ),
     ]
 
@@ -74,4 +76,5 @@ def _origin(task: Task, posterior: Posterior) -> Section:
     rows += [("seed", str(task.seed))]
     rows += [(f"data: {name}", f"{data['folder']}, sha256 {data['sha256']}") for name, data in known["data"].items()]
     rows += [(name, version) for name, version in known["versions"].items()]
-    return Section("Where this comes from", tables=(Grid(("", ""), tuple(Line(row) for row in rows), words=(1,)),))
+    grid = Grid(("", ""), tuple(Line(row) for row in rows), words=(1,))
+    return Section("Where this comes from", tables=(grid,), rail="Source")

@@ -75,6 +75,7 @@ def fall(
         tables=_table(shown, models, c.unit),
         folded=folded,
         folded_title="Larger models that were tried and not kept" if folded else "",
+        rail="Error",
     )
 
 

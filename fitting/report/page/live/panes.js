@@ -66,8 +66,8 @@ function panesOf(figure, state) {
     pair = [];
     const { ylabel, xlabel, unit } = state.group, difference = `model \u2212 measured [${unit}]`;
     pair = [
-      pane(upper, state, { reset, ylabel, xlabel: "", height: 240, draw: u => drawUpper(u, state) }),
-      pane(lower, state, { reset, ylabel: difference, xlabel, height: 205, draw: u => drawLower(u, state) }),
+      pane(upper, state, { reset, ylabel, xlabel: "", height: height("--upper"), draw: u => drawUpper(u, state) }),
+      pane(lower, state, { reset, ylabel: difference, xlabel, height: height("--lower"), draw: u => drawLower(u, state) }),
     ];
     all = spans(state);
     reset();
@@ -94,6 +94,7 @@ function panesOf(figure, state) {
     pair[0].setScale("x", { min: middle - half, max: middle + half });
   }
   const fit = u => u.setSize({ width: u.root.parentElement.clientWidth, height: u.height });
+  function height(name) { return Number(getComputedStyle(figure).getPropertyValue(name)); }
   new ResizeObserver(() => pair.forEach(fit)).observe(upper);
   return { build, reset, refit, isAll, enlarge, redraw: () => pair.forEach(u => u.redraw(false, false)), pair: () => pair };
 }
