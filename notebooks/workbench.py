@@ -330,17 +330,11 @@ def _(last, live, set_moves):
 
 
 @app.cell
-def _(last, sliders):
+def _(drawing, last, live, sliders):
     mo.stop(last is None)
     _rows = "".join(f'<div class="slider">{element}</div>' for element in sliders.values())
-    mo.Html(f'{words.heading("Measured and model")}<div class="sliders">{_rows}</div>')
-    return
-
-
-@app.cell
-def _(drawing, live):
-    mo.stop(live is None)
-    mo.vstack([drawing, mo.md(live.left_out)])
+    _handles = mo.Html(f'{words.heading("Measured and model")}<div class="sliders">{_rows}</div>')
+    mo.vstack([mo.Html(words.STAYS), _handles, drawing, mo.md(live.left_out)]) if live is not None else _handles
     return
 
 

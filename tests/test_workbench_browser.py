@@ -250,6 +250,21 @@ def test_it_can_be_read_and_operated(visit, folder):
     assert page.evaluate("document.documentElement.scrollWidth") <= 390
 
 
+def test_measured_and_model_stay_in_view_on_a_wide_screen(visit, folder):
+    page = visit(viewport={"width": 1280, "height": 800})
+    drop(page, folder)
+    canvas, home = page.locator(".live canvas").first, page.get_by_role("heading", name="Take it home")
+    if not canvas.count():
+        pytest.skip("without anywidget the pictures are still ones, in one column")
+    verdict, picture = page.locator(".verdict").bounding_box(), canvas.bounding_box()
+    assert picture["x"] + picture["width"] < verdict["x"]
+    home.scroll_into_view_if_needed()
+    assert 0 < canvas.bounding_box()["y"] < 800
+    page.set_viewport_size({"width": 1000, "height": 800})
+    home.scroll_into_view_if_needed()
+    assert canvas.bounding_box()["y"] < 0  # all is one column: it has scrolled away
+
+
 @pytest.mark.slow
 def test_ten_thousand_samples_follow_a_slider_at_once(visit, tmp_path):
     """On a machine with nothing else to do: five seconds to the first picture, then 0.15 s for each move."""

@@ -33,6 +33,7 @@ from fitting.workbench.settings import WORKBENCH
 WELCOME = """Open a data set. You then see the ideal muscle with dry friction beside what was measured. **Run the
 diagnosis** to learn which effect is missing, **add** it with a click, and watch the error fall. To try it first, choose
 `muscle_b` from the data that come with the program: something is hidden in it."""
+STAYS = '<span class="stays"></span>'  # tells the style sheet which cell stays in view on a wide screen
 JOINT = " + "  # between the effects of a set that is offered as one
 DESIGN = """\
 [muscle]
