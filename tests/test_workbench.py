@@ -28,7 +28,7 @@ from fitting.workbench import session as bench
 from fitting.workbench.job import Job
 from fitting.workbench.live import live_of
 from fitting.workbench.serving import is_loopback, is_own, listening
-from fitting.workbench.text import DESIGN, called, error_now, evidence, fall, headline, known_effects, offers
+from fitting.workbench.text import DESIGN, called, error_now, evidence, fall, headline, known_effects, models, offers
 
 CANDIDATES = ("linear_spring", "viscous_damping")
 STIFFNESS = 1600.0  # N/m, what is hidden in the data of these tests
@@ -83,6 +83,16 @@ def test_the_error_falls_when_what_is_missing_is_added(found, mended):
     assert mended.last.comparison.rmse < 1.2 * 0.3 < 5 * 0.3 < found.last.comparison.rmse
     assert mended.last.fit.values["linear_spring.K"] == pytest.approx(STIFFNESS, rel=0.1)
     assert [stage_text(stage) for stage in mended.stages] == ["the model as it is", "+ ⟦linear_spring⟧"]
+
+
+def test_all_models_stand_side_by_side_once_there_are_several(found, mended):
+    assert models(found) == ""
+    table = models(mended)
+    heads = re.findall(r"<th scope[^>]*>(.*?)</th>", table)
+    assert heads[:2] == ["measured", "the model as it is"]
+    assert "Spring in parallel" in heads[2]
+    stiffness = re.search(r"linear_spring.K.*?</tr>", table)[0]
+    assert "<td></td><td></td><td>1." in stiffness  # neither measured, nor in the first model
 
 
 def test_undo_goes_back_and_changes_nothing_else(found, mended):

@@ -26,6 +26,8 @@ from fitting.report.text.fit import fit_warnings
 from fitting.report.text.instrument_answers import explaining_text, odd_run_texts, rival_texts
 from fitting.report.text.limits import open_text
 from fitting.report.text.names import Names, mark, marked
+from fitting.report.text.side_by_side import side_by_side
+from fitting.report.text.stages import stage_text
 from fitting.report.text.study import data_text
 from fitting.workbench.session import Session, Step, in_own_units, where_we_are
 from fitting.workbench.settings import WORKBENCH
@@ -109,6 +111,20 @@ def fall(session: Session) -> str:
     """How the error fell so far; empty before the first fit."""
     compared, named = session.last.comparison, PageNames(session.last.task.library).html
     return "" if compared is None else fall_html(session.stages, compared.floor, compared.unit, named)
+
+
+@in_own_units
+def models(session: Session) -> str:
+    """Errors and parameters of all models of the session, side by side, folded; empty while there is one."""
+    if len(session.stages) < 2:
+        return ""
+    named = PageNames(session.last.task.library).html
+    called = [stage_text(stage) for stage in session.stages]
+    heads, rows = side_by_side(called, session.stages)
+    head = "<td></td>" + "".join(f'<th scope="col">{named(text)}</th>' for text in heads[1:])
+    body = "".join(f"<tr>{''.join(f'<td>{named(cell)}</td>' for cell in row)}</tr>" for row in rows)
+    table = f'<div class="scroll" tabindex="0"><table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table></div>'
+    return f'<div class="bench"><details><summary>All models side by side</summary>{table}</details></div>'
 
 
 def offers(step: Step | None) -> list[str]:

@@ -12,7 +12,7 @@ from fitting.report.page import misfit, steps, top
 from fitting.report.page.diagnosed import of_diagnoses
 from fitting.report.page.diagnosis import errors_grid, tried_table
 from fitting.report.page.live.picture import live_picture
-from fitting.report.page.models import ShownModel, models_of
+from fitting.report.page.models import ShownModel, models_of, short_name
 from fitting.report.page.names import PageNames
 from fitting.report.page.parts import Grid, Line, Section, as_sentence, pictures_style, render_page
 from fitting.report.pictures import figures
@@ -24,6 +24,7 @@ from fitting.report.text.fit import range_cells, value_cells
 from fitting.report.text.instruments import HEADS, channel_cells, channel_lines
 from fitting.report.text.names import mark, marked
 from fitting.report.text.search import search_text
+from fitting.report.text.side_by_side import side_by_side
 from fitting.report.text.stated_sizes import measured_cells, rests_on_texts
 from fitting.report.text.study import data_text
 from fitting.study.practice import ENOUGH
@@ -83,6 +84,7 @@ def page(
         *(misfit.tables(model, len(models)) for model in models),
         *of_diagnoses(models, names),
         *_of_each(models, lambda m: _parameters(m.comparison.fit)),
+        *_side_by_side(models, names),
         *_of_each(models, lambda m: _instruments(m.comparison, m.diagnosis)),
         _estimates(task),
         *([] if planned is None else [_planned(planned)]),
@@ -126,6 +128,16 @@ def _parameters(fit: Fit) -> Section:
     )
     grid = Grid(heads, rows, words=(0, 7, 8))
     return Section("Parameters", sentences=words, tables=(grid,), rail="Parameters")
+
+
+def _side_by_side(models: Sequence[ShownModel], names: PageNames) -> list[Section]:
+    """Errors and parameters of every model in one table, where there are several."""
+    if len(models) < 2:
+        return []
+    called = [names.plain(short_name(model, len(models))) for model in models]
+    heads, rows = side_by_side(called, [model.stage for model in models])
+    grid = Grid(heads, tuple(Line(row) for row in rows), words=(0,))
+    return [Section("All models side by side", tables=(grid,), rail="Parameters")]
 
 
 def _instruments(c: Comparison, d: Diagnosis | None) -> Section:

@@ -3,8 +3,6 @@
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-import numpy as np
-
 from fitting.comparison.compare import Comparison
 from fitting.diagnosis.record import Diagnosis
 from fitting.least_squares.record import Fit
@@ -16,7 +14,7 @@ from fitting.report.text.attempts import held_text, why_not_kept
 from fitting.report.text.diagnosis import effect_set
 from fitting.report.text.fit import value_cells
 from fitting.report.text.path import path_texts
-from fitting.report.text.stages import dropped_text, stage_text
+from fitting.report.text.stages import dropped_text, stage_text, tested_text
 from fitting.report.text.stated_sizes import measured_cells
 from fitting.study.stages import Stage
 
@@ -102,7 +100,7 @@ def _table(shown: Sequence[Stage], models: Sequence[ShownModel], unit: str) -> t
                 stage_text(s),
                 amount(s.rmse, unit),
                 amount(s.held_out_rmse, unit),
-                _p(s.p_value),
+                tested_text(s.p_value),
                 *own,
                 *([s.verdict] if judged else []),
             )
@@ -112,10 +110,6 @@ def _table(shown: Sequence[Stage], models: Sequence[ShownModel], unit: str) -> t
     heads = ("model", "RMS", "on held-out runs", "p", *(_size_head(fits[0], name) for name in sizes))
     heads += ("verdict then",) if judged else ()
     return (Grid(heads, rows, words=(0, *range(4, len(heads)))),)
-
-
-def _p(value: float | None) -> str:
-    return "not tested" if value is None or np.isnan(value) else f"{value:.2g}"
 
 
 def _sizes(fits: Sequence[Fit]) -> tuple[str, ...]:

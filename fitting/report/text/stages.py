@@ -1,5 +1,7 @@
 """What a step of a study is called."""
 
+import numpy as np
+
 from fitting.report.text.names import marked
 from fitting.study.stages import Stage
 
@@ -24,3 +26,8 @@ def dropped_text(stage: Stage) -> list[str]:
 def added_text(stage: Stage) -> str:
     """The effects that were added, and those whose place they took."""
     return marked(stage.added, " + ") + (f" in place of {marked(stage.dropped)}" if stage.dropped else "")
+
+
+def tested_text(p_value: float | None) -> str:
+    """The p-value of a step; NaN and None are models that were not tested."""
+    return "not tested" if p_value is None or np.isnan(p_value) else f"{p_value:.2g}"
