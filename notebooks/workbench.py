@@ -260,7 +260,13 @@ def _(candidates, examine, last, now, undo):
     fitted = last.comparison is not None
     buttons = [*([examine] if fitted else []), *([undo] if len(now.steps) > 1 else [])]
     some = [mo.accordion({"Look for some effects only": candidates})] if fitted else []
-    mo.vstack([mo.Html(words.headline(now) + words.fall(now) + words.models(now)), mo.hstack(buttons, justify="start", wrap=True), *some])
+    mo.vstack(
+        [
+            mo.Html(words.headline(now) + words.fall(now) + words.models(now)),
+            mo.hstack(buttons, justify="start", wrap=True),
+            *some,
+        ]
+    )
     return
 
 

@@ -140,6 +140,7 @@ EFFECTS = {
     "hill": "a_over_F0 b",
     "creep": "K1 tau",
     "mullins": "m w",
+    "slack": "F_s",
     "force_gain": "g",
     "force_offset": "F_off",
     "time_delay": "tau",

@@ -133,6 +133,8 @@ class Search:
             if size > 1:
                 for _ in range(self.settings.rounds):
                     self.fit_level(self.grown([*self.parts(self.best(size)), *self.best(size - 1)]))
+            if size == 2:
+                self.fit_level(self.unlocked())
             if size < 3:
                 self.progress(LEVELS[size + 1], 0.25 * size + 0.1)
                 self.fit_level(self.promising(size + 1, pool))
@@ -194,6 +196,19 @@ class Search:
             if self.world.possible(self.world.with_added(group), group):
                 promise.append((self.promised(group), frozenset(group)))
         return [added for _, added in sorted(promise, key=lambda p: p[0])[: self.settings.refitted]]
+
+    def unlocked(self) -> list[frozenset[str]]:
+        """Pairs of an effect that needs another and the simplest that give it, not fitted yet.
+
+        Neither may help by itself: rubber makes a muscle push that hangs slack, which without rubber nothing shows.
+        """
+        pairs = list[frozenset[str]]()
+        for name in self.world.candidates:
+            lacking = set(self.world.lacking(self.world.with_added([name])))
+            giving = [other for other in self.world.candidates if lacking & set(self.world.effects[other].gives)]
+            fewest = min((len(self.world.layout.of_effect(other)) for other in giving), default=0)
+            pairs += [frozenset({name, g}) for g in giving if len(self.world.layout.of_effect(g)) == fewest]
+        return [pair for pair in pairs if pair not in self.fits]
 
     def moves(self, added: frozenset[str]) -> bool:
         """Whether each effect of a fitted set changes what is predicted: a lag does nothing where nothing moves."""

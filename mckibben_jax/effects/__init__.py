@@ -30,7 +30,7 @@ from mckibben_jax.effects.lost import (
     TextileFriction,
     ViscousDamping,
 )
-from mckibben_jax.effects.read import ForceGain, ForceOffset, TimeDelay
+from mckibben_jax.effects.read import ForceGain, ForceOffset, Slack, TimeDelay
 from mckibben_jax.effects.stored import (
     BladderAxialPrinted,
     BladderMooneyRivlin,
@@ -94,7 +94,7 @@ LOST = (
     Creep,
     Mullins,
 )
-READ = (ForceGain, ForceOffset, TimeDelay)
+READ = (Slack, ForceGain, ForceOffset, TimeDelay)
 SUPPLIES: tuple[type[Effect], ...] = (SupplyOrifice, LiquidLine, SupplyDelay)  # by name only
 LIBRARY: tuple[type[Effect], ...] = FELT + STORED + LOST + READ
 _BEHIND = FELT.index(SupplyLag) + 1

@@ -1,10 +1,33 @@
 """What the instrument makes of the force."""
 
 import jax
+import jax.numpy as jnp
 
 from mckibben_jax.effect import Read
 from mckibben_jax.memory import delayed
 from mckibben_jax.parameter import parameter
+
+CORNER = 1.0  # N
+
+
+class Slack(Read):
+    """A muscle with too little pressure does not push: its tube bends aside and hangs slack, and the cell reads F_s.
+
+    max(F, F_s), with its corner rounded by a newton as that of a column that is not quite straight. A clamped tube of
+    bending stiffness EI buckles under 4 pi^2 EI/L^2, some newtons for rubber, and hardly bears more from there on: a rig
+    that holds it shorter than at rest reads minus that load, until the pressure is high enough to pull.
+    """
+
+    title = "Slack muscle"
+    source = "Timoshenko & Gere 1961, clamped column and its load beyond buckling"
+    suspect = "a model that pushes at low pressure and large contraction, where the reading stays near zero"
+    needs = ("rubber",)  # nothing else pushes within the stroke
+    fixed = (f"{CORNER:g} N",)
+    F_s: jax.Array = parameter(-5.0, "N", "reading of the slack muscle", range=(-500.0, 100.0), starts=(0.0, -20.0))
+
+    def read(self, signal: jax.Array, time: jax.Array) -> jax.Array:
+        half = 0.5 * (signal - self.F_s)
+        return self.F_s + half + jnp.sqrt(half**2 + CORNER**2)
 
 
 class ForceGain(Read):

@@ -117,8 +117,19 @@ def apart(key: str, value: float, factor: float) -> float:
     return NEUTRAL.get(key, 0.0) + (value - NEUTRAL.get(key, 0.0)) * factor
 
 
+CORNER = 1.0  # N
+
+
+def borne(force, slack):
+    """What a tube bears that bends aside: y of (y - slack) (y - force) = CORNER^2, above the load when slack."""
+    middle = (force + slack) / 2
+    return middle + np.hypot(middle - slack, CORNER)
+
+
 def weighed(truth: Truth, force):
-    """What the load cell makes of a force: gain, then offset."""
+    """What the load cell makes of a force: where the muscle is slack, then gain, then offset."""
+    if "slack" in truth.effects:
+        force = borne(force, truth.effects["slack"]["F_s"])
     force = force * (1 + truth.effects.get("force_gain", {"g": 0.0})["g"])
     return force + truth.effects.get("force_offset", {"F_off": 0.0})["F_off"]
 
