@@ -14,8 +14,8 @@ class Slack(Read):
     """A muscle with too little pressure does not push: its tube bends aside and hangs slack, and the cell reads F_s.
 
     max(F, F_s), with its corner rounded by a newton as that of a column that is not quite straight. A clamped tube of
-    bending stiffness EI buckles under 4 pi^2 EI/L^2, some newtons for rubber, and hardly bears more from there on: a rig
-    that holds it shorter than at rest reads minus that load, until the pressure is high enough to pull.
+    bending stiffness EI buckles under 4 pi^2 EI/L^2, some newtons for rubber, and hardly bears more from there on: a
+    rig that holds it shorter than at rest reads minus that load, until the pressure is high enough to pull.
     """
 
     title = "Slack muscle"
