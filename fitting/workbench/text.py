@@ -123,7 +123,8 @@ def models(session: Session) -> str:
     heads, rows = side_by_side(called, session.stages)
     head = "<td></td>" + "".join(f'<th scope="col">{named(text)}</th>' for text in heads[1:])
     body = "".join(f"<tr>{''.join(f'<td>{named(cell)}</td>' for cell in row)}</tr>" for row in rows)
-    table = f'<div class="scroll" tabindex="0"><table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table></div>'
+    rows_html = f"<thead><tr>{head}</tr></thead><tbody>{body}</tbody>"
+    table = f'<div class="scroll" tabindex="0"><table class="models">{rows_html}</table></div>'
     return f'<div class="bench"><details><summary>All models side by side</summary>{table}</details></div>'
 
 
