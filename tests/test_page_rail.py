@@ -25,12 +25,19 @@ def chromium():
         yield started
 
 
-def opened(chromium, text, tmp_path, width, height):
+@pytest.fixture
+def shown(chromium, text, tmp_path, request):
+    """The page in a window of a given width, 900 high; nothing may have gone away or wrong at the end."""
     place = tmp_path / "page.html"
     place.write_text(text, encoding="utf-8")
-    watched = Watched(chromium.new_page(viewport={"width": width, "height": height}))
+    watched = Watched(chromium.new_page(viewport={"width": request.param, "height": 900}))
     watched.page.goto(place.as_uri())
-    return watched
+    yield watched.page
+    watched.check()
+    watched.page.close()
+
+
+wide, narrow = (pytest.mark.parametrize("shown", [width], indirect=True) for width in (1280, 800))
 
 
 def test_every_word_of_the_rail_leads_to_one_place(text):
@@ -48,9 +55,8 @@ def test_a_page_of_words_alone_has_no_rail():
     assert "<main>" in text
 
 
-def test_a_word_of_the_rail_brings_its_part_to_the_top_whatever_model_is_shown(chromium, text, tmp_path):
-    watched = opened(chromium, text, tmp_path, 1280, 900)
-    shown = watched.page
+@wide
+def test_a_word_of_the_rail_brings_its_part_to_the_top_whatever_model_is_shown(shown):
     for step in ("before", "after"):
         shown.get_by_role("radio", name=step).check()
         shown.locator('.rail a:text-is("Parameters")').click()
@@ -59,13 +65,10 @@ def test_a_word_of_the_rail_brings_its_part_to_the_top_whatever_model_is_shown(c
         bar = shown.locator(".top").bounding_box()
         below = title.bounding_box()["y"] - bar["y"] - bar["height"]
         assert 0 <= below < 120
-    watched.check()
-    shown.close()
 
 
-def test_the_picture_stays_in_view_beside_everything_else(chromium, text, tmp_path):
-    watched = opened(chromium, text, tmp_path, 1280, 900)
-    shown = watched.page
+@wide
+def test_the_picture_stays_in_view_beside_everything_else(shown):
     verdict = shown.locator("h1:visible").bounding_box()
     picture = shown.locator("figure.live").bounding_box()
     assert picture["x"] + picture["width"] < verdict["x"]  # side by side: both are seen at once
@@ -76,26 +79,19 @@ def test_the_picture_stays_in_view_beside_everything_else(chromium, text, tmp_pa
         assert lower["y"] + lower["height"] < 900
     assert violations(shown) == []
     assert shown.evaluate("document.documentElement.scrollWidth") <= 1280
-    watched.check()
-    shown.close()
 
 
-def test_on_a_narrow_screen_all_is_one_column(chromium, text, tmp_path):
-    watched = opened(chromium, text, tmp_path, 800, 900)
-    shown = watched.page
+@narrow
+def test_on_a_narrow_screen_all_is_one_column(shown):
     verdict, picture = (shown.locator(part).first.bounding_box() for part in ("h1:visible", "figure.live"))
     assert picture["y"] > verdict["y"] + verdict["height"]
     shown.locator('.rail a:text-is("Parameters")').click()
     assert shown.evaluate(TOP_OF_PICTURE) < 0  # it has scrolled away
     assert shown.evaluate("document.documentElement.scrollWidth") <= 800
-    watched.check()
-    shown.close()
 
 
-def test_on_paper_the_rail_is_gone_and_all_is_one_column(chromium, text, tmp_path):
-    watched = opened(chromium, text, tmp_path, 1280, 900)
-    shown = watched.page
+@wide
+def test_on_paper_the_rail_is_gone_and_all_is_one_column(shown):
     shown.emulate_media(media="print")
     assert not shown.locator(".rail").is_visible()
     assert shown.locator("main").evaluate("e => getComputedStyle(e).display") == "block"
-    shown.close()

@@ -30,12 +30,12 @@ def test_each_model_has_a_column_with_its_own_errors_and_parameters(stages):
             assert error == pytest.approx(c.fit.error(name), rel=0.06)
 
 
-def test_what_a_model_does_not_have_stays_empty_and_what_was_not_tested_is_said(study):
+def test_what_was_not_tested_or_held_out_is_said(study):
     _, c = study
     bare = Stage("bare", c.rmse, None, comparison=c)
     _, rows = side_by_side(("bare",), [bare])
     table = {row[0]: row[1:] for row in rows}
-    assert table["on held-out runs"] == ("", "")
+    assert table["on held-out runs"] == ("", "-")
     assert table["p that nothing is missing"] == ("", "not tested")
     assert all(len(row) == 3 for row in rows)
 

@@ -1,13 +1,16 @@
 """A muscle that hangs slack: where its law goes, that it is found, and that rubber is found behind it."""
 
+from dataclasses import replace
+
 import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
 from hidden.simulator import COLOURED, LABORATORY, Muscle, Truth, dataset, isometric, with_baseline, write
 
-from fitting.diagnosis.diagnose import diagnose
+from fitting.diagnosis.diagnose import diagnose, searched
 from fitting.diagnosis.discover import discover
+from fitting.diagnosis.settings import DIAGNOSIS, SEARCH
 from fitting.recordings.experiment import read_experiment
 from mckibben_jax.effect import name_of
 from mckibben_jax.effects import LIBRARY, BladderNeoHookean, CoulombFriction, IdealCylinder, Slack
@@ -86,3 +89,11 @@ def test_rubber_and_slack_are_found_together_where_neither_shows_alone(hanging):
     assert "slack" in added
     assert added & {"bladder_neo_hookean", "bladder_mooney_rivlin"}
     assert steps[-1].rmse < 0.1 * steps[0].rmse
+
+
+def test_an_effect_is_fitted_with_the_simplest_that_gives_what_it_needs(hanging):
+    """Where no other rule grows the sets: by itself slack cannot be fitted, and no pair of single ones has it."""
+    settings = replace(DIAGNOSIS, search=replace(SEARCH, added=0))
+    found = searched([hanging], BASE, CANDIDATES, settings=settings)
+    with_slack = {added for added in found.fits if "slack" in added and len(added) == 2}
+    assert with_slack == {frozenset({"slack", "bladder_neo_hookean"})}  # of two rubbers the one with fewer numbers

@@ -134,7 +134,7 @@ class Search:
                 for _ in range(self.settings.rounds):
                     self.fit_level(self.grown([*self.parts(self.best(size)), *self.best(size - 1)]))
             if size == 2:
-                self.fit_level(self.unlocked())
+                self.fit_level(self.pairs_with_needs())
             if size < 3:
                 self.progress(LEVELS[size + 1], 0.25 * size + 0.1)
                 self.fit_level(self.promising(size + 1, pool))
@@ -197,7 +197,7 @@ class Search:
                 promise.append((self.promised(group), frozenset(group)))
         return [added for _, added in sorted(promise, key=lambda p: p[0])[: self.settings.refitted]]
 
-    def unlocked(self) -> list[frozenset[str]]:
+    def pairs_with_needs(self) -> list[frozenset[str]]:
         """Pairs of an effect that needs another and the simplest that give it, not fitted yet.
 
         Neither may help by itself: rubber makes a muscle push that hangs slack, which without rubber nothing shows.

@@ -1,4 +1,4 @@
-"""What the instrument makes of the force."""
+"""What of the force reaches the load cell, and what the instrument makes of it."""
 
 import jax
 import jax.numpy as jnp
@@ -7,7 +7,7 @@ from mckibben_jax.effect import Read
 from mckibben_jax.memory import delayed
 from mckibben_jax.parameter import parameter
 
-CORNER = 1.0  # N
+CORNER = 1.0  # N, by which the corner of a slack muscle is rounded
 
 
 class Slack(Read):

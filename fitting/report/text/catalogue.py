@@ -18,7 +18,7 @@ STAGES = {
     "felt": "what the braid feels of what the rig says",
     "stored": "what energy is stored, and what the pressure does",
     "lost": "what is lost to motion",
-    "read": "what the instrument makes of it",
+    "read": "what reaches the instrument, and what it makes of it",
 }
 
 BEGINS = (

@@ -23,16 +23,12 @@ def side_by_side(called: Sequence[str], stages: Sequence[Stage]) -> tuple[tuple[
     fits = [c.fit for c in compared]
     errors = [
         ("error, root mean square", "", *(amount(c.rmse, c.unit) for c in compared)),
-        ("on held-out runs", "", *(_held_out(s, c.unit) for s, c in zip(stages, compared, strict=True))),
+        ("on held-out runs", "", *(amount(s.held_out_rmse, c.unit) for s, c in zip(stages, compared, strict=True))),
         ("p that nothing is missing", "", *(tested_text(stage.p_value) for stage in stages)),
     ]
     names = dict.fromkeys(name for fit in fits for name in shown_names(fit))
     rows = [(mark(name), _measured(fits, name), *(_value(fit, name) for fit in fits)) for name in names]
     return ("", MEASURED, *called), errors + rows
-
-
-def _held_out(stage: Stage, unit: str) -> str:
-    return "" if stage.held_out_rmse is None else amount(stage.held_out_rmse, unit)
 
 
 def _value(fit: Fit, name: str) -> str:
