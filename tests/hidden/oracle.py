@@ -6,6 +6,9 @@ columns for each run). It tests the generalised likelihood ratio, which follows 
 freedom, noncentral by the squared length of the whitened signature that is left beside baseline and instruments. The
 signatures are differences of simulated forces. White noise of gauge and ruler is not charged: these histories are
 smooth, and an oracle averages it out.
+
+By default it keeps two rules that the program's users are told: readings next to turning points judge no model, and
+dry friction may differ by 2 % from run to run. `NO_RULES` says what these rules cost.
 """
 
 from __future__ import annotations
@@ -29,6 +32,7 @@ from .study.sizes import NEEDS_RUBBER, QUIET, SMALLEST, base_of, hiding, misfit,
 
 LEVEL, POWER = 0.01, 0.8
 NUDGE = 1e-3  # of what is differentiated: contraction, pressure over 1 bar, gains
+BLIND = 1e3  # N: the noise of a reading that judges nothing
 WIDER = 1.4  # step of the search for a bracket, of a size
 FREE = (("coulomb_friction", "f_s"), ("bladder_neo_hookean", "G"))
 
@@ -52,6 +56,20 @@ class Run:
     pressure: np.ndarray
     stroke: np.ndarray  # m
     held: bool
+
+
+class Rules(NamedTuple):
+    """What the oracle leaves out: readings next to `turning` points, friction within its `spread` from run to run."""
+
+    turning: bool
+    spread: float
+
+    def blind(self, run: Run, at: slice) -> np.ndarray:
+        """Variance (samples, samples; N^2) of a stretch of a run that hides the readings by which nothing is judged."""
+        return BLIND**2 * np.diag(next_to_turning(run, at) * self.turning)
+
+
+THE_PROGRAMS, NO_RULES = Rules(True, 0.02), Rules(False, 0.0)
 
 
 @dataclass(frozen=True)
@@ -89,9 +107,11 @@ def needed(level: float = LEVEL, power: float = POWER) -> float:
     return brentq(lambda evidence: ncx2.sf(bound, 1, evidence) - power, 1e-3, 1e3)  # pyright: ignore
 
 
-def oracle_size(effect: str, protocol: str, noise: Noise, instruments: Instruments = EXACT) -> OracleSize | None:
+def oracle_size(
+    effect: str, protocol: str, noise: Noise, instruments: Instruments = EXACT, rules: Rules = THE_PROGRAMS
+) -> OracleSize | None:
     """The size at which the oracle's power is 0.8 at a level of 1 %; None where no sensible size has it."""
-    scene = scene_of(protocol, noise, instruments, effect in NEEDS_RUBBER)
+    scene = scene_of(protocol, noise, instruments, effect in NEEDS_RUBBER, rules)
     highest = most(effect, {})
 
     def excess(log_size: float) -> float:
@@ -132,19 +152,23 @@ def forces(protocol: str, truth: Truth) -> np.ndarray:
 
 
 @cache
-def scene_of(protocol: str, noise: Noise, instruments: Instruments, rubber: bool = False) -> Scene:
+def scene_of(
+    protocol: str, noise: Noise, instruments: Instruments, rubber: bool = False, rules: Rules = THE_PROGRAMS
+) -> Scene:
     """All that the oracle needs of a protocol."""
     base = Truth(WHOLE, base_of(NEEDS_RUBBER if rubber else ()))
     recordings = PROTOCOLS[protocol].recordings(base, QUIET)
     force, runs = np.concatenate([one.clean for one in recordings]), list(runs_of(recordings))
     whiteners = tuple(
-        (at, cholesky(covariance(noise, instruments, run, at, force), lower=True)) for run in runs for at in run.whites
+        (at, cholesky(covariance(noise, instruments, run, at, force) + rules.blind(run, at), lower=True))
+        for run in runs
+        for at in run.whites
     )
     bare = Scene(protocol, base, force, whiteners, np.zeros((0, 0)), 0)
     free = slopes(protocol, base, force, rubber)
     friction = free[0]
     unknown = [*nuisances(protocol, base, force, friction, runs, instruments), *geometry(protocol, base, force)]
-    unknown += [noise.spread * inside(run, friction) for run in runs]
+    unknown += [max(noise.spread, rules.spread) * inside(run, friction) for run in runs]
     unknown, free = ([column for column in columns if np.any(column)] for columns in (unknown, free))
     above = bare.whitened(np.stack([*unknown, *free], axis=1)) if unknown or free else np.zeros((len(force), 0))
     below = np.eye(len(unknown), len(unknown) + len(free))
@@ -190,6 +214,23 @@ def covariance(noise: Noise, instruments: Instruments, run: Run, at: slice, forc
     white = (noise.step**2 + instruments.force.resolution**2) / 12 + instruments.force.noise**2
     moved = np.zeros(count) if mapped else instruments.jitter * np.gradient(force[at], run.time)
     return noise.sd**2 * out + np.diag(white + moved**2)
+
+
+def next_to_turning(run: Run, at: slice) -> np.ndarray:
+    """1 for the samples of a stretch within three of a turning point or an end, or a tenth of a branch if that is less.
+
+    Turning points of the length, or of the pressure where the length is held. A map has none.
+    """
+    out = np.zeros(at.stop - at.start)
+    if run.time is None:
+        return out
+    imposed = (run.pressure if run.held else run.stroke)[at.start - run.at.start : at.stop - run.at.start]
+    direction = np.sign(np.diff(imposed))
+    edges = [0, *(np.flatnonzero(direction[1:] * direction[:-1] < 0) + 1).tolist(), len(out) - 1]
+    for first, last in pairwise(edges):
+        reach = min(3, (last - first + 1) // 10)
+        out[first : first + reach + 1] = out[last - reach : last + 1] = 1.0
+    return out
 
 
 def slopes(protocol: str, base: Truth, force: np.ndarray, rubber: bool) -> list[np.ndarray]:
