@@ -28,8 +28,8 @@ ALARMS_TEXT = (
 )
 RIVALS_TEXT = """All kinds of error together."""
 ORACLE_TEXT = """The printed detection limit over the size that an oracle with the same accuracies detects with power
-0.8; it knows the family of the effect and the covariance of the noise, and like the program it judges by no reading next
-to a turning point and lets friction differ by 2 % from run to run. Who does not know the family cannot be below
+0.8; it knows the family of the effect and the covariance of the noise, and like the program it judges by no reading
+next to a turning point and lets friction differ by 2 % from run to run. Who does not know the family cannot be below
 1.26: a smaller number says that the printed limit promises more than the recording holds."""
 FALSE = "#c00000"  # what was named wrongly, or not at all
 HEADS = (
