@@ -32,7 +32,8 @@ pressure.zero_per_run = "0 Pa"
 pressure.gain_per_run = "0.1 %"
 force    = { zero_per_run = "0.6 N", gain_per_run = "0.2 %", hysteresis = "0.05 %", drift = "5 N/h" }
 displacement = { noise = "0.01 mm", zero_per_run = "1 mm" }
-time     = { skew = "5 ms" }"""
+time     = { skew = "5 ms" }
+friction = { per_run = "1 %" }"""
 
 
 def read(path, more="", csv=None, test="loop"):
@@ -55,7 +56,7 @@ def test_every_stated_accuracy_is_read_in_si(tmp_path):
     assert (force.zero_per_run, force.gain_per_run, force.hysteresis) == pytest.approx((0.6, 0.002, 0.0005))
     assert force.drift == pytest.approx(5 / HOUR)
     assert (position.noise, position.zero_per_run) == pytest.approx((1e-5, 1e-3))
-    assert found.skew == pytest.approx(0.005)
+    assert (found.skew, found.friction_per_run) == pytest.approx((0.005, 0.01))
     assert (pressure.drift, pressure.hysteresis, force.zero, force.noise, position.gain) == (None,) * 5
 
 
@@ -187,6 +188,9 @@ REFUSED = [
     ('presure = { noise = "150 Pa" }', "unknown column in [recording.accuracy]: 'presure'", "did you mean 'pressure'?"),
     ('pressure = { niose = "150 Pa" }', "[recording.accuracy], pressure: 'niose'", "did you mean 'noise'"),
     ('time = { skw = "5 ms" }', "unknown key in [recording.accuracy], time: 'skw'", "did you mean 'skew'?"),
+    ('friction = { gain = "2 %" }', "unknown key in [recording.accuracy], friction: 'gain'", "known: per_run"),
+    ('friction = "2 %"', "accuracy: friction is not a table", 'friction = { per_run = "0.1 %" }'),
+    ('friction = { per_run = "2" }', "accuracy: friction.per_run has no unit", '"0.1 %"'),
     ('pressure = { noise = "150" }', "accuracy: pressure.noise has no unit", '"150 Pa"'),
     ("pressure = { noise = 150 }", "accuracy: pressure.noise is not a value with a unit", '"150 Pa"'),
     ('force = { gain = "0.25" }', "accuracy: force.gain has no unit", '"0.1 %"'),
@@ -218,7 +222,8 @@ def test_what_cannot_be_is_refused_with_file_row_value_and_cure(tmp_path, line, 
     assert cure in error.cure
     assert error.file == tmp_path / "muscle.toml"
     assert error.row == lines.index("[recording.accuracy]" if "are one" in problem else line) + 1
-    assert cure.startswith("did you mean") or error.value is not None  # a name that is unknown stands in the problem
+    # a name that is unknown stands in the problem
+    assert cure.startswith(("did you mean", "known:")) or error.value is not None
 
 
 def test_a_table_that_is_none_is_refused(tmp_path):
@@ -258,7 +263,7 @@ def errors_of(recording):
 
 
 def test_of_every_channel_it_is_known_what_was_found_stated_and_presumed(tmp_path):
-    lines = ['pressure = { zero = "0.5 kPa", gain = "1 %" }', 'time = { skew = "5 ms" }']
+    lines = ['pressure = { zero = "0.5 kPa", gain = "1 %" }', 'time = { skew = "5 ms" }', 'friction.per_run = "0 %"']
     found = stated(tmp_path, *lines, csv=loops_with(np.round(gauge(), -1)), noise='noise = "0.7 N"')
     errors = errors_of(found)
     pressure, force, time = errors[Channel.PRESSURE], errors[Channel.FORCE], errors[Channel.TIME]
@@ -271,6 +276,9 @@ def test_of_every_channel_it_is_known_what_was_found_stated_and_presumed(tmp_pat
     assert (force.noise, force.stated) == (0.7, ("noise",))
     assert force.found.noise < 0.1
     assert (time.systematic, time.stated) == ({"skew": 0.005}, ("skew",))
+    friction, usual = errors[Channel.FRICTION], errors_of(read(tmp_path))[Channel.FRICTION]
+    assert (friction.systematic, friction.stated) == ({"friction_per_run": 0.0}, ("friction_per_run",))
+    assert (usual.systematic, usual.stated) == ({"friction_per_run": 0.02}, ())
 
 
 def test_the_steps_of_a_set_point_are_no_rounding(tmp_path):
@@ -289,10 +297,10 @@ def test_a_stated_noise_stands_beside_the_noise_that_was_found(tmp_path):
 
 def test_points_have_no_time_and_motions_no_load_cell(tmp_path):
     release = read(tmp_path, csv=table(release_columns()), test="quick release")
-    assert set(errors_of(release)) == {Channel.PRESSURE, Channel.POSITION, Channel.TIME}
+    assert set(errors_of(release)) == {Channel.PRESSURE, Channel.POSITION, Channel.TIME, Channel.FRICTION}
     columns = {"pressure [bar]": [1, 2, 3], "contraction [%]": [0, 5, 10], "force [N]": [90, 150, 170]}
     static = errors_of(read(tmp_path, csv=table(columns), test="static"))
-    assert set(static) == {Channel.PRESSURE, Channel.POSITION, Channel.FORCE}
+    assert set(static) == {Channel.PRESSURE, Channel.POSITION, Channel.FORCE, Channel.FRICTION}
     assert static[Channel.FORCE].found.noise is None
 
 
@@ -330,7 +338,7 @@ def test_compare_prints_the_channels_and_writes_them(tmp_path):
     assert shown.exit_code == 0
     assert "CHANNELS  pressure: stated: gain 0.3 %; presumed: zero 0.4 kPa" in shown.output
     channels = {each["channel"]: each for each in json.loads(out.read_text())["channels"]}
-    assert set(channels) == {"pressure", "position", "force", "time"}
+    assert set(channels) == {"pressure", "position", "force", "time", "friction"}
     assert channels["force"].items() >= {"file": "loops.csv", "noise": 0.3, "unit": "N", "stated": ["noise"]}.items()
     assert channels["pressure"]["allowed"]["gain"] == pytest.approx(0.003)
     assert channels["pressure"]["stated"] == ["gain"]
@@ -342,7 +350,8 @@ def test_compare_prints_the_channels_and_writes_them(tmp_path):
 
 def uncommented(text):
     """The text with the lines of every [recording.accuracy] in force: the signs of its comments are taken away."""
-    line = re.compile(r"^# (?=\[recording.accuracy\]|(pressure|force|displacement|length|contraction|time) = \{)", re.M)
+    names = "pressure|force|displacement|length|contraction|time|friction"
+    line = re.compile(rf"^# (?=\[recording.accuracy\]|({names}) = \{{)", re.M)
     return line.sub("", text)
 
 
@@ -368,6 +377,7 @@ def test_what_init_leaves_as_comments_is_what_is_presumed(tmp_path):
         assert stated.pressure.gain == pytest.approx(guessed.pressure.gain)
         assert stated.position.zero_per_run == pytest.approx(guessed.position.zero_per_run)
         assert stated.skew == pytest.approx(guessed.skew, rel=0.05)
+        assert stated.friction_per_run == guessed.friction_per_run
         if each.test != "quick release":
             assert stated.force.gain_per_run == pytest.approx(guessed.force.gain_per_run)
             assert stated.force.hysteresis == pytest.approx(guessed.force.hysteresis)

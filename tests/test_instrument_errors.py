@@ -32,8 +32,9 @@ SIGNALS = {
 NO_FRICTION = np.zeros((COUNT, 0))
 
 
-def errors(every=False, friction=NO_FRICTION, skew=None, **channels):
-    accuracy = Accuracy(**{name: ChannelAccuracy(**given) for name, given in channels.items()}, skew=skew)
+def errors(every=False, friction=NO_FRICTION, skew=None, friction_per_run=None, **channels):
+    given = {name: ChannelAccuracy(**given) for name, given in channels.items()}
+    accuracy = Accuracy(**given, skew=skew, friction_per_run=friction_per_run)
     return instrument_errors(S, [accuracy], SIGNALS, friction, INSTRUMENTS, every)
 
 
@@ -68,8 +69,21 @@ def test_what_is_not_allowed_is_there_only_where_all_is_asked_for():
 
 def test_friction_differs_from_run_to_run_by_a_share_of_itself():
     friction = (20.0 * S.branch)[:, None]
-    found = errors(friction=friction)
-    np.testing.assert_allclose(column(found, ErrorKind.FRICTION_PER_RUN), INSTRUMENTS.friction_per_run * friction[:, 0])
+    found = errors(friction=friction, friction_per_run=0.03)
+    np.testing.assert_allclose(column(found, ErrorKind.FRICTION_PER_RUN), 0.03 * friction[:, 0])
+    assert not errors(friction=friction).count
+
+
+def test_what_may_go_in_several_ways_varies_in_all_by_the_accuracy_together():
+    """A cell's lag of unknown width once it is fully turned, a drift of unknown shape at its end."""
+    found = errors(force={"hysteresis": 0.001, "drift": 0.2})
+    turned = np.flatnonzero(np.all(np.abs(SIGNALS[Channel.FORCE].lags(S.run, INSTRUMENTS.hysteresis_widths)) == 1, 1))
+    kinds = np.array([source.kind for source in found.sources_shared])
+    size = {kind: np.sqrt(np.sum(found.shared[:, kinds == kind] ** 2, axis=1)) for kind in set(kinds)}
+    assert len(turned)
+    np.testing.assert_allclose(size[ErrorKind.HYSTERESIS][turned], 2.0 * 0.001 * 500.0)
+    clock = clock_time(S)
+    assert size[ErrorKind.DRIFT][-1] == pytest.approx(2.0 * 0.2 * (clock[-1] - clock[0]), rel=0.01)
 
 
 def test_a_cell_with_play_lags_by_its_width_and_remembers_its_turning_points():

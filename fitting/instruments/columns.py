@@ -41,8 +41,10 @@ def instrument_errors(
         source = Source(Channel.TIME, ErrorKind.SKEW, skew, max(skew, settings.least_skew * every))
         if source.width > 0:
             made.append((source, np.where(mine, source.width * force.slope * force.rate, 0.0)))
-    width = settings.friction_per_run
-    made += [(Source(None, ErrorKind.FRICTION_PER_RUN, width, width), width * column) for column in friction.T]
+        width = accuracy.friction_per_run or 0.0
+        source = Source(None, ErrorKind.FRICTION_PER_RUN, width, max(width, settings.least_share * every))
+        if source.width > 0:
+            made += [(source, np.where(mine, source.width * column, 0.0)) for column in friction.T]
     return _laid_out(made, samples.run)
 
 
@@ -58,13 +60,13 @@ def most_errors(
 ) -> int:
     """How many columns such errors have at most, in so many runs, beside so many effects that are lost to motion."""
     several = {ErrorKind.HYSTERESIS: len(settings.hysteresis_widths), ErrorKind.DRIFT: 2}
-    own, common = lost, 0
+    own, common = 0, 0
     for accuracy in dict.fromkeys(accuracies):
         for channel, kind in product((Channel.PRESSURE, Channel.POSITION, Channel.FORCE), KINDS):
             if getattr(getattr(accuracy, channel.value), kind.value):
                 own += kind in PER_RUN
                 common += several.get(kind, 1) * (kind not in PER_RUN)
-        own += bool(accuracy.skew)
+        own += bool(accuracy.skew) + lost * bool(accuracy.friction_per_run)
     return runs * own + common
 
 
@@ -89,15 +91,21 @@ def _source(
 def _columns(
     kind: ErrorKind, signal: Signal, clock: np.ndarray, run: np.ndarray, settings: InstrumentSettings
 ) -> list[np.ndarray]:
-    """Changes of the rows by one unit of one kind of error of a channel."""
+    """Changes of the rows by one unit of one kind of error of a channel.
+
+    Where nobody knows how an error goes there are several columns, of which each has its share of the variance: where
+    they agree they vary together by as much as the accuracy says.
+    """
     if kind in (ErrorKind.GAIN, ErrorKind.GAIN_PER_RUN):
         return [signal.slope * signal.reading]
     if kind is ErrorKind.HYSTERESIS:
-        return [signal.slope * signal.full_scale * lag for lag in signal.lags(run, settings.hysteresis_widths).T]
+        # by half its width either way; and a cell's full scale, of which it is a share, is twice what most tests reach
+        lags = signal.lags(run, settings.hysteresis_widths).T
+        return [signal.slope * signal.full_scale * lag / np.sqrt(len(lags)) for lag in lags]
     if kind is ErrorKind.DRIFT:  # from the first reading on: a steady one, and one that dies away as what warms up does
         since, span = clock - clock.min(), max(float(np.ptp(clock)), 1e-300)
         dying = -span * np.expm1(-since / (settings.warming_share * span))
-        return [signal.slope * since, signal.slope * dying]
+        return [signal.slope * way / np.sqrt(2) for way in (since, dying)]
     return [signal.slope]
 
 

@@ -5,9 +5,8 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class InstrumentSettings:
-    """What instruments and the muscle may differ by, beside the accuracies that a recording states."""
+    """How errors of instruments are laid out, beside the accuracies that a recording states."""
 
-    friction_per_run: float = 0.02  # standard deviation of what is lost to motion between runs, relative; chosen
     hysteresis_widths: tuple[float, ...] = (0.003, 0.03, 0.1, 0.3)  # of full scale, within which a cell turns; chosen
     point_time: float = 10.0  # s from one point of a map to the next: points have no time; chosen
     warming_share: float = 0.2  # of the time of all recordings, in which a drift dies away; chosen

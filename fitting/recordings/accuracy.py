@@ -15,6 +15,7 @@ class Channel(StrEnum):
     POSITION = "position"
     FORCE = "force"
     TIME = "time"
+    FRICTION = "friction"  # read by no instrument: what differs in the muscle from run to run
 
 
 @dataclass(frozen=True)
@@ -44,13 +45,18 @@ class Accuracy:
     position: ChannelAccuracy = field(default_factory=ChannelAccuracy)
     force: ChannelAccuracy = field(default_factory=ChannelAccuracy)
     skew: float | None = None  # s, between the force and the other channels, one value a run
+    friction_per_run: float | None = None  # relative: what the muscle's friction differs by between runs
 
     def filled_from(self, other: "Accuracy") -> "Accuracy":
         """The same, with what is None taken from another."""
         channels = {
             name: getattr(self, name).filled_from(getattr(other, name)) for name in ("pressure", "position", "force")
         }
-        return Accuracy(**channels, skew=other.skew if self.skew is None else self.skew)
+        return Accuracy(
+            **channels,
+            skew=other.skew if self.skew is None else self.skew,
+            friction_per_run=other.friction_per_run if self.friction_per_run is None else self.friction_per_run,
+        )
 
 
 NOTHING_STATED = Accuracy()

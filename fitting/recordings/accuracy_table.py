@@ -21,7 +21,8 @@ POSITIONS = {
     "displacement": "m",
 }  # columns of one channel: SI unit of what is stated
 COLUMNS = {"pressure": "Pa", **POSITIONS, "force": "N"}
-ACCURATE = (*COLUMNS, Channel.TIME.value)
+ALONE = {Channel.TIME: ("skew", "s"), Channel.FRICTION: ("per_run", "1")}  # what has one error, with its SI unit
+ACCURATE = (*COLUMNS, *ALONE)
 ERRORS = tuple(each.name for each in fields(ChannelAccuracy))
 SHARES = ("gain", "gain_per_run", "hysteresis")
 EXAMPLES = {
@@ -46,8 +47,8 @@ def accuracy_of(stated: Any, test: str, length: float, noise: float | None = Non
     for column, errors in stated.items():
         with concerning(f"accuracy.{column}"):
             _check_column(column, errors, test)
-            if column == Channel.TIME:
-                found["skew"] = _skew(errors)
+            if column in ALONE:
+                found["skew" if column == Channel.TIME else "friction_per_run"] = _only(Channel(column), errors)
             else:
                 found[Channel.POSITION if column == position else column] = _channel(column, errors, length)
     measured = Channel.FORCE if test in FORCE_TESTS else Channel.POSITION
@@ -72,7 +73,8 @@ def _check_column(column: str, errors: Any, test: str) -> None:
     if column not in known:
         raise unknown_name("column in [recording.accuracy]:", column, known)
     if not isinstance(errors, Mapping):
-        example = 'skew = "5 ms"' if column == Channel.TIME else f'noise = "{EXAMPLES[COLUMNS[column]]}"'
+        key, si = ALONE[Channel(column)] if column in ALONE else ("noise", COLUMNS[column])
+        example = f'{key} = "{EXAMPLES[si]}"'
         raise InputError(f"accuracy: {column} is not a table", value=errors, cure=f"write {column} = {{ {example} }}")
 
 
@@ -93,10 +95,11 @@ def _channel(column: str, errors: Mapping[str, Any], length: float) -> ChannelAc
     return ChannelAccuracy(**found)
 
 
-def _skew(errors: Mapping[str, Any]) -> float | None:
-    """Standard deviation of the time between channels, s."""
-    _check_keys("time", errors, ("skew",))
-    return _size(errors["skew"], "s", "accuracy: time.skew") if errors else None
+def _only(channel: Channel, errors: Mapping[str, Any]) -> float | None:
+    """The one error of what has no other: the time between channels (s), friction from run to run (relative)."""
+    key, si = ALONE[channel]
+    _check_keys(channel, errors, (key,))
+    return _size(errors[key], si, f"accuracy: {channel}.{key}") if errors else None
 
 
 def _check_keys(column: str, errors: Mapping[str, Any], known: tuple[str, ...]) -> None:

@@ -27,6 +27,7 @@ def accuracy_lines(table: Table | None, test: str, names: Collection[str]) -> It
         yield f'# {position} = {{ zero_per_run = "{_held(table, position, test)}" }}'
     if test != "static":
         yield f'# time = {{ skew = "{_skew(table)}" }}'
+    yield f'# friction = {{ per_run = "{_share(PRESUMED.friction_per_run)}" }}   # by which it differs from run to run'
     yield '# more of the same: noise = "150 Pa", resolution = "0.1 kPa", zero_per_run = "1 N", drift = "5 N/h"'
 
 

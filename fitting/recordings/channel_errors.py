@@ -13,7 +13,8 @@ from fitting.recordings.presumed import allowed
 from fitting.recordings.records import FORCE_TESTS, NoiseSource, Recording, Run
 from fitting.recordings.settings import ACCURACY
 
-UNITS = {Channel.PRESSURE: "Pa", Channel.POSITION: "m", Channel.FORCE: "N", Channel.TIME: "s"}
+UNITS = {Channel.PRESSURE: "Pa", Channel.POSITION: "m", Channel.FORCE: "N", Channel.TIME: "s", Channel.FRICTION: "1"}
+ONLY = {Channel.TIME: "skew", Channel.FRICTION: "friction_per_run"}  # what has one error alone
 WHITE = ("noise", "resolution")  # errors that readings themselves show
 
 
@@ -26,7 +27,7 @@ class ChannelErrors:
     unit: str
     found: ChannelAccuracy  # noise and resolution, as the readings show them
     allowed: ChannelAccuracy  # as stated, else as presumed
-    skew: float | None  # s, of the channel TIME alone
+    only: dict[str, float]  # by its name, the one error of what has no other: TIME (s), FRICTION (relative)
     stated: tuple[str, ...]  # names of the errors that muscle.toml states
 
     @property
@@ -42,8 +43,8 @@ class ChannelErrors:
     @property
     def systematic(self) -> dict[str, float]:
         """The errors that no number of readings averages out, by name."""
-        if self.channel is Channel.TIME:
-            return {} if self.skew is None else {"skew": self.skew}
+        if self.channel in ONLY:
+            return self.only
         errors = ((each.name, getattr(self.allowed, each.name)) for each in fields(ChannelAccuracy))
         return {name: size for name, size in errors if size is not None and name not in WHITE}
 
@@ -58,7 +59,7 @@ def channel_errors(recording: Recording) -> tuple[ChannelErrors, ...]:
             UNITS[channel],
             getattr(found, channel, ChannelAccuracy()),
             getattr(limits, channel, ChannelAccuracy()),
-            limits.skew if channel is Channel.TIME else None,
+            _only(limits, channel),
             _stated(recording.accuracy, channel),
         )
         for channel in _channels(recording)
@@ -68,13 +69,18 @@ def channel_errors(recording: Recording) -> tuple[ChannelErrors, ...]:
 def _channels(recording: Recording) -> tuple[Channel, ...]:
     """Those that were read: a motion that is read as force has no load cell, points have no time."""
     force = recording.test in FORCE_TESTS and recording.noise_source is not NoiseSource.MOTION
-    timed = recording.test != "static"
-    return Channel.PRESSURE, Channel.POSITION, *([Channel.FORCE] if force else []), *([Channel.TIME] if timed else [])
+    there = {Channel.FORCE: force, Channel.TIME: recording.test != "static"}
+    return tuple(channel for channel in Channel if there.get(channel, True))
+
+
+def _only(accuracy: Accuracy, channel: Channel) -> dict[str, float]:
+    size = getattr(accuracy, ONLY[channel]) if channel in ONLY else None
+    return {} if size is None else {ONLY[channel]: size}
 
 
 def _stated(accuracy: Accuracy, channel: Channel) -> tuple[str, ...]:
-    if channel is Channel.TIME:
-        return () if accuracy.skew is None else ("skew",)
+    if channel in ONLY:
+        return tuple(_only(accuracy, channel))
     stated: ChannelAccuracy = getattr(accuracy, channel)
     return tuple(each.name for each in fields(stated) if getattr(stated, each.name) is not None)
 

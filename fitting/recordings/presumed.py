@@ -20,6 +20,7 @@ class PresumedSettings:
     pressure_gain: float = 2.5e-3  # a gauge of class 0.25
     pressure_zero: float = 1e-3  # of full scale; the same
     held_length: float = 1e-3  # m; a length set by hand with a ruler
+    friction_per_run: float = 0.02  # of itself: humidity, wear, and how the strands have settled; chosen
     skew_steps: float = 12**-0.5  # sampling steps between channels that are read one after another: uniform in one step
 
 
@@ -51,6 +52,7 @@ def presumed(recording: Recording, settings: PresumedSettings = PRESUMED) -> Acc
             hysteresis=settings.force_hysteresis * of_force, drift=settings.force_drift * reach * of_force,
         ),
         skew=settings.skew_steps * _sampling_step(recording) * (recording.noise_source is not NoiseSource.MOTION),
+        friction_per_run=settings.friction_per_run,
     )  # fmt: skip
 
 

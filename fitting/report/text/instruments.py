@@ -11,13 +11,14 @@ HOUR = 3600.0  # s
 FIGURES = 2  # of an accuracy: nobody knows it better
 CHANNEL_TEXT = {
     Channel.PRESSURE: "pressure", Channel.POSITION: "position", Channel.FORCE: "force", Channel.TIME: "time",
+    Channel.FRICTION: "friction",
 }  # fmt: skip
 ERROR_TEXT = {
     "zero": "zero {}", "gain": "gain {}", "zero_per_run": "zero {} from run to run",
     "gain_per_run": "gain {} from run to run", "hysteresis": "hysteresis {} of full scale", "drift": "drift {}",
-    "skew": "{} between channels",
+    "skew": "{} between channels", "friction_per_run": "{} from run to run",
 }  # fmt: skip
-SHARES = ("gain", "gain_per_run", "hysteresis")
+SHARES = ("gain", "gain_per_run", "hysteresis", "friction_per_run")
 HEADS = ("recording", "channel", "one reading errs by", "from", "found in the readings", "rounded to", "stated",
          "presumed")  # fmt: skip
 
