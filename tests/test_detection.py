@@ -32,6 +32,28 @@ def test_at_every_printed_limit_four_of_five_are_found():
         assert 0.7 < power(columns, limit, rng) < 0.9
 
 
+def test_four_of_five_are_found_where_effects_are_like_each_other():
+    """What is hidden stands in all columns like it, and is flipped in all of them: that raises the critical value."""
+    found = []
+    for seed in range(12):
+        rng = np.random.default_rng(seed)
+        columns = columns_of(rng, 1) + 0.5 * columns_of(rng, 16)
+        columns /= np.linalg.norm(columns, axis=0)
+        limit = detectable(columns, rng.normal(size=UNITS * EACH), NUMBER, SIGNS, LEVEL, seed)[0]
+        found.append(power(columns, limit, rng))
+    assert 0.77 < np.mean(found) < 0.85
+
+
+def test_columns_that_are_one_have_one_limit():
+    rng = np.random.default_rng(2)
+    columns = columns_of(rng, 3)
+    twice = np.hstack([columns, -columns])
+    noise = rng.normal(size=UNITS * EACH)
+    limits = detectable(twice, noise, NUMBER, SIGNS, LEVEL)
+    np.testing.assert_array_equal(limits[:3], limits[3:])
+    np.testing.assert_array_equal(limits[:3], detectable(columns, noise, NUMBER, SIGNS, LEVEL))
+
+
 def test_a_limit_hardly_depends_on_the_noise_that_it_was_read_off():
     rng = np.random.default_rng(5)
     column = columns_of(rng, 1)

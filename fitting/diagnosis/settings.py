@@ -64,7 +64,8 @@ class LimitSettings:
     fewest_draws: int = 16  # of noise; chosen
     flips: int = 999  # of those of the test; chosen for speed
     entries: float = 1.2e7  # flips x columns x draws that are held at a time: 100 MB; chosen
-    halvings: int = 8  # of the bracket; derived: the limit is then known to half a percent
+    near: float = 0.03  # standard errors, to which the limit is found: half a percent of it; derived
+    same: float = 0.999  # cosine from which columns are one, whose limit is found once; chosen
     least: float = 2.0  # standard errors, the lower end of the bracket: below, nothing is told from noise; chosen
     most: float = 30.0  # standard errors, the upper end; chosen
 
