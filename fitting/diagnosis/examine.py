@@ -121,13 +121,14 @@ class Examiner:
     def against(self, fit: CandidateFit, rivals: Sequence[tuple[frozenset[str], CandidateFit]]) -> float:
         """The p-value of a fitted set where only what its rivals (added, fit) would change is looked for.
 
-        Few directions are looked along, so less is needed in each than where the whole library is.
+        Few directions are looked along, so less is needed in each than where the whole library is. A set that is right
+        leaves noise in all of them, however little of a direction its own parameters leave.
         """
         columns = [t.slopes[:, [owner_of(n) in added for n in t.free]] for added, t in rivals]
         wanted = np.hstack(columns)
         size = np.linalg.norm(wanted, axis=0)
         left = np.linalg.norm(Nuisance.of(fit).project_out(wanted), axis=0)
-        seen = wanted[:, left**2 > self.settings.verdict.invisible * np.maximum(size**2, 1e-300)]
+        seen = wanted[:, left > self.settings.verdict.rounding * np.maximum(size, 1e-300)]
         if not seen.shape[1]:
             return 1.0
         return float(self._tested(fit, seen).p_effects.min())

@@ -107,6 +107,7 @@ class VerdictSettings:
     """What is said of the sets that were tested."""
 
     invisible: float = 0.02  # share of a signature's square that must survive the model's own parameters; chosen
+    rounding: float = 1e-3  # share of a signature below which what survives is error of the slopes; chosen
     shown_amount: float = 0.1  # of an effect's declared size: if so little is found, the data see it; chosen
     similar: float = 0.9  # cosine of two signatures from which it is listed; chosen
     most_left: float = 0.25  # of the squared error, where runs that differ a little would have to do the rest; study
