@@ -5,6 +5,7 @@ import pytest
 from hidden.study import scores as tables
 from hidden.study.kinds import ALL, kind_scores
 from hidden.study.page import write_page
+from hidden.study.worth import mix, worth
 
 
 def record(group, hidden, verdict, explanations=(), classes=(), **more):
@@ -131,3 +132,23 @@ def test_the_page_stands_alone(tmp_path):
     rows, columns, counts = tables.confusion(told)
     assert counts[rows.index("tip"), columns.index("tip")] == 1
     assert counts[rows.index("nothing"), columns.index("nothing")] == 1
+
+
+def test_what_a_verdict_is_worth_is_counted_over_all_of_which_it_is_said():
+    limit = {"unit": "limit", "size": 3.0}
+    told = [
+        record("instruments", [], "missing", [["tip"]], number=0),
+        record("instruments", ["tip"], "missing", [["tip"]], **limit),
+        record("instruments", ["hill"], "missing", [["tip"]], mimic=0.01, **limit),
+        record("instruments", ["tip", "hill"], "one of", [["tip"], ["creep"]], **limit),
+        record("instruments", ["tip", "hill"], "one of", [["tip"], ["creep"], ["hill", "tip"]], **limit),
+        record("instruments", ["speed_hump"], "not in the library"),
+        record("instruments", ["weight"], "nothing detectable", unit="limit", size=1.0),
+        record("instruments", ["speed_hump"], "within the instruments"),
+    ]
+    assert mix(told) == (
+        "1 with nothing hidden, 1 with one effect at its printed limit, 2 with one effect of three times its limit, "
+        "2 with two or three effects of three times theirs, 2 with an effect of nobody's library"
+    )
+    found = [answer.split(":")[0] for *_, answer in worth(told)]
+    assert found == ["1 of 3", "2 of 3", "1 of 2", "never said", "1 of 1", "0 of 2", "1 of 2"]

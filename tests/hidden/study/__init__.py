@@ -6,5 +6,6 @@
 `protocols` and `sizes` say what is hidden where and how large, `cases` lays out the plan, `judge` diagnoses one case,
 `rivals` answers the same case as other tools would, `run` works through the plan, `scores`, `kinds` (recordings other
 than loops at constant speeds), `rig_scores` (instruments that err, of which `erring` lays out the cases), `distance`
-(printed detection limits over what an oracle detects) and `page` sum it up.
+(printed detection limits over what an oracle detects) and `page` sum it up. `worth` says how often each verdict is
+borne out.
 """
