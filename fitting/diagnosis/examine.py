@@ -139,6 +139,10 @@ class Examiner:
         """The test of a fitted set along these columns (rows, q)."""
         return missing_effect_test(fit.rows, Nuisance.of(fit), columns, self.ground(fit, errors), limits)
 
+    def rejecting(self, fit: CandidateFit, by: Nuisance) -> MissingEffectTest:
+        """The test of a fitted set by the bases that know no effect, more than its own parameters giving way."""
+        return missing_effect_test(fit.rows, by, np.zeros((len(fit.rows), 0)), self.ground(fit).prepared(by))
+
     def ground(self, fit: CandidateFit, errors: InstrumentErrors | None = None) -> Ground:
         """What the test of a fitted set rests on; instruments err as they may unless `errors` are given."""
         found = next((ground for of, ground in tuple(self._grounds) if of is fit), None)

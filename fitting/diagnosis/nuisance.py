@@ -22,6 +22,12 @@ class Nuisance:
         """That of a fitted set."""
         return cls(fit.slopes, fit.prior_rows, fit.prior_slopes)
 
+    def beside(self, columns: np.ndarray) -> "Nuisance":
+        """The same with more that may give way, of which nothing is known: unit columns of these (rows, m)."""
+        unit = columns / np.maximum(np.linalg.norm(columns, axis=0), 1e-300)
+        unknown = np.zeros((len(self.prior_rows), columns.shape[1]))
+        return Nuisance(np.hstack([self.slopes, unit]), self.prior_rows, np.hstack([self.prior_slopes, unknown]))
+
     def project_out(self, columns: np.ndarray) -> np.ndarray:
         """What is left of columns (rows, m) when everything has given way to them, as far as priors let it."""
         whole = np.vstack([self.slopes, self.prior_slopes])

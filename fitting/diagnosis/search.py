@@ -13,6 +13,7 @@ import numpy as np
 from fitting.diagnosis.adequacy import AdequacyTest
 from fitting.diagnosis.candidate_fit import CandidateFit
 from fitting.diagnosis.examine import Examiner
+from fitting.diagnosis.larger_sets import is_hopeless
 from fitting.diagnosis.nuisance import Nuisance
 from fitting.diagnosis.outcomes import Screened
 from fitting.diagnosis.universe import Universe
@@ -41,6 +42,7 @@ class SearchResult:
     notes: tuple[str, ...] = ()  # on the recordings
     moving_only: bool = False  # all that is tested are motions read as force
     run_names: tuple[tuple[str, str], ...] = ()  # file and name of each run, as samples number them
+    hopeless: bool = False  # no three effects were looked for, for all together would not do
 
     @property
     def noise(self) -> float:
@@ -51,6 +53,7 @@ class SearchResult:
     def screened(self) -> tuple[Screened, ...]:
         """How many pairs and triples were fitted, of how many, where smaller sets did not do."""
         sizes = sorted({len(added) for added in self.adequacy_tests if len(added) > 1})
+        sizes += [3] * self.hopeless
         whole = len(self.world.candidates)
         return tuple(Screened(n, sum(len(added) == n for added in self.fits), comb(whole, n)) for n in sizes)
 
@@ -77,6 +80,7 @@ class Search:
         self.numberless: set[frozenset[str]] = set()  # sets that give no number, from any starting value
         self.seeds: set[frozenset[str]] = set()  # sets with which every other effect was looked at
         self.adequate: list[frozenset[str]] = []
+        self.hopeless = False  # no three effects were looked for, for all together would not do
         self._changes: dict[str, np.ndarray] = {}
 
     @classmethod
@@ -124,27 +128,33 @@ class Search:
         return SearchResult(
             self.world, self.base, self.baseline, self.examiner, test, base_is_adequate, dict(self.fits),
             dict(self.adequacy_tests), tuple(self.adequate), frozenset(self.numberless), self.notes, self.moving_only,
-            self.run_names,
+            self.run_names, self.hopeless,
         )  # fmt: skip
 
     def levels(self) -> None:
-        """Single effects, pairs and triples."""
+        """Single effects, pairs and triples: these only where all effects together might do."""
         for size, pool in ((1, self.settings.best_singles), (2, self.settings.best_tripled), (3, 0)):
             if size > 1:
                 for _ in range(self.settings.rounds):
                     self.fit_level(self.grown([*self.parts(self.best(size)), *self.best(size - 1)]))
             if size == 2:
                 self.fit_level(self.pairs_with_needs())
-            if size < 3:
+            self.hopeless = size == 2 and self.is_hopeless()
+            if size < 3 and not self.hopeless:
                 self.progress(LEVELS[size + 1], 0.25 * size + 0.1)
                 self.fit_level(self.promising(size + 1, pool))
             self.progress(f"testing sets of {size}", 0.25 * size + 0.2)
-            self.test_level(size)
+            self.test_level(size, self.settings.tested_if_hopeless if self.hopeless else self.settings.tested)
             if self.adequate and size > 1:  # others that do as well as these
                 self.fit_level([*self.grown(self.parts(self.adequate)), *self.simpler(self.adequate)])
-                self.test_level(size)
-            if self.adequate:
+                self.test_level(size, self.settings.tested)
+            if self.adequate or self.hopeless:
                 return
+
+    def is_hopeless(self) -> bool:
+        """Whether no three effects will do, for all together, beside the best two, would not."""
+        best = self.best(2)[:1]
+        return bool(best) and is_hopeless(self.examiner, self.fits[best[0]], self.fits, self.settings)
 
     @property
     def seen(self) -> Universe:
@@ -300,13 +310,11 @@ class Search:
         bound = self.settings.bettered**2 * self.examiner.left(mine)
         return any(self.examiner.left(fit) < bound for fit in more)
 
-    def test_level(self, size: int) -> None:
-        """Test the best sets of one size, two at a time."""
+    def test_level(self, size: int, most: int) -> None:
+        """Test the best sets of one size, so many at most, two at a time."""
         level = [added for added in self.best(size) if self.moves(added)]
         best = self.left(level[0]) if level else 0.0
-        near = [
-            added for added in level[: self.settings.tested] if self.left(added) <= best / self.settings.bettered**2
-        ]
+        near = [added for added in level[:most] if self.left(added) <= best / self.settings.bettered**2]
         new = [added for added in near if added not in self.adequacy_tests]
         self.fits.update(zip(new, self._each(lambda added: self.seen.decided(self.fits[added]), new), strict=True))
         for added, adequacy in zip(new, self._each(self._adequacy, new), strict=True):

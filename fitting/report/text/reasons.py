@@ -48,6 +48,8 @@ def notes_of(d: Diagnosis) -> list[str]:
 
 
 def screened_text(screened: Screened) -> str:
-    """How many pairs or triples were fitted, of how many."""
+    """How many pairs or triples were fitted, of how many; or why none was."""
+    if not screened.refitted:
+        return f"no {SETS[screened.size]} refitted: in a linear look all effects together leave much of the misfit"
     sets = f"{screened.refitted} of {screened.possible:,} {SETS[screened.size]}"
     return f"{sets} refitted, the rest pruned by a linear look"
