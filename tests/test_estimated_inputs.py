@@ -281,7 +281,7 @@ def test_a_noisy_encoder_does_not_make_a_law_of_speed_look_easier_to_find(tmp_pa
         search = prepared([read(tmp_path / name, rig(loops, errs, 3), errs)], BASELINE)
         return search.examiner.adequacy(frozenset(), search.base, {}, limits=True).of("kinetic_friction").limit
 
-    assert limit("noisy", 1e-5) == pytest.approx(limit("exact", 0.0), rel=0.05)
+    assert limit("noisy", 1e-5) == pytest.approx(limit("exact", 0.0), rel=0.1)  # each is drawn to 4 %
 
 
 def test_a_delayed_force_is_followed_around_turning_points_of_a_noisy_length(tmp_path):
