@@ -1,6 +1,6 @@
 """What a verdict is worth: of all recordings of which it is said, how many bear it out, in a stated mix of cases.
 
-    python -m tests.hidden.study.worth tests/hidden/results/2026-11-25-laboratory.jsonl
+    python -m tests.hidden.study.worth tests/hidden/results/2026-11-26-laboratory.jsonl
 
 An answer depends on what a laboratory meets: where nothing is ever missing, every "missing" is wrong. The mix of cases
 therefore stands above the table.
@@ -14,10 +14,11 @@ from pathlib import Path
 import click
 
 from .first_test import table
+from .rig_scores import WITHIN
 from .run import records
 from .scores import KIND, Record, answered, followed, holds, right, sets, share, unique
 
-NOTHING = ("nothing detectable", "within the instruments")
+NOTHING = ("nothing detectable", WITHIN)
 
 
 def mix(told: Sequence[Record]) -> str:
