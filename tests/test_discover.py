@@ -16,8 +16,9 @@ from studied import spring_missing
 from fitting.cli.main import main
 from fitting.diagnosis import step_rules
 from fitting.diagnosis.discover import Judged, _ends, _first_sound, discover, in_order, proposals, worth_judging
-from fitting.diagnosis.findings import InstrumentAnswer, Objection, Reason
+from fitting.diagnosis.findings import Fault, InstrumentAnswer, Objection
 from fitting.diagnosis.lay_out import universe
+from fitting.diagnosis.outcomes import Reason, Why
 from fitting.diagnosis.record import Explanation, Leading
 from fitting.diagnosis.step_rules import RULES, Fitted, denied_sizes, objections
 from fitting.instruments.sources import ErrorKind, Source
@@ -94,7 +95,7 @@ def test_what_is_not_kept_says_why(measured):
     assert all(attempt.why for attempt in attempts)
     for attempt in attempts:
         if "bladder_mooney_rivlin" in attempt.effects:
-            assert {w.reason for w in attempt.why} & {Reason.BOUND, Reason.UNKNOWN, Reason.NO_GAIN}
+            assert {w.reason for w in attempt.why} & {Fault.BOUND, Fault.UNKNOWN, Fault.NO_GAIN}
 
 
 # ------------------------------------------------------------------------ a larger model cannot do worse than one in it
@@ -191,21 +192,21 @@ GOOD = {"rmse": 5.0, "left_out": 5.0}
 
 def test_the_rule_on_sizes_asks_for_them_whatever_else_is_wrong():
     """In a muscle of twice the radius nothing else that a fit says counts."""
-    size, value = Objection(Reason.DENIES, "muscle.radius", 4.0), Objection(Reason.UNKNOWN, "tip.k", 0.5)
-    assert denied_sizes([size, value, Objection(Reason.BOUND, "muscle.radius")]) == ("muscle.radius",)
-    assert denied_sizes([value]) == denied_sizes([Objection(Reason.RISES)]) == denied_sizes([]) == ()
+    size, value = Objection(Fault.DENIES, "muscle.radius", 4.0), Objection(Fault.UNKNOWN, "tip.k", 0.5)
+    assert denied_sizes([size, value, Objection(Fault.BOUND, "muscle.radius")]) == ("muscle.radius",)
+    assert denied_sizes([value]) == denied_sizes([Objection(Fault.RISES)]) == denied_sizes([]) == ()
 
 
 def test_the_rule_on_bounds_lets_a_confined_size_stand_at_its_end():
     loose, tight = (model(**GOOD, bound=["muscle.radius"], confined=confined) for confined in (False, True))
-    assert [why.reason for why in objections(model(), loose)] == [Reason.BOUND]
+    assert [why.reason for why in objections(model(), loose)] == [Fault.BOUND]
     assert objections(model(), tight) == ()
 
 
 def test_the_rule_on_costs_compares_sizes_confined_alike():
     """Where only the smaller model could leave the stated sizes, its cost says nothing."""
     before, after = model(cost=10.0), model(**GOOD)
-    assert [why.reason for why in objections(before, after)] == [Reason.RISES]
+    assert [why.reason for why in objections(before, after)] == [Fault.RISES]
     assert objections(before, after, alike=model(rmse=20.0)) == ()
 
 
@@ -213,20 +214,20 @@ def test_the_rule_on_costs_compares_sizes_confined_alike():
     ("before", "after", "reasons"),
     [
         ({}, GOOD, []),
-        ({}, {"rmse": 10.1, "left_out": 5.0}, [Reason.RISES]),
-        ({}, GOOD | {"cost": 101.0}, [Reason.RISES]),
-        ({}, {"rmse": 5.0, "left_out": 9.1}, [Reason.SMALL_GAIN]),
-        ({}, {"rmse": 5.0, "left_out": 10.5}, [Reason.NO_GAIN]),
-        ({}, GOOD | {"bound": ["a.K"]}, [Reason.BOUND]),
+        ({}, {"rmse": 10.1, "left_out": 5.0}, [Fault.RISES]),
+        ({}, GOOD | {"cost": 101.0}, [Fault.RISES]),
+        ({}, {"rmse": 5.0, "left_out": 9.1}, [Fault.SMALL_GAIN]),
+        ({}, {"rmse": 5.0, "left_out": 10.5}, [Fault.NO_GAIN]),
+        ({}, GOOD | {"bound": ["a.K"]}, [Fault.BOUND]),
         ({"bound": ["a.K"]}, GOOD | {"bound": ["a.K"]}, []),  # it was there before
-        ({}, GOOD | {"denied": -3.1}, [Reason.DENIES]),
+        ({}, GOOD | {"denied": -3.1}, [Fault.DENIES]),
         ({}, GOOD | {"denied": 2.9}, []),
-        ({"denied": 9.0}, GOOD | {"denied": -4.0}, [Reason.DENIES]),  # however far the smaller one was from it
-        ({}, GOOD | {"values": {"K": (5.0, 1.0), "c": (-0.9, 1.0)}}, [Reason.UNKNOWN]),
+        ({"denied": 9.0}, GOOD | {"denied": -4.0}, [Fault.DENIES]),  # however far the smaller one was from it
+        ({}, GOOD | {"values": {"K": (5.0, 1.0), "c": (-0.9, 1.0)}}, [Fault.UNKNOWN]),
         ({}, GOOD | {"values": {"K": (5.0, 1.0), "c": (-1.1, 1.0)}}, []),
         ({"values": {"K": (0.5, 1.0)}}, GOOD | {"values": {"K": (0.5, 1.0)}}, []),  # nor was it known before
-        ({}, GOOD | {"values": {"K": (0.5, 1.0)}}, [Reason.UNKNOWN]),
-        ({"readings": 20}, GOOD | {"readings": 20, "free": ("a.K",) * 16}, [Reason.FEW]),
+        ({}, GOOD | {"values": {"K": (0.5, 1.0)}}, [Fault.UNKNOWN]),
+        ({"readings": 20}, GOOD | {"readings": 20, "free": ("a.K",) * 16}, [Fault.FEW]),
     ],
 )
 def test_each_rule_of_a_step(before, after, reasons):
@@ -239,7 +240,7 @@ def test_the_rule_on_scatter_between_runs():
     rows = before.left_out.copy()
     rows[before.groups == 0] = 0.0
     rows[before.groups == 1] *= 1.3
-    assert [why.reason for why in objections(before, replace(after, left_out=rows))] == [Reason.NO_GAIN]
+    assert [why.reason for why in objections(before, replace(after, left_out=rows))] == [Fault.NO_GAIN]
 
 
 def test_the_rule_of_a_tenth_is_not_asked_of_what_is_identified():
@@ -289,6 +290,12 @@ def test_what_leads_is_tried_whatever_the_verdict(found):
     assert proposals(replace(found, verdict="not in the library"))[0] == [("a",)]
     assert proposals(replace(found, verdict="inconclusive", leading=None)) == []
     assert proposals(replace(found, verdict="nothing detectable")) == []
+
+
+def test_every_effect_alone_is_tried_where_the_test_is_blind_to_what_lowers_the_error(found):
+    blind = replace(found, verdict="inconclusive", why=Why(Reason.TEST_BLIND))
+    assert proposals(blind) == [[("a",)], [("b",), ("c",), ("d",)]]
+    assert proposals(replace(blind, why=Why(Reason.FAINT))) == [[("a",)]]
 
 
 def test_effects_are_tried_where_instruments_had_to_err_by_far_more_than_allowed(found):

@@ -34,7 +34,14 @@ def test_a_step_from_a_model_that_was_not_rejected_is_named():
     (said,) = path_texts(stages(5e-4, 0.3, 0.4))
     assert "effect_1" in said
     assert "No chance of error can be stated" in said
+    assert "because it lowers the error on held-out runs" in said
     assert path_result(stages(5e-4, 0.3, 0.4))["path"]["after_rejection"] == 1
+
+
+def test_a_step_from_instruments_that_erred_too_much_says_so():
+    first, strained, last = stages(5e-4, 0.3, 0.4)
+    (said,) = path_texts([first, replace(strained, strained=True), last])
+    assert "because instruments alone would have to err by far more than their accuracy" in said
 
 
 @pytest.mark.parametrize(

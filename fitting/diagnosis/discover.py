@@ -12,7 +12,7 @@ from fitting.diagnosis.diagnose import Progress, concluded, library_candidates, 
 from fitting.diagnosis.dropping import smaller_models
 from fitting.diagnosis.equivalent import leading_of
 from fitting.diagnosis.findings import Attempt, Objection
-from fitting.diagnosis.outcomes import NOTHING_MISSING, Verdict
+from fitting.diagnosis.outcomes import NOTHING_MISSING, Reason, Verdict, Why
 from fitting.diagnosis.record import Diagnosis
 from fitting.diagnosis.search import Search, SearchResult
 from fitting.diagnosis.step_rules import RULES, Fitted, StepRules, denied_sizes, objections
@@ -205,7 +205,8 @@ def proposals(found: Diagnosis, rules: StepRules = RULES) -> list[Tier]:
 
     First what the verdict names, then what leads; then, where something is missing for certain, every other effect.
     Two at once come after all that stand alone. Each tier is in the order of its held-out errors.
-    Where instruments had to err by far more than their accuracy, every effect alone is asked.
+    Where instruments had to err by far more than their accuracy, or where the test sees nothing missing though an
+    added effect lowers the error, every effect alone is asked.
     """
     if found.verdict in NOTHING_MISSING:
         return [[e.effects for e in found.tried if len(e.effects) == 1]] if found.is_strained else []
@@ -221,7 +222,10 @@ def proposals(found: Diagnosis, rules: StepRules = RULES) -> list[Tier]:
         [names for names in pairs if names in inside],
         leading,
     ]
-    others = [] if found.verdict == "inconclusive" else [singles, pairs[: rules.pairs]]
+    if found.verdict == Verdict.INCONCLUSIVE:
+        others = [singles] if found.why == Why(Reason.TEST_BLIND) else []
+    else:
+        others = [singles, pairs[: rules.pairs]]
     return _without_repeats([*tiers, *others])
 
 

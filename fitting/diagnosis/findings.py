@@ -54,7 +54,7 @@ class OddRun:
     p_value: float  # of the test that nothing is missing from the model, without this run
 
 
-class Reason(StrEnum):
+class Fault(StrEnum):
     """Why a step is not kept."""
 
     RISES = "raises the error in sample"
@@ -70,7 +70,7 @@ class Reason(StrEnum):
 class Objection:
     """One reason against a step: which parameter it is about, if any, and by how much (standard errors, or a share)."""
 
-    reason: Reason
+    reason: Fault
     about: str = ""
     size: float | None = None
 

@@ -7,7 +7,7 @@ import numpy as np
 
 from fitting.diagnosis.candidate_fit import CandidateFit
 from fitting.diagnosis.estimates import estimate
-from fitting.diagnosis.findings import Objection, Reason
+from fitting.diagnosis.findings import Fault, Objection
 from fitting.diagnosis.universe import Universe
 from fitting.full_names import owner_of
 from fitting.least_squares import held_out
@@ -73,13 +73,13 @@ def objections(
     return (*unsound, Objection(poor)) if poor else unsound
 
 
-def no_gain(before: Fitted, after: Fitted, rules: StepRules, adequate: bool) -> Reason | None:
+def no_gain(before: Fitted, after: Fitted, rules: StepRules, adequate: bool) -> Fault | None:
     """Why a step does not pay on held-out runs; None where it does."""
     fall, error = held_out.difference(before.left_out, after.left_out, before.groups)
     if not fall > rules.errors * error:
-        return Reason.NO_GAIN
+        return Fault.NO_GAIN
     if not adequate and after.held_out_rmse > (1 - rules.share) * before.held_out_rmse:
-        return Reason.SMALL_GAIN
+        return Fault.SMALL_GAIN
     return None
 
 
@@ -87,13 +87,13 @@ def _bounds(before: Fitted, after: Fitted) -> tuple[Objection, ...]:
     """Parameters at the end of their range that were not there in the smaller model; not sizes that are confined."""
     sizes = after.world.from_stated(after.fit) if after.fit.confined else ()
     ends = (name for name in after.fit.at_bound if name not in before.fit.at_bound and name not in sizes)
-    return tuple(Objection(Reason.BOUND, name) for name in ends)
+    return tuple(Objection(Fault.BOUND, name) for name in ends)
 
 
 def _denials(after: Fitted, rules: StepRules) -> tuple[Objection, ...]:
     """Stated sizes from which the larger model is too far, however far the smaller one was from them."""
     return tuple(
-        Objection(Reason.DENIES, name, z)
+        Objection(Fault.DENIES, name, z)
         for name, z in after.world.from_stated(after.fit).items()
         if abs(z) > rules.denied
     )
@@ -110,7 +110,7 @@ def _unknown(before: Fitted, after: Fitted, rules: StepRules, adequate: bool) ->
     vague_before = {name for name in before.fit.free if old.get(name, 0.0) < rules.known}  # or not seen at all
     certain = {owner_of(name) for name, z in sizes.items() if z >= rules.known} if adequate else set()
     vague = {n: z for n, z in sizes.items() if z < rules.known and n not in vague_before}
-    return tuple(Objection(Reason.UNKNOWN, n, z) for n, z in vague.items() if owner_of(n) not in certain)
+    return tuple(Objection(Fault.UNKNOWN, n, z) for n, z in vague.items() if owner_of(n) not in certain)
 
 
 def in_errors(model: Fitted) -> dict[str, float]:
@@ -126,9 +126,9 @@ def in_errors(model: Fitted) -> dict[str, float]:
 def _rising(before: Fitted, after: Fitted, rules: StepRules, alike: Fitted) -> tuple[Objection, ...]:
     limit = 1 + rules.rounding
     rises = after.rmse > limit * before.rmse or after.fit.cost > limit * alike.fit.cost
-    return (Objection(Reason.RISES, size=after.rmse / before.rmse - 1),) if rises else ()
+    return (Objection(Fault.RISES, size=after.rmse / before.rmse - 1),) if rises else ()
 
 
 def _few(after: Fitted, rules: StepRules) -> tuple[Objection, ...]:
     spare = len(after.world.samples) - len(after.fit.free)
-    return (Objection(Reason.FEW, size=spare),) if spare < rules.spare else ()
+    return (Objection(Fault.FEW, size=spare),) if spare < rules.spare else ()

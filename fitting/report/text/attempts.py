@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from typing import Any
 
-from fitting.diagnosis.findings import Attempt, Objection, Reason
+from fitting.diagnosis.findings import Attempt, Fault, Objection
 from fitting.report.settings import SHOWN
 from fitting.report.text.amounts import amount
 from fitting.report.text.names import mark, marked
@@ -51,7 +51,7 @@ def why_not_kept(attempt: Attempt) -> str:
 def objection_text(objection: Objection) -> str:
     """One reason against a step."""
     about, size = mark(objection.about) if objection.about else "", objection.size
-    if objection.reason == Reason.DENIES and size is not None:
+    if objection.reason == Fault.DENIES and size is not None:
         return f"{about} would lie {abs(size):.1f} standard errors from its stated value"
     if about:
         return f"{about} {objection.reason.value}"

@@ -17,18 +17,25 @@ def path_texts(stages: Sequence[Stage]) -> list[str]:
     level, additions = _level(stages), _additions(stages)
     if level is None or not additions:
         return []
-    other = [stage for stage, rejected in additions if not rejected]
+    other = [(before, after) for before, after in additions if not _is_rejected(before)]
     every = "What was added came" if len(additions) == 1 else "Everything that was added came"
     if not other:
         return [
             f"{every} to a model that the test rejects (level {level:g}). Of models that lack nothing it rejects at "
             f"most {100 * level:g} in 100: so often is anything added to a complete model, by all steps together."
         ]
-    names = "; ".join(added_text(stage) for stage in other)
     return [
-        f"The model to which {names} was added is not rejected by the test (level {level:g}): instruments alone would "
-        "have to err by far more than their accuracy. No chance of error can be stated for that step."
+        f"The model to which {added_text(after)} was added is not rejected by the test (level {level:g}): "
+        f"{_why_added_to(before)}. No chance of error can be stated for that step."
+        for before, after in other
     ]
+
+
+def _why_added_to(stage: Stage) -> str:
+    """Why a discovery looks on beyond a model that the test does not reject."""
+    if stage.strained:
+        return "it was added because instruments alone would have to err by far more than their accuracy"
+    return "it was added because it lowers the error on held-out runs"
 
 
 def path_result(stages: Sequence[Stage]) -> dict[str, Any]:
@@ -38,7 +45,7 @@ def path_result(stages: Sequence[Stage]) -> dict[str, Any]:
         "path": {
             "level": _level(stages),
             "additions": len(additions),
-            "after_rejection": sum(rejected for _, rejected in additions),
+            "after_rejection": sum(_is_rejected(before) for before, _ in additions),
         }
     }
 
@@ -47,11 +54,11 @@ def _level(stages: Sequence[Stage]) -> float | None:
     return next((stage.diagnosis.level for stage in stages if stage.diagnosis is not None), None)
 
 
-def _additions(stages: Sequence[Stage]) -> list[tuple[Stage, bool]]:
-    """Every step that added something, and whether the model before it was rejected; of a discovery alone."""
+def _additions(stages: Sequence[Stage]) -> list[tuple[Stage, Stage]]:
+    """Every step that added something, after the step before it; of a discovery alone."""
     if any(stage.diagnosis is None for stage in stages):
         return []
-    return [(after, _is_rejected(before)) for before, after in pairwise(stages) if after.added]
+    return [(before, after) for before, after in pairwise(stages) if after.added]
 
 
 def _is_rejected(stage: Stage) -> bool:
