@@ -1,6 +1,7 @@
 """What the braid really feels of the contraction and pressure that the rig reports."""
 
 from collections.abc import Callable
+from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -148,34 +149,46 @@ class SeriesCompliance(Felt):
             return pull(state.replace(contraction=contraction, pressure=pressure, stretch=stretch))
 
         gap = lambda at: at - state.contraction - own_pull(at, state.pressure, state.stretch) / give  # noqa: E731
-        root = _plain_root(gap, state.contraction)
-        beside = lambda step: own_pull(root + step, state.pressure, state.stretch)  # noqa: E731
-        less, more = jax.lax.stop_gradient(jax.vmap(beside)(LONG_STEP * jnp.array([-1.0, 1.0])))
-        steepness = 1 - (more - less) / (2 * LONG_STEP * give)  # of the gap
-        at = root - gap(root) / steepness  # Newton's step gives the root its derivatives
-        slope, drift = _pull_slopes(own_pull, at, state)
-        return state.replace(contraction=at, rate=(state.rate + drift / give) / (1 - slope / give))
+        near = _near(own_pull, _plain_root(gap, state.contraction), state)
+        steepness = jax.lax.stop_gradient(1 - near.slope / give)  # of the gap
+        # a Newton step gives the root its derivatives
+        off = -(near.contraction - state.contraction - near.pull / give) / steepness
+        slope, drift = near.slope + off * near.bend, near.drift + off * near.drift_slope
+        return state.replace(contraction=near.contraction + off, rate=(state.rate + drift / give) / (1 - slope / give))
 
 
-STRAIN_STEP = 2e-6  # of contraction or stretch, from the middle of a difference to its ends
-LONG_STEP = 2e-5  # of the same, where the slope has to be good in single precision too, as in exported C
+STRAIN_STEP = 1e-5  # of contraction, from the middle of a difference to its ends; single precision (exported C) does
+STRETCH_STEP = 2e-6  # of stretch, of the same
 PRESSURE_STEP = 1.0  # Pa, of the same
 
 
-def _pull_slopes(pull: Callable, at: jax.Array, state: State) -> tuple[jax.Array, jax.Array]:
-    """The slope of the pull over contraction (N) at a muscle's own contraction, and over time (N/s) at rest there.
+class _Near(NamedTuple):
+    """The pull near a contraction, N: there, its first two slopes over contraction, over time (N/s), and over both."""
 
-    Slopes are central differences, which lanes of one evaluation give: jax's own, differentiated again for the fit,
-    were half of the compiled program of a diagnosis. Relative error below 1e-9 where the pull has no kink within a
-    step: 2e-10 by the size of the step, 1e-11 by rounding.
+    contraction: jax.Array
+    pull: jax.Array
+    slope: jax.Array
+    bend: jax.Array
+    drift: jax.Array
+    drift_slope: jax.Array
+
+
+def _near(pull: Callable, at: jax.Array, state: State) -> _Near:
+    """The pull near a contraction, by central differences; `at` carries no derivatives.
+
+    Six lanes of one evaluation give all of them: jax's own slopes, differentiated again for the fit, were half of the
+    compiled program of a diagnosis. Relative error of the muscle's rate below 1e-8, and of what a fit needs of its
+    derivatives below 1e-5, where the pull has no kink within a step.
     """
-    speed = jnp.abs(state.pressure_rate) / PRESSURE_STEP + jnp.abs(state.stretch_rate) / STRAIN_STEP
+    speed = jnp.abs(state.pressure_rate) / PRESSURE_STEP + jnp.abs(state.stretch_rate) / STRETCH_STEP
     pause = jax.lax.stop_gradient(1 / (speed + 1e-6))  # s from the middle to the ends
-    along, later = jnp.array([-1.0, 1.0, 0.0, 0.0]) * STRAIN_STEP, jnp.array([0.0, 0.0, -1.0, 1.0]) * pause
-    less, more, before, after = jax.vmap(pull)(
+    along, later = STRAIN_STEP * jnp.array([-1.0, -1.0, 0.0, 0.0, 1.0, 1.0]), pause * jnp.array([-1.0, 1.0] * 3)
+    pulls = jax.vmap(pull)(
         at + along, state.pressure + later * state.pressure_rate, state.stretch + later * state.stretch_rate
     )
-    return (more - less) / (2 * STRAIN_STEP), (after - before) / (2 * pause)
+    (before, here, beyond), drifts = pulls.reshape(3, 2).mean(1), jnp.diff(pulls.reshape(3, 2))[:, 0] / (2 * pause)
+    slope, bend = (beyond - before) / (2 * STRAIN_STEP), (beyond - 2 * here + before) / STRAIN_STEP**2
+    return _Near(at, here, slope, bend, drifts[1], (drifts[2] - drifts[0]) / (2 * STRAIN_STEP))
 
 
 def _plain_root(equation: Callable[[jax.Array], jax.Array], guess: jax.Array) -> jax.Array:
