@@ -16,7 +16,7 @@ from small_muscle import loops as loops_of
 from small_muscle import write as write_small
 
 from fitting.errors import InputError
-from fitting.least_squares.box import BoxLevenbergMarquardt
+from fitting.least_squares.box import BoxLevenbergMarquardt, OfLower
 from fitting.least_squares.evaluate import evaluate
 from fitting.least_squares.fit import fit
 from fitting.least_squares.uncertainty import clusters, covariances, ties
@@ -51,6 +51,27 @@ def test_box_step_finds_what_scipy_finds(upper):
     found = optx.least_squares(rosenbrock, solver, jnp.asarray(start), max_steps=400, throw=False)
     rival = least_squares(lambda x: np.asarray(rosenbrock(x, None)), start, bounds=(lower, upper), xtol=1e-14)
     np.testing.assert_allclose(found.value, rival.x, atol=2e-6)
+
+
+def test_a_search_does_not_miss_the_derivatives_of_steps_that_it_does_not_take():
+    @jax.custom_jvp
+    def only_where_lower(x, cost):
+        return rosenbrock(x, None)
+
+    @only_where_lower.defjvp
+    def _(primals, tangents):
+        (x, cost), rows = primals, rosenbrock(primals[0], None)
+        slopes = jnp.where(0.5 * jnp.sum(rows**2) < cost, jax.jacfwd(rosenbrock)(x, None), jnp.nan)
+        return rows, slopes @ tangents[0]
+
+    solver, start = BoxLevenbergMarquardt(-jnp.ones(2), 2 * jnp.ones(2)), jnp.array([-0.5, -0.9])
+    plain = optx.least_squares(rosenbrock, solver, start)
+    sparing = optx.least_squares(
+        lambda x, of: only_where_lower(x, of.cost), solver, start, args=OfLower((), jnp.asarray(jnp.inf))
+    )
+    assert plain.state.num_accepted_steps < plain.stats["num_steps"]  # or this shows nothing
+    assert sparing.stats["num_steps"] == plain.stats["num_steps"]
+    np.testing.assert_array_equal(sparing.value, plain.value)
 
 
 def test_covariance_of_a_straight_line():

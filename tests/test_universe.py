@@ -110,6 +110,22 @@ def test_slopes_two_at_a_time_are_those_of_all_together(world, base, more):
     assert not np.asarray(slopes)[:, count:].any()
 
 
+def test_slopes_are_left_undone_where_the_cost_is_not_below_what_was_asked(world, base):
+    effects = world.with_added(["bladder_neo_hookean", "tip"])
+    subset = world.subset(effects, world.layout.at(world.free(effects)), base.vector)
+    place, seen = subset.place(subset.full), world.seen_through(np.ones((len(world.samples), 1))).through
+    rows, slopes = rows_and_slopes(world.problem, subset, place, seen)
+    cost = 0.5 * float(rows @ rows)
+    for below in (1.001 * cost, np.inf):
+        same, whole = rows_and_slopes(world.problem, subset, place, seen, jnp.asarray(below))
+        np.testing.assert_array_equal(same, rows)
+        np.testing.assert_array_equal(whole, slopes)
+    same, part = rows_and_slopes(world.problem, subset, place, seen, jnp.asarray(0.999 * cost))
+    np.testing.assert_array_equal(same, rows)
+    assert not np.asarray(part)[:, 2:].any()
+    assert np.asarray(slopes)[:, 2].any()
+
+
 def test_what_a_test_rests_on_is_that_of_its_own_set(world, base):
     """Also after another set was tested."""
     larger = world.fit(world.with_added(["end_stop"]), base.vector, ["end_stop"])

@@ -6,7 +6,7 @@ absent effect live exactly there: friction 0, damping 0. Solving for the step in
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import equinox as eqx
 import jax
@@ -102,6 +102,16 @@ class NielsenSearch(optx.ClassicalTrustRegion):
         return after.step_size, accept, optx.RESULTS.successful, after
 
 
+class OfLower(NamedTuple):
+    """Arguments of residuals that need no derivatives where half the sum of their squares is not below `cost`.
+
+    The solver fills it in: a step that does not lower the cost is not taken, and its derivatives are never used.
+    """
+
+    args: Any
+    cost: Any = jnp.inf
+
+
 class BoxLevenbergMarquardt(optx.AbstractGaussNewton):
     """Levenberg-Marquardt within a box, for residuals in standard deviations.
 
@@ -132,6 +142,8 @@ class BoxLevenbergMarquardt(optx.AbstractGaussNewton):
 
     def step(self, fn: Any, y: Any, args: Any, options: Any, state: Any, tags: Any) -> Any:
         """One evaluation, and the end of the search where nothing is left to gain."""
+        if isinstance(args, OfLower):
+            args = OfLower(args.args, jnp.where(state.first_step, jnp.inf, state.f_info.as_min()))
         y, after, aux = super().step(fn, y, args, options, state, tags)
         bowl, move = after.descent_state, after.y_eval - y
         promised = -(bowl.slope @ move + 0.5 * move @ (bowl.curvature @ move))

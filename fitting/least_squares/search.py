@@ -12,7 +12,7 @@ from jaxtyping import ArrayLike
 
 from fitting.compiled.traced import kept
 from fitting.instruments.through import Through
-from fitting.least_squares.box import BoxLevenbergMarquardt
+from fitting.least_squares.box import BoxLevenbergMarquardt, OfLower
 from fitting.least_squares.subset import Array, Subset
 
 MAX_STEPS = 150  # of one search: chosen
@@ -39,10 +39,25 @@ HERE: Any = 0  # where an array stands in what a compiled function returns
 
 
 @kept(like=(HERE, HERE))
-def rows_and_slopes(given: Residuals, subset: Subset, place: Array) -> tuple[jax.Array, jax.Array]:
-    """All rows and their Jacobian (rows, free) with respect to the free unknowns' places in the unit box."""
-    slopes = _together if subset.varying is None else _two_by_two
-    return slopes(given, subset, place)
+def rows_and_slopes(
+    given: Residuals, subset: Subset, place: Array, through: Through | None = None, below: ArrayLike = jnp.inf
+) -> tuple[jax.Array, jax.Array]:
+    """All rows and their Jacobian (rows, free) with respect to the free unknowns' places in the unit box.
+
+    As they are seen `through` instruments, if any are given. The Jacobian may be left undone (0) where half the sum of
+    squares is not `below` a cost.
+    """
+    seen = lambda rows: rows if through is None else through(rows)  # noqa: E731
+    wanted = lambda rows: ~(_cost(seen(rows)) >= below)  # noqa: E731
+    if subset.varying is None:
+        value, slopes = _together(given, subset, place)
+    else:
+        value, slopes = _two_by_two(given, subset, place, wanted)
+    return seen(value), jax.lax.cond(wanted(value), seen, lambda slopes: slopes, slopes)
+
+
+def _cost(rows: jax.Array) -> jax.Array:
+    return 0.5 * jnp.sum(rows**2)
 
 
 def _together(given: Residuals, subset: Subset, place: jax.Array) -> tuple[jax.Array, jax.Array]:
@@ -57,8 +72,10 @@ def _together(given: Residuals, subset: Subset, place: jax.Array) -> tuple[jax.A
     return value, spread(slopes)
 
 
-def _two_by_two(given: Residuals, subset: Subset, place: jax.Array) -> tuple[jax.Array, jax.Array]:
-    """Tangents pushed forward two at a time, with what is beside these two alone.
+def _two_by_two(
+    given: Residuals, subset: Subset, place: jax.Array, wanted: Callable[[jax.Array], jax.Array]
+) -> tuple[jax.Array, jax.Array]:
+    """Tangents pushed forward two at a time, with what is beside these two alone, while rows like these are wanted.
 
     What only fills a standard size then costs nothing, and neither does an effect along another's direction
     (`tests/benchmarks/test_slopes_bench.py` measures what that saves). One at a time would cost memories twice the
@@ -71,36 +88,35 @@ def _two_by_two(given: Residuals, subset: Subset, place: jax.Array) -> tuple[jax
     beside = (
         jnp.zeros((even, subset.live.size), bool).at[: place.size].set(subset.beside).reshape(-1, 2, subset.live.size)
     )
+    pairs = (subset.varying + 1) // 2
 
-    def along(k: jax.Array, found: tuple[jax.Array, jax.Array]) -> tuple[jax.Array, jax.Array]:
+    def along(found: tuple) -> tuple:
+        k, _, _, slopes = found
         live = subset.live | jnp.any(beside[k], axis=0)
         one = lambda tangent: jax.jvp(lambda at: given.rows(*subset.point(at), live), (place,), (tangent,))  # noqa: E731
-        value, slopes = jax.vmap(one, out_axes=(None, 0))(tangents[k])
-        return value, found[1].at[k].set(slopes)
+        value, these = jax.vmap(one, out_axes=(None, 0))(tangents[k])
+        goes_on = jax.lax.cond(k == 0, wanted, lambda _: jnp.asarray(True), value)
+        return k + 1, goes_on & (k + 1 < pairs), value, slopes.at[k].set(these)
 
     nothing = jnp.zeros(given.count), jnp.zeros((len(tangents), 2, given.count))
-    value, slopes = jax.lax.fori_loop(0, (subset.varying + 1) // 2, along, nothing)
+    _, _, value, slopes = jax.lax.while_loop(lambda found: found[1], along, (0, jnp.asarray(True), *nothing))
     return value, slopes.reshape(even, given.count)[: place.size].T
 
 
 def _with_slopes(evaluate: Callable) -> Callable:
-    """The rows as a function of (problem, subset, through, place) whose derivative is the slopes that came with them.
-
-    Both as they are seen `through` instruments, if any are given.
-    """
+    """The rows as a function of (problem, subset, through, below, place), with the slopes that came with them."""
 
     @jax.custom_jvp
-    def rows(given: Residuals, subset: Subset, through: Through | None, place: jax.Array) -> jax.Array:
-        value = evaluate(given, subset, place)[0]
-        return value if through is None else through(value)
+    def rows(
+        given: Residuals, subset: Subset, through: Through | None, below: jax.Array, place: jax.Array
+    ) -> jax.Array:
+        return evaluate(given, subset, place, through, below)[0]
 
     @rows.defjvp
     def _(primals, tangents):  # type: ignore[no-untyped-def]
-        given, subset, through, place = primals
-        value, slopes = evaluate(given, subset, place)
-        if through is not None:
-            value, slopes = through(value), through(slopes)
-        return value, slopes @ tangents[3]
+        given, subset, through, below, place = primals
+        value, slopes = evaluate(given, subset, place, through, below)
+        return value, slopes @ tangents[4]
 
     return rows
 
@@ -167,8 +183,9 @@ def solve(
     def one(best: tuple, begin: tuple[jax.Array, jax.Array]) -> tuple[tuple, SearchEnd]:
         start, look = begin
         solver = BoxLevenbergMarquardt(jnp.zeros_like(start), jnp.ones_like(start), look=look, enough=enough)
-        fn = lambda at, args: rows(*args, at)  # noqa: E731
-        found = optx.least_squares(fn, solver, start, args=(given, subset, through), max_steps=steps, throw=False)
+        fn = lambda at, given: rows(*given.args, given.cost, at)  # noqa: E731
+        args = OfLower((given, subset, through), jnp.asarray(jnp.inf))
+        found = optx.least_squares(fn, solver, start, args=args, max_steps=steps, throw=False)
         info = found.state.f_info  # type: ignore[attr-defined]
         cost = 0.5 * jnp.sum(info.residual**2)
         cost = jnp.where(jnp.isfinite(cost), cost, jnp.inf)
@@ -176,10 +193,10 @@ def solve(
         mine = (found.value, cost, info.residual, info.jac.as_matrix())
         return jax.tree.map(lambda a, b: jnp.where(cost < best[1], b, a), best, mine), end
 
-    # python runs through the model once, however often the solver looks at its derivatives
-    rows = _with_slopes(eqx.filter_closure_convert(rows_and_slopes, given, subset, starts[0]))
     count, free = given.count, starts.shape[1]
     nowhere = (starts[0], jnp.asarray(jnp.inf), jnp.full(count, jnp.nan), jnp.full((count, free), jnp.nan))
+    # python runs through the model once, however often the solver looks at its derivatives
+    rows = _with_slopes(eqx.filter_closure_convert(rows_and_slopes, given, subset, starts[0], through, nowhere[1]))
     best, ends = jax.lax.scan(one, nowhere, (starts, jnp.broadcast_to(look, len(starts))))
     return MultistartResult(ends, *best)
 
