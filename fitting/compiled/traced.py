@@ -23,6 +23,7 @@ from jax import export
 from jax.core import Tracer
 
 from fitting.compiled import store
+from fitting.compiled.held import Programs
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -37,7 +38,6 @@ ROOMS = (
 OF_FITS = ("mckibben_jax", *(f"fitting.{room}" for room in ROOMS))
 CALLED = ("jax", "jaxlib", "equinox", "optimistix", "lineax", "diffrax", "numpy")
 PLAIN = (str, int, float, bool, bytes, type(None))
-MOST = 64  # programs of one process; each belongs to one set of effects on data of one shape
 CHECK = hashlib.sha256
 ARRAY = object()  # stands for an array among what is compiled in
 
@@ -56,7 +56,7 @@ class Kept(Generic[P, R]):
         self.plain = eqx.filter_jit(function)
         self.result = jax.tree.structure(like)
         self.signature = inspect.signature(function)
-        self.programs: dict[tuple, Callable] = {}
+        self.programs = Programs()
         self.lock = Lock()
         update_wrapper(self, function)
 
@@ -67,24 +67,24 @@ class Kept(Generic[P, R]):
         bound.apply_defaults()
         leaves, tree = jax.tree.flatten(tuple(bound.arguments.values()))
         arrays = [leaf for leaf in leaves if eqx.is_array(leaf)]
-        if folder is None or any(isinstance(leaf, Tracer) for leaf in arrays):
+        if any(isinstance(leaf, Tracer) for leaf in arrays):
             return self.plain(*args, **kwargs)
         with self.lock:  # what two workers ask for is traced once
-            program = self._program(Path(folder), leaves, tree)
+            program = self._program(None if folder is None else Path(folder), leaves, tree)
         return jax.tree.unflatten(self.result, program(*arrays))
 
-    def _program(self, folder: Path, leaves: list, tree: Any) -> Callable:
+    def _program(self, folder: Path | None, leaves: list, tree: Any) -> Callable:
         """The program for arguments like these: that of an earlier call, of another process, or a new one."""
         rest = tuple(ARRAY if eqx.is_array(leaf) else leaf for leaf in leaves)
         shapes = tuple((leaf.shape, leaf.dtype) for leaf in leaves if eqx.is_array(leaf))
         asked = (folder, tree, shapes, rest)
-        if asked not in self.programs:
-            while len(self.programs) >= MOST:
-                del self.programs[next(iter(self.programs))]
-            self.programs[asked] = jax.jit(self._read_or_traced(folder, leaves, tree, rest))
-        return self.programs[asked]
+        program = self.programs.get(asked)
+        if program is None:
+            program = jax.jit(self._read_or_traced(folder, leaves, tree, rest))
+            self.programs.put(asked, program)
+        return program
 
-    def _read_or_traced(self, folder: Path, leaves: list, tree: Any, rest: tuple) -> Callable:
+    def _read_or_traced(self, folder: Path | None, leaves: list, tree: Any, rest: tuple) -> Callable:
         arrays = [leaf for leaf in leaves if eqx.is_array(leaf)]
 
         def flat(*arrays: Any) -> list:
@@ -92,6 +92,8 @@ class Kept(Generic[P, R]):
             whole = [next(given) if leaf is ARRAY else leaf for leaf in rest]
             return jax.tree.leaves(self.function(*jax.tree.unflatten(tree, whole)))
 
+        if folder is None:
+            return flat
         try:
             place = folder / f"{self._name(arrays, tree, rest)}.program"
             found = _read(place)

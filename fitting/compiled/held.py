@@ -1,0 +1,93 @@
+"""The compiled programs that a process holds: as many as memory and kernel bear, the least recently used go first.
+
+The large program of a diagnosis takes 300 MB and 3,300 of the 65,530 memory mappings that Linux allows a process.
+Beyond them LLVM ends the process ("Cannot allocate memory"), after some twenty data sets of other shapes. What goes is
+read from the disk again, in a second or two, when it is asked for.
+"""
+
+import ctypes
+import gc
+import sys
+from collections.abc import Callable, Hashable
+from contextlib import suppress
+from itertools import count
+from pathlib import Path
+from threading import RLock
+from typing import ClassVar
+from weakref import WeakSet
+
+MOST = 8  # programs of one process: a diagnosis needs three, some 3,500 mappings and 300 MB together
+SHARE = 0.25  # of the mappings that the kernel allows: where that is passed, programs go though they are fewer
+MAPPINGS, ALLOWED = Path("/proc/self/maps"), Path("/proc/sys/vm/max_map_count")
+
+_clock, _lock = count(), RLock()
+
+
+class Programs:
+    """Programs of one function by what they were made for; those of all functions share one room."""
+
+    every: ClassVar["WeakSet[Programs]"] = WeakSet()
+
+    def __init__(self) -> None:
+        self._held: dict[Hashable, Callable] = {}
+        self._used: dict[Hashable, int] = {}
+        with _lock:
+            Programs.every.add(self)
+
+    def __len__(self) -> int:
+        return len(self._held)
+
+    def get(self, asked: Hashable) -> Callable | None:
+        """The program for this; None where there is none any more."""
+        with _lock:
+            if asked in self._held:
+                self._used[asked] = next(_clock)
+            return self._held.get(asked)
+
+    def put(self, asked: Hashable, program: Callable) -> None:
+        """Hold one more program; what has not been used for longest goes."""
+        with _lock:
+            _make_room()
+            self._held[asked], self._used[asked] = program, next(_clock)
+
+    def clear(self) -> None:
+        """Hold none."""
+        with _lock:
+            self._held.clear()
+            self._used.clear()
+
+    def _drop(self, asked: Hashable) -> None:
+        del self._held[asked], self._used[asked]
+
+
+def _make_room() -> None:
+    """Let programs go until there is room for one more, and give back what these, or compiling, left."""
+    every = [(used, of, asked) for of in Programs.every for asked, used in of._used.items()]
+    oldest_last = sorted(every, key=lambda each: -each[0])
+    while oldest_last and (len(oldest_last) >= MOST or mappings() > SHARE * allowed_mappings()):
+        _, of, asked = oldest_last.pop()
+        of._drop(asked)
+        gc.collect()  # programs stand in circles of references
+    _give_back()
+
+
+def mappings() -> int:
+    """How many mappings this process has; 0 where the system does not say."""
+    try:
+        return MAPPINGS.read_bytes().count(b"\n")
+    except OSError:
+        return 0
+
+
+def allowed_mappings() -> int:
+    """How many mappings the system allows a process; as many as one likes where it does not say."""
+    try:
+        return int(ALLOWED.read_text())
+    except (OSError, ValueError):
+        return sys.maxsize
+
+
+def _give_back() -> None:
+    """Ask the C library to give free memory back; only that of Linux can be asked."""
+    with suppress(OSError, AttributeError):
+        ctypes.CDLL("libc.so.6").malloc_trim(0)
