@@ -10,6 +10,7 @@ from folders import MUSCLE, loop_columns
 
 from fitting.errors import InputError
 from fitting.recordings.experiment import read_experiment
+from fitting.recordings.tables import read_table
 
 NAMES = {"time [s]": "time", "pressure [bar]": "pressure", "contraction [%]": "contraction", "force [N]": "force"}
 UNITS = 'units = { time = "s", pressure = "bar", contraction = "%", force = "N" }'
@@ -116,3 +117,12 @@ def rows_of(columns=None):
     """A header and the readings below it."""
     columns = full_columns() if columns is None else columns
     return [list(columns), *(list(map(float, row)) for row in zip(*columns.values(), strict=True))]
+
+
+def is_read_or_refused(path):
+    """Whether the file is read, or refused with a cure."""
+    try:
+        read_table(path, given_units={"time": "s", "pressure": "bar", "contraction": "%", "force": "N"})
+    except InputError as error:
+        return bool(error.cure)
+    return True

@@ -7,7 +7,7 @@ from functools import partial
 import numpy as np
 import pytest
 from folders import folder_of, loop_csv, only_run
-from other_files import read_as, refused_as, vectors
+from other_files import is_read_or_refused, read_as, refused_as, vectors
 
 from fitting.errors import InputError
 from fitting.recordings.tables import read_heads, read_table
@@ -168,12 +168,3 @@ def test_damaged_bags_end_in_one_message(tmp_path, capfd):
         path.write_bytes(bytes(damaged[: int(scatter.integers(len(content)))] if turn % 5 == 0 else damaged))
         assert is_read_or_refused(path)
     assert capfd.readouterr() == ("", "")
-
-
-def is_read_or_refused(path):
-    """Whether the file is read, or refused with a cure."""
-    try:
-        read_table(path, given_units={"time": "s", "pressure": "bar", "contraction": "%", "force": "N"})
-    except InputError as error:
-        return bool(error.cure)
-    return True

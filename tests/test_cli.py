@@ -1,6 +1,7 @@
 """The command line as a user meets it: messages, exit statuses, files, and no traceback ever."""
 
 import json
+import re
 import subprocess
 import sys
 
@@ -402,3 +403,10 @@ def test_the_next_command_names_the_same_data_and_model(data):
 
 def test_a_candidate_that_the_model_has_is_no_candidate(data):
     assert "has coulomb_friction already" in refused("discover", data, "--candidates", "coulomb_friction")
+
+
+@pytest.mark.parametrize("args", [["compare"], ["effects", "--jsonx"], ["diagnose", "data/muscle_a", "--seed", "x"]])
+def test_a_wrong_command_line_is_one_message_with_a_cure(args):
+    done = CliRunner().invoke(main, args)
+    assert done.exit_code == 2
+    assert re.fullmatch(rf"mckibben: .+ Cure: '.*{args[0]} --help' says what it takes\n", done.output)

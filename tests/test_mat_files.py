@@ -11,15 +11,14 @@ import numpy as np
 import pytest
 import scipy.io
 from folders import folder_of, loop_csv, only_run
-from other_files import UNITS, mat, mat73, read_as, refused_as, vectors
+from other_files import UNITS, is_read_or_refused, mat, mat73, read_as, refused_as, vectors
 
-from fitting.errors import InputError
 from fitting.recordings import mat_elements, mat_hdf5
 from fitting.recordings.mat_elements import mat5_variables
 from fitting.recordings.mat_file import HDF5
 from fitting.recordings.mat_variables import Unread
 from fitting.recordings.settings import TABLES
-from fitting.recordings.tables import read_heads, read_table
+from fitting.recordings.tables import read_heads
 from fitting.recordings.template import write_muscle_file
 
 pytestmark = pytest.mark.filterwarnings("error")
@@ -199,15 +198,6 @@ def test_damaged_files_end_in_one_message(tmp_path, write):
                 damaged[place] = int(scatter.integers(256))
         path.write_bytes(bytes(damaged))
         assert is_read_or_refused(path)
-
-
-def is_read_or_refused(path):
-    """Whether the file is read, or refused with a cure."""
-    try:
-        read_table(path, given_units={"time": "s", "pressure": "bar", "contraction": "%", "force": "N"})
-    except InputError as error:
-        return bool(error.cure)
-    return True
 
 
 # ----------------------------------------------------------------------------------------- beside another reader's word

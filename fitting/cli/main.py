@@ -57,6 +57,9 @@ class Program(click.Group):
                 return super().invoke(ctx)
         except InputError as error:
             raise Stop(str(error)) from None
+        except click.UsageError as error:
+            asked = error.ctx.command_path if error.ctx else "mckibben"
+            raise Stop(f"{error.format_message()} Cure: '{asked} --help' says what it takes") from None
         except RecursionError:
             raise
         except (BrokenPipeError, KeyboardInterrupt):

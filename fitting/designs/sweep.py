@@ -18,9 +18,9 @@ from fitting.designs.settings import SWEEP
 from fitting.designs.sweep_file import Order
 from fitting.designs.sweep_files import PARQUET
 from fitting.designs.sweep_store import open_store
+from fitting.progress import Progress
 from mckibben_jax.design.batch import Batch, Engine, Histogram, Picked, Tally
 
-Progress = Callable[[str, float], None]
 Work = Callable[[Order, Iterable[int], int, Callable[[], float]], Iterator[tuple[int, Any]]]
 
 

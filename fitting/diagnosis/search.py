@@ -19,9 +19,9 @@ from fitting.diagnosis.outcomes import Screened
 from fitting.diagnosis.universe import Universe
 from fitting.least_squares.decomposed import lstsq
 from fitting.least_squares.record import Fit
+from fitting.progress import Progress
 
 LEVELS = {2: "pairs", 3: "triples"}
-Progress = Callable[[str, float], None]
 Result = TypeVar("Result")
 
 

@@ -1,1 +1,1 @@
-"""A fitted muscle for other programs: plain numpy, or a table."""
+"""A fitted muscle for other programs: numpy, C, Simulink, Arduino, MuJoCo, an FMU, or a table."""

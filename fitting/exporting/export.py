@@ -1,4 +1,4 @@
-"""The fitted muscle for other programs: a module of plain numpy, a header of C99, or a table of its force."""
+"""The fitted muscle for other programs: every form that `ENDINGS` names."""
 
 import keyword
 import sys

@@ -36,7 +36,7 @@ from fitting.posterior.target import PosteriorProblem
 from fitting.problem.priors import Prior
 from fitting.recordings.records import Experiment
 
-Progress = Callable[[int, float], None]
+ChainProgress = Callable[[int, float], None]  # steps done, and the draws that they are worth
 __all__ = ["Posterior", "Snooker", "describe", "sample", "save", "store_for", "to_json"]
 
 
@@ -54,7 +54,7 @@ def sample(
     noise: Sequence[tuple[str, ...]] | None = None,
     chains: str | None = None,
     again: bool = False,
-    progress: Progress | None = None,
+    progress: ChainProgress | None = None,
 ) -> Posterior:
     """Sample what a fit leaves open, from independent ensembles of walkers that start around its mode.
 
@@ -113,7 +113,7 @@ class _Plan:
     ensembles: int
     max_steps: int
     deadline: float
-    progress: Progress | None
+    progress: ChainProgress | None
 
     @property
     def rules(self) -> tuple[int, int, int]:

@@ -19,6 +19,7 @@ from fitting.least_squares.evaluate import held_out_rmse
 from fitting.least_squares.record import Fit
 from fitting.library.library import with_line
 from fitting.library.line import defined_name
+from fitting.progress import Progress
 from fitting.report.page.parts import as_text
 from fitting.report.pictures.loops import Frame, frame, key, loops_html, thinning_text
 from fitting.report.pictures.panels import panels
@@ -36,7 +37,6 @@ if TYPE_CHECKING:
     from fitting.posterior.sample import Posterior
 
 Action = TypeVar("Action", bound=Callable[..., Any])  # of a session or a step, its first argument
-Progress = Callable[[str, float], None]
 NEXT, POSTERIOR = "What to measure next", "What the data leave open"
 
 

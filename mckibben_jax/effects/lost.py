@@ -28,7 +28,7 @@ def _speed(muscle: Muscle, state: State) -> jax.Array:
 
 
 class CoulombFriction(Lost):
-    """Strands rub on each other in proportion to the load between them: size + f_s S P."""
+    """Strands rub on each other in proportion to the load between them: friction grows by f_s S P."""
 
     title = "Coulomb friction of the strands"
     source = "Davis & Caldwell 2006; Tondu 2012, eq 36 with f_s standing for f_s/S_scale"
@@ -42,7 +42,7 @@ class CoulombFriction(Lost):
 
 
 class TextileFriction(Lost):
-    """Textile strands: friction grows less than the load, size + f_s L (S P / L)^beta with L = 1 kN."""
+    """Textile strands: friction grows less than the load, by f_s L (S P / L)^beta with L = 1 kN."""
 
     title = "Textile friction of the strands"
     source = "Howell, Mieszkis & Tabor 1959; Tondu 2012, eq 40"
@@ -59,7 +59,7 @@ class TextileFriction(Lost):
 
 
 class HertzFriction(Lost):
-    """Strands touch on small round spots that grow with the load: size + f_s S P / S_scale, as P^(4/3)."""
+    """Strands touch on small round spots that grow with the load: friction grows by f_s S P / S_scale, as P^(4/3)."""
 
     title = "Hertz friction of the strands"
     source = "Davis & Caldwell 2006; Tondu 2012, eqs 36-39"
@@ -78,7 +78,7 @@ class HertzFriction(Lost):
 
 
 class SchulteFriction(Lost):
-    """The whole cylinder rubs, strand on strand and strand on bladder: size + 2 pi r l P f with f = f_s + f_st."""
+    """The whole cylinder rubs, strand on strand and strand on bladder: friction grows by 2 pi r l P (f_s + f_st)."""
 
     title = "Schulte's friction of the cylinder"
     source = "Schulte 1961; Tondu 2012, eq 33"
@@ -93,10 +93,10 @@ class SchulteFriction(Lost):
 
 
 class CrossingFriction(Lost):
-    """Strands turn on each other where they cross: size + (4/3) pi mu_R P r / tan(alpha), whatever the length."""
+    """Strands turn on each other where they cross: friction grows by (4/3) pi mu_R P r / tan(alpha) at any length."""
 
     title = "Friction at the crossings of strands"
-    source = "virtual work of discs that turn on each other; effect 15 of the catalogue"
+    source = "virtual work of discs that turn on each other, derived here"
     suspect = "odd misfit proportional to pressure that does not grow with the muscle's length"
     family = "friction"
     gives = ("friction",)
@@ -109,7 +109,7 @@ class CrossingFriction(Lost):
 
 
 class ConstantFriction(Lost):
-    """Friction that does not know the pressure: size + F_c, beside whatever friction is there."""
+    """Friction that does not know the pressure: F_c more than whatever friction is there."""
 
     title = "Constant friction"
     source = "Chou & Hannaford 1996"
@@ -122,7 +122,7 @@ class ConstantFriction(Lost):
 
 
 class BladderHysteresis(Lost):
-    """The rubber gives back less than it took, at any speed: size + eta_b |pull of the rubber|."""
+    """The rubber gives back less than it took, at any speed: friction grows by eta_b |pull of the rubber|."""
 
     title = "Rubber hysteresis"
     source = "Vo-Minh et al. 2011; structural damping"
@@ -136,7 +136,7 @@ class BladderHysteresis(Lost):
 
 
 class KineticFriction(Lost):
-    """Friction changes with speed: size times ratio + (1 - ratio) exp(-|v|/v_s)."""
+    """Friction changes with speed: it is multiplied by ratio + (1 - ratio) exp(-|v|/v_s)."""
 
     title = "Friction that depends on speed"
     source = "Tondu & Lopez 2000; Tondu 2012, eq 48 with |v|"

@@ -127,7 +127,7 @@ class StrandBending(Energy):
     """
 
     title = "Bending of the strands"
-    source = "bending energy of a helix, (1/2) n EI L (change of curvature)^2; effect 30 of the catalogue"
+    source = "bending energy of a helix, (1/2) n EI L (change of curvature)^2"
     suspect = "even misfit without pressure, where there is hardly any rubber"
     c_b: jax.Array = parameter(20.0, "N", "bending stiffness n EI / r90^2", range=(0.0, 1e3))
     alpha_f: jax.Array | None = eqx.field(default=None, converter=as_scalar)
@@ -168,7 +168,7 @@ class EndStop(Energy):
     """The bladder jams near the end of the stroke: a spring K that acts beyond the contraction eps_s."""
 
     title = "End stop"
-    source = "Davis et al. 2003 (minimum angle); Delson et al. 2005; effect 28 of the catalogue"
+    source = "Davis et al. 2003 (minimum angle); Delson et al. 2005"
     suspect = "even misfit without pressure that starts sharply late in the stroke"
     K: jax.Array = parameter(5e3, "N/m", "stiffness of the stop", range=(0.0, 1e6))
     eps_s: jax.Array = parameter(0.2, "1", "where it begins", range=(0.0, 0.45), starts=(0.1, 0.15, 0.2, 0.25))

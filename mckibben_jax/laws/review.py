@@ -2,7 +2,8 @@
 
 Status: "ok", correct as printed; "misprint", a slip in the formula or in a number beside it; "questionable", the
 algebra is as intended but the physics does not hold; "addition", not in the review. `function` is the sound form,
-`printed` the review's own where that differs and is worth comparing.
+`printed` the review's own where that differs and is worth comparing. `formula` is what `function` computes, unless it
+says `formula_printed`: then it is what `printed` computes.
 """
 
 from collections.abc import Callable
@@ -23,6 +24,7 @@ class Equation(NamedTuple):
     formula: str
     symbols: str
     printed: Callable | None = None
+    formula_printed: bool = False
 
 
 def lookup(number: str) -> Equation:
@@ -116,17 +118,19 @@ EQUATIONS: tuple[Equation, ...] = (
     Equation(
         "18", "cylinder with a wall", braid.ideal_force, "questionable",
         "Takes the wall to carry no stress: 2 to 3 % of P dV is missing; an incompressible wall of no stiffness leaves "
-        "eq 10 at the outer radius.", "F = (2 pi r_i r/tan^2(alpha) - pi r_i^2) P", _WALL, braid.real_force_printed,
+        "eq 10 at the outer radius.",
+        "F = (2 pi r_i r/tan^2(alpha) - pi r_i^2) P", _WALL, braid.real_force_printed, True,
     ),
     Equation(
         "19", "cylinder with a thin wall", braid.ideal_force, "questionable",
         "Follows from 18 and shares its fault.",
-        "F = F10 - pi r0^2 P 2 h0 (2 cos^2(alpha) - 1)/[(1 - eps) sin^2(alpha)]", _WALL, braid.real_force_thin_printed,
+        "F = F10 - pi r0^2 P 2 h0 (2 cos^2(alpha) - 1)/[(1 - eps) sin^2(alpha)]", _WALL,
+        braid.real_force_thin_printed, True,
     ),
     Equation(
         "20", "largest force with a thin wall", braid.ideal_force, "misprint",
         "The losses of 9 and 8 % beside it need h0 = 0.1, not 0.01; follows from 18 and shares its fault.",
-        "F = pi r0^2 P [2/tan^2(alpha0) - 1 - 2 h0 (1/tan^2(alpha0) - 1)]", _WALL, braid.real_force_thin_printed,
+        "F = pi r0^2 P [2/tan^2(alpha0) - 1 - 2 h0 (1/tan^2(alpha0) - 1)]", _WALL, braid.real_force_thin_printed, True,
     ),
     Equation(
         "21", "stresses of Treloar", rubber.treloar_stresses, "ok", "",
@@ -163,7 +167,7 @@ EQUATIONS: tuple[Equation, ...] = (
         "Leaves out the axial push of P on the moving cones and the change of their length: delivers 2 to 4 times "
         "P dV; use 25E.",
         "F = pi r0^2 P {-1 + 2 (1 - eps)/tan^2(alpha0) [1 - eps + (k_c eps/3) (r0/r - 4)]}",
-        f"k_c cone length per l0 eps, {_GEOMETRY}", braid.cone_force_printed,
+        f"k_c cone length per l0 eps, {_GEOMETRY}", braid.cone_force_printed, True,
     ),
     Equation(
         "25E", "cylinder with conical ends, by its volume", braid.cone_force, "addition",
@@ -179,13 +183,13 @@ EQUATIONS: tuple[Equation, ...] = (
     Equation(
         "27", "axial elastic force of a thin wall, by stress", rubber.thin_elastic_force, "questionable",
         "Sign wrong where the wall is in tension, hoop part missing; use 28E.", "F = -pi (r^2 - r_i^2) s2",
-        f"s2 axial stress, {_WALL}", rubber.axial_elastic_force_printed,
+        f"s2 axial stress, {_WALL}", rubber.axial_elastic_force_printed, True,
     ),
     Equation(
         "28", "axial elastic force of a thin wall", rubber.thin_elastic_force, "questionable",
         "Contradicts the energy of its own rubber: 0.05 or less of it; use 28E.",
         "F = -pi t0^2 G [1 - 1/(lambda1^2 (1 - eps)^4)] [1/lambda1^2 + 2 (1 - h0) (1 - eps)/h0]",
-        f"G shear modulus, {_WALL}", rubber.axial_elastic_force_printed,
+        f"G shear modulus, {_WALL}", rubber.axial_elastic_force_printed, True,
     ),
     Equation(
         "28E", "elastic force of a thin wall, by its energy", rubber.thin_elastic_force, "addition",

@@ -23,8 +23,11 @@ class Suite:
     stages: dict[str, tuple[Tests, ...]]
 
     def files(self) -> list[Path]:
-        """The modules, file by file."""
+        """The modules, file by file; FileNotFoundError where one has moved away."""
         places = [Path(name) for name in self.modules]
+        for place in places:
+            if not place.exists():
+                raise FileNotFoundError(f"{place}, which stands in {__name__}, is not there any more")
         return sorted(file for place in places for file in ([place] if place.is_file() else place.rglob("*.py")))
 
     def judges(self, path: Path, row: int) -> tuple[Tests, ...]:
@@ -39,8 +42,8 @@ PHYSICS = Suite(
     "physics",
     (
         LIBRARY, "mckibben_jax/effect.py", "mckibben_jax/model.py", "mckibben_jax/memory.py",
-        "mckibben_jax/friction_step.py", "mckibben_jax/braid.py", "mckibben_jax/rubber.py", "mckibben_jax/textile.py",
-        "mckibben_jax/biology.py",
+        "mckibben_jax/motion/friction_step.py", "mckibben_jax/laws/braid.py", "mckibben_jax/laws/rubber.py",
+        "mckibben_jax/laws/textile.py", "mckibben_jax/laws/biology.py",
     ),
     {
         "mckibben_jax/effects/supply.py": (
@@ -51,7 +54,7 @@ PHYSICS = Suite(
         "mckibben_jax/effect.py": (("tests/test_model.py",), ("tests/test_effects.py",)),
         "mckibben_jax/model.py": (("tests/test_model.py",), ("tests/test_effects.py",), ("tests/test_motion.py",)),
         "mckibben_jax/memory.py": (("tests/test_memory.py",), ("tests/test_effects.py",)),
-        "mckibben_jax/friction_step.py": (("tests/test_motion.py",),),
+        "mckibben_jax/motion/friction_step.py": (("tests/test_motion.py",),),
         "mckibben_jax": (("tests/test_golden.py",), ("tests/test_equations.py",), ("tests/test_derivatives.py",)),
     },
 )  # fmt: skip
@@ -60,9 +63,9 @@ DIAGNOSIS = Suite(
     (
         "fitting/diagnosis",
         "fitting/instruments",
-        "fitting/comparison/fingerprint",
-        "fitting/comparison/parity",
-        "fitting/least_squares/held_out",
+        "fitting/comparison/fingerprint.py",
+        "fitting/comparison/parity.py",
+        "fitting/least_squares/held_out.py",
     ),
     {
         "fitting/diagnosis/proposal": (("tests/test_proposal.py",),),

@@ -17,7 +17,7 @@ ACCURACY = (
 @click.argument("folder")
 @output_options
 def command(folder: str, **options: Any) -> None:
-    """Look at the recordings of a folder (CSV, Excel, MATLAB, ROS 2) and write a muscle.toml to fill in."""
+    """Look at the recordings of a folder (CSV, Excel, MATLAB, LabVIEW, ROS 2) and write a muscle.toml to fill in."""
     with errors_for_machines(options["json"]):
         from fitting.cli.output import output
         from fitting.recordings.template import write_muscle_file

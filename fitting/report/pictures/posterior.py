@@ -1,13 +1,13 @@
 """Pictures of a posterior: parameters against each other, and how the readings lie in the band of their prediction."""
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from fitting import units
 from fitting.posterior.predict import Band
 from fitting.posterior.record import Posterior
-from fitting.report.pictures.figures import BLUE, GREY, INK, SETTINGS, SKY, VERMILION
+from fitting.report.pictures.figures import BLUE, GREY, INK, SKY, VERMILION, blank, settings
 from fitting.report.settings import FIGURE, POSTERIOR_PICTURE
 
 if TYPE_CHECKING:
@@ -22,8 +22,8 @@ def pairs(posterior: Posterior) -> "Figure":
     names = list(posterior.parameters)[: POSTERIOR_PICTURE.parameters]
     draws = [_shown(posterior, name) for name in names]
     count = len(names)
-    figure = _canvas(0.6 + 1.35 * count, 0.5 + 1.25 * count)
-    with _style():
+    figure = blank(0.6 + 1.35 * count, 0.5 + 1.25 * count)
+    with settings():
         for row in range(count):
             for column in range(row + 1):
                 axes = figure.add_subplot(count, count, row * count + column + 1)
@@ -42,8 +42,8 @@ def predicted(posterior: Posterior) -> "Figure":
     shown = sorted(shown, key=lambda band: band.run)
     columns = min(FIGURE.columns, len(shown))
     rows = -(-len(shown) // columns)
-    figure = _canvas(1.9 * columns + 0.4, 1.45 * rows + 0.3)
-    with _style():
+    figure = blank(1.9 * columns + 0.4, 1.45 * rows + 0.3)
+    with settings():
         for number, band in enumerate(shown):
             axes = figure.add_subplot(rows, columns, number + 1)
             _band(axes, band, len({band.file for band in shown}) > 1)
@@ -115,20 +115,3 @@ def _labelled(axes: "Axes", across: str, up: str, row: int, column: int, count: 
         axes.set_ylabel(up)
     else:
         axes.set_yticklabels([])
-
-
-def _style() -> Any:
-    from matplotlib import rc_context
-
-    return rc_context(SETTINGS)
-
-
-def _canvas(width: float, height: float) -> "Figure":
-    """A figure that no window belongs to."""
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
-    with _style():
-        figure = Figure(figsize=(width, height))
-    FigureCanvasAgg(figure)
-    return figure

@@ -34,12 +34,20 @@ def equations_report(equations: Sequence[Equation]) -> list[RenderableType]:
 def equation_report(equation: Equation) -> list[RenderableType]:
     """One equation in full."""
     shown: list[RenderableType] = [Text(f"{equation.number}: {equation.quantity}", style="bold")]
-    shown.append(line("FORMULA", equation.formula))
+    shown.append(line("FORMULA", equation.formula + (", as printed" if equation.formula_printed else "")))
     shown.append(line("SYMBOLS", equation.symbols))
     shown.append(line("IN PRINT", STATUS[equation.status] or "correct"))
     shown += lines("NOTE", [equation.correction] if equation.correction else [])
-    shown.append(line("CALL", function_name(equation.function)))
-    return [*shown, *lines("PRINTED", [function_name(equation.printed)] if equation.printed else []), Text()]
+    shown += [line(label, function_name(function)) for label, function in _functions(equation).items()]
+    return [*shown, Text()]
+
+
+def _functions(equation: Equation) -> dict[str, Callable]:
+    """What computes the formula, and its sound or printed counterpart where there is one."""
+    sound, printed = equation.function, equation.printed
+    if printed is None:
+        return {"CALL": sound}
+    return {"CALL": printed, "SOUND": sound} if equation.formula_printed else {"CALL": sound, "PRINTED": printed}
 
 
 def function_name(function: Callable) -> str:
@@ -53,6 +61,7 @@ def equations_result(equations: Sequence[Equation]) -> dict[str, Any]:
         e.number: {
             "quantity": e.quantity,
             "formula": e.formula,
+            "formula_printed": e.formula_printed,
             "symbols": e.symbols,
             "status": e.status,
             "correction": e.correction,
