@@ -16,7 +16,7 @@ from threading import RLock
 from typing import ClassVar
 from weakref import WeakSet
 
-MOST = 8  # programs of one process: a diagnosis needs three, some 3,500 mappings and 300 MB together
+MOST = 6  # programs of one process, for two data sets in turn: a diagnosis needs three, 3,500 mappings and 300 MB
 SHARE = 0.25  # of the mappings that the kernel allows: where that is passed, programs go though they are fewer
 MAPPINGS, ALLOWED = Path("/proc/self/maps"), Path("/proc/sys/vm/max_map_count")
 
