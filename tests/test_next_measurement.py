@@ -25,7 +25,7 @@ from fitting.instruments.sources import ErrorKind, Source
 from fitting.least_squares import held_out
 from fitting.least_squares.fit import fit
 from fitting.planning import next_measurement as nm
-from fitting.planning.candidates import grid, on_specimen, shown
+from fitting.planning.candidates import grid, on_specimen, rig_abilities
 from fitting.planning.prospect import prospect as prospect_of
 from fitting.planning.protocols import Specimen
 from fitting.planning.rejection import Drawn
@@ -220,7 +220,7 @@ def one_pressure(tmp_path_factory):
 
 def test_candidates_stay_inside_what_the_rig_has_shown(one_pressure):
     """What is not marked keeps to the pressures, the stroke and, within a factor, the speeds of the data."""
-    can = shown(one_pressure[2])
+    can = rig_abilities(one_pressure[2])
     assert (can.pressure, can.contractions) == (pytest.approx(3e5), (0.0, pytest.approx(0.25)))
     assert can.speeds == (pytest.approx(0.01, rel=0.02),) * 2
     for protocol in grid(can):
@@ -234,7 +234,7 @@ def test_candidates_stay_inside_what_the_rig_has_shown(one_pressure):
 
 def test_what_is_faster_than_the_data_show_says_so(one_pressure):
     """Three times as fast most rigs still go, but who reads the plan should know it before."""
-    can = replace(shown(one_pressure[2]), tests=frozenset({"loop", "isometric"}), ramps=(1e4, 5e4))
+    can = replace(rig_abilities(one_pressure[2]), tests=frozenset({"loop", "isometric"}), ramps=(1e4, 5e4))
     fast = [p for p in grid(can) if p.test == "loop" and p.rate * can.length > 1.02 * can.speeds[1]]
     steep = [p for p in grid(can) if p.test == "isometric" and p.rate > 1.02 * can.ramps[1]]
     assert fast
@@ -248,7 +248,7 @@ def test_what_is_faster_than_the_data_show_says_so(one_pressure):
 def test_releases_do_not_show_a_rig_that_moves_the_length(tmp_path):
     """They move at a metre a second; no drive does that, and none was seen."""
     data, _ = released(tmp_path)
-    can = shown(data)
+    can = rig_abilities(data)
     assert can.tests == frozenset()
     assert np.isnan(can.speeds[1])
     assert all("a rig that moves the length" in needs_text(p) or p.test == "isometric" for p in grid(can))
@@ -259,7 +259,7 @@ def test_releases_do_not_show_a_rig_that_moves_the_length(tmp_path):
 @pytest.mark.parametrize(("test", "own"), [("loop", {}), ("isometric", {}), ("loop", PSI), ("isometric", PSI)])
 def test_the_rehearsal_records_what_was_proposed(one_pressure, tmp_path, test, own):
     """`mckibben simulate` understands the line, and its file holds so many loops between these turning points."""
-    can = shown(one_pressure[2])
+    can = rig_abilities(one_pressure[2])
     protocol = next(p for p in grid(can) if p.test == test and p.branch_time < 10 and not p.hold)
     model = tmp_path / "model.toml"
     model.write_text(

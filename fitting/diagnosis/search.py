@@ -116,7 +116,7 @@ class Search:
     def fit_trusting(self) -> None:
         """Single effects once more, with every reading trusted: what people read of errors is of such fits."""
         new = [added for added in self.fits if len(added) == 1 and added not in self.examiner.trusting]
-        if self.seen.is_seen:
+        if self.seen.allows_for_instruments:
             jobs = [(self.world.with_added(added), self.base.vector, sorted(added)) for added in new]
             found = self.world.fit_all(jobs, decide=False)
         else:

@@ -176,7 +176,8 @@ class Universe:
         rows, slopes = all_rows[self.real], all_slopes[self.real]
         last = count + len(self._stated)  # what stands behind them is there to fill a standard size
         priors = all_rows[count:last], all_slopes[count:last]
-        return CandidateFit(effects, vector, names, rows, slopes, *priors, ends, self.is_confined, decide, self.is_seen)
+        how = self.is_confined, decide, self.allows_for_instruments
+        return CandidateFit(effects, vector, names, rows, slopes, *priors, ends, *how)
 
     def _held(self, subset: Subset, at: int, found: MultistartResult) -> bool:
         """Whether the data hold one free parameter at the end of its range, or would as soon have it inside."""
@@ -221,7 +222,7 @@ class Universe:
         return replace(self, layout=confined(self.layout, self.settings.believed), is_confined=True)
 
     @property
-    def is_seen(self) -> bool:
+    def allows_for_instruments(self) -> bool:
         """Whether fits know that instruments err."""
         return bool(np.any(self.through.errors))
 

@@ -17,7 +17,7 @@ from fitting.recordings.settings import CYCLES
 
 
 @dataclass(frozen=True)
-class Shown:
+class RigAbilities:
     """What the data show that the rig can do, SI."""
 
     tests: frozenset[str]
@@ -33,7 +33,7 @@ class Shown:
     position: str  # what the rig reads: contraction, length or displacement
 
 
-def shown(experiment: Experiment) -> Shown:
+def rig_abilities(experiment: Experiment) -> RigAbilities:
     """What one data set shows that its rig can do; recordings of force count, motions where there are only those.
 
     Motions show pressures and contractions; no rig that lets go of a load can move the length at a speed one chooses.
@@ -47,7 +47,7 @@ def shown(experiment: Experiment) -> Shown:
     every = lambda name: np.concatenate([getattr(run, name) for run in runs])  # noqa: E731
     length = float(experiment.muscle.length)
     steps = [float(np.median(np.diff(run.time))) for r in recordings if r.test != "static" for run in r.runs]
-    return Shown(
+    return RigAbilities(
         frozenset(r.test for r in measured),
         float(every("pressure").max()),
         (round(max(float(every("contraction").min()), 0.0), 2), round(float(every("contraction").max()), 2)),
@@ -75,13 +75,13 @@ def _span(speeds: Iterable[np.ndarray]) -> tuple[float, float]:
 # ------------------------------------------------------------------------------------------------------------ the grid
 
 
-def grid(can: Shown) -> tuple[Protocol, ...]:
+def grid(can: RigAbilities) -> tuple[Protocol, ...]:
     """Candidates: every kind of force test, inside what the rig has shown and, marked, beyond it."""
     static = _static(can) if "static" in can.tests else []
     return (*_loops(can), *_isometric(can), *static)
 
 
-def _loops(can: Shown) -> list[Protocol]:
+def _loops(can: RigAbilities) -> list[Protocol]:
     rig = () if "loop" in can.tests else (Demand(Need.LENGTH_DRIVE),)
     made = []
     for share, part, speed in product((*GRID.pressures, GRID.more_pressure), GRID.strokes, _speeds(can)):
@@ -98,7 +98,7 @@ def _loops(can: Shown) -> list[Protocol]:
     return [p for p in made if (0 if p.beyond else GRID.fewest * can.interval) <= p.branch_time < GRID.longest / 2]
 
 
-def _speeds(can: Shown) -> list[float]:
+def _speeds(can: RigAbilities) -> list[float]:
     """From slow to much faster than seen, m/s."""
     slow, fast = can.speeds if np.isfinite(can.speeds[0]) else (0.01, 0.01)
     between = [np.sqrt(slow * fast)] if fast > 1.5 * slow else []
@@ -113,22 +113,22 @@ def _speeds(can: Shown) -> list[float]:
     return [_round(speed) for speed in every]
 
 
-def _more_pressure(can: Shown, pressure: float) -> tuple[Demand, ...]:
+def _more_pressure(can: RigAbilities, pressure: float) -> tuple[Demand, ...]:
     """That the data show no such pressure; empty where they do."""
     return (Demand(Need.PRESSURE, pressure, can.pressure),) if pressure > 1.02 * can.pressure else ()
 
 
-def _faster_drive(can: Shown, speed: float) -> tuple[Demand, ...]:
+def _faster_drive(can: RigAbilities, speed: float) -> tuple[Demand, ...]:
     """That the drive must be faster than the data show it; empty where it need not, or none was seen."""
     return (Demand(Need.SPEED, speed, can.speeds[1]),) if speed > 1.02 * can.speeds[1] else ()
 
 
-def _faster_ramp(can: Shown, ramp: float) -> tuple[Demand, ...]:
+def _faster_ramp(can: RigAbilities, ramp: float) -> tuple[Demand, ...]:
     """The same of a pressure that is swept."""
     return (Demand(Need.RAMP, ramp, can.ramps[1]),) if ramp > 1.02 * can.ramps[1] else ()
 
 
-def _isometric(can: Shown) -> list[Protocol]:
+def _isometric(can: RigAbilities) -> list[Protocol]:
     rig = () if "isometric" in can.tests else (Demand(Need.PRESSURE_SWEEP),)
     usual = 0.95 * can.pressure / GRID.ramp
     ramps = (usual / 4, usual * 4) if not np.isfinite(can.ramps[0]) else (can.ramps[0], GRID.faster * can.ramps[1])
@@ -141,7 +141,7 @@ def _isometric(can: Shown) -> list[Protocol]:
     return made
 
 
-def _static(can: Shown) -> list[Protocol]:
+def _static(can: RigAbilities) -> list[Protocol]:
     made = []
     for share, part in product((*GRID.pressures, GRID.more_pressure), GRID.strokes[:3]):
         pressure, span = _round(share * can.pressure), _part(can.contractions, part)
@@ -163,7 +163,7 @@ def _round(value: float) -> float:
 # ------------------------------------------------------------------------------------------------------ runs to predict
 
 
-def recording(protocols: Sequence[Protocol], can: Shown) -> Recording:
+def recording(protocols: Sequence[Protocol], can: RigAbilities) -> Recording:
     """A run for each candidate, all kinds of force test in one recording: to a model they are the same.
 
     Nothing is measured yet: the readings are 0, so that a residual is the prediction.
@@ -171,7 +171,7 @@ def recording(protocols: Sequence[Protocol], can: Shown) -> Recording:
     return Recording("planned", "loop", tuple(_run(p, can) for p in protocols), can.noise, position=can.position)
 
 
-def _run(p: Protocol, can: Shown) -> Run:
+def _run(p: Protocol, can: RigAbilities) -> Run:
     return _points(p, can) if p.test == "static" else _cycles(p)
 
 
@@ -207,7 +207,7 @@ def _cycles(p: Protocol) -> Run:
     )
 
 
-def _points(p: Protocol, can: Shown) -> Run:
+def _points(p: Protocol, can: RigAbilities) -> Run:
     """Points without history, on both branches where the data have branches."""
     signs = np.repeat([1, -1] if can.branches else [0, 0], GRID.nodes // 2)
     along = np.tile(np.linspace(*p.contractions, GRID.nodes // 2), 2)
@@ -244,7 +244,7 @@ def specimens(experiment: Experiment) -> tuple[Experiment, ...]:
     return tuple(replace(experiment, name=kind, muscle=other, recordings=()) for kind, other in made)
 
 
-def on_specimen(can: Shown, specimen: Specimen) -> tuple[Protocol, ...]:
+def on_specimen(can: RigAbilities, specimen: Specimen) -> tuple[Protocol, ...]:
     """What to record on another muscle: whole loops (or static maps) at a few pressures."""
     whole = [p for p in (_static(can) if can.tests == {"static"} else _loops(can)) if not p.hold]
     whole = [p for p in whole if p.contractions == _part(can.contractions, GRID.strokes[0])]

@@ -14,7 +14,7 @@ from fitting.instruments.errors import InstrumentErrors
 from fitting.instruments.felt import errors_felt
 from fitting.least_squares.search import rows_and_slopes
 from fitting.least_squares.subset import Subset, subset_of
-from fitting.planning.candidates import Shown, recording
+from fitting.planning.candidates import RigAbilities, recording
 from fitting.planning.protocols import Protocol
 from fitting.planning.settings import PREDICTION
 from fitting.problem.residuals import Problem, Samples, problem
@@ -47,7 +47,7 @@ class Candidates:
 
 
 def candidates(
-    experiments: Sequence[Experiment], planned: Sequence[tuple[Experiment, Sequence[Protocol], Shown]]
+    experiments: Sequence[Experiment], planned: Sequence[tuple[Experiment, Sequence[Protocol], RigAbilities]]
 ) -> Candidates:
     """Lay out the data with what is planned on each of these data sets, which may be new ones."""
     sets = {e.name: e for e in [*experiments, *(e for e, _, _ in planned)]}

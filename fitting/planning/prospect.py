@@ -8,7 +8,7 @@ import numpy as np
 from fitting.diagnosis.diagnose import of_force
 from fitting.diagnosis.record import Diagnosis
 from fitting.diagnosis.settings import DIAGNOSIS
-from fitting.planning.candidates import Shown, grid, on_specimen, shown, specimens
+from fitting.planning.candidates import RigAbilities, grid, on_specimen, rig_abilities, specimens
 from fitting.planning.predictions import Candidates, Explained, candidates, explain
 from fitting.planning.protocols import Protocol, Specimen
 from fitting.planning.separation import Outlook, Readings, noise_of_test
@@ -25,7 +25,7 @@ class Prospect:
     """All that is needed to judge recordings: explanations, candidates, and which of these can be made."""
 
     outlook: Outlook
-    can: Shown
+    can: RigAbilities
     usable: tuple[int, ...]
     seed: int
 
@@ -53,7 +53,7 @@ def prospect(
     """Fit each explanation to the data and let it predict every candidate."""
     tested = of_force(experiments)[0]
     light = [thinned(experiment, DIAGNOSIS.samples // len(tested)) for experiment in tested]
-    can = shown(next(e for e in experiments if e.name == tested[0].name))
+    can = rig_abilities(next(e for e in experiments if e.name == tested[0].name))
     if other_muscles:
         plan = [(other, on_specimen(can, Specimen(other.name)), can) for other in specimens(light[0])]
     else:
@@ -82,7 +82,7 @@ def _explained(
     return explain(planned, base, [kinds[name] for name in added], start, varying)
 
 
-def _readings(light: Sequence[Experiment], can: Shown) -> Readings:
+def _readings(light: Sequence[Experiment], can: RigAbilities) -> Readings:
     """How new readings will err: as the old ones, and thinned as the test will thin them all."""
     runs = [run for e in light for r in e.recordings if r.test != "static" for run in r.runs]
     loops = sum(len(np.unique(run.loop)) for run in runs)
@@ -90,7 +90,7 @@ def _readings(light: Sequence[Experiment], can: Shown) -> Readings:
     return Readings(max(apart / can.interval, 1.0), can.interval, DIAGNOSIS.samples / (loops + CHOICE.usual))
 
 
-def _usable(planned: Candidates, told: Sequence[Explained], can: Shown) -> tuple[int, ...]:
+def _usable(planned: Candidates, told: Sequence[Explained], can: RigAbilities) -> tuple[int, ...]:
     """Candidates in which no explanation predicts that the muscle is slack, further than the data have been."""
     least = min(can.force, 0.0) - 3 * can.noise
     forces = [e.rows * planned.samples.sigma for e in told]  # of candidates, whose readings are 0

@@ -6,7 +6,7 @@ from itertools import combinations
 
 from fitting.diagnosis.diagnose import of_force
 from fitting.diagnosis.record import Diagnosis
-from fitting.planning.candidates import Shown, shown
+from fitting.planning.candidates import RigAbilities, rig_abilities
 from fitting.planning.next_measurement import NextMeasurement, measurements, remaining
 from fitting.planning.sharper import sharper
 from fitting.problem.varying import Varying
@@ -32,7 +32,7 @@ class Plan:
     rivals: tuple[Sets, ...]
     steps: tuple[NextMeasurement, ...]
     tied: tuple[tuple[Sets, Sets], ...]
-    can: Shown
+    can: RigAbilities
     instruments: tuple[str, ...] = ()  # of the effects that stay tied, those that an instrument shows by itself
 
     @property
@@ -68,7 +68,7 @@ def plan(
         found = sharper(diagnosis, experiments, known=known, varying=varying, seed=seed)
         steps, tied = ((found,) if found else ()), ()
     tested = of_force(experiments)[0][0].name
-    can = shown(next(e for e in experiments if e.name == tested))
+    can = rig_abilities(next(e for e in experiments if e.name == tested))
     sources = {name_of(effect): effect.source for effect in (*LIBRARY, *known)}
     open_ones = dict.fromkeys(name for pair in tied for names in pair for name in names)
     instruments = tuple(name for name in open_ones if sources.get(name) == INSTRUMENT)

@@ -10,7 +10,7 @@ from scipy import constants
 
 from mckibben_jax.effect import Felt, Pull, measured
 from mckibben_jax.laws import braid, working_pressure
-from mckibben_jax.laws.shape import shape
+from mckibben_jax.laws.shape import shape, volume_and_growth
 from mckibben_jax.memory import Memory, follow
 from mckibben_jax.muscle import Muscle
 from mckibben_jax.parameter import parameter
@@ -87,11 +87,7 @@ class PressureDrop(Felt):
     tau: jax.Array = parameter(5e-3, "s", "time constant of filling", range=(0.0, 0.5), starts=(0.02,))
 
     def felt(self, muscle: Muscle, state: State, pull: Pull) -> State:
-        def volume(contraction: jax.Array, stretch: jax.Array) -> jax.Array:
-            return shape(muscle, state.replace(contraction=contraction, stretch=stretch)).volume
-
-        at, rates = (state.contraction, state.stretch), (state.rate, state.stretch_rate)
-        present, growth = jax.jvp(volume, at, rates)
+        present, growth = volume_and_growth(muscle, state)
         absolute = state.pressure + constants.atmosphere
         return state.replace(pressure=state.pressure - self.tau * absolute * growth / present)
 

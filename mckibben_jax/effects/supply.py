@@ -12,22 +12,13 @@ from scipy import constants
 
 from mckibben_jax.effect import Felt, Pull, Read
 from mckibben_jax.laws import valve
-from mckibben_jax.laws.shape import shape
+from mckibben_jax.laws.shape import volume_and_growth
 from mckibben_jax.memory import Memory, delayed
 from mckibben_jax.muscle import Muscle
 from mckibben_jax.parameter import parameter
 from mckibben_jax.state import State
 
 ONLY_WHEN_NAMED = "a candidate only when named: it shows where the pressure jumps"
-
-
-def _volume(muscle: Muscle, state: State) -> tuple[jax.Array, jax.Array]:
-    """Volume of the muscle (m^3), and how fast it grows."""
-
-    def volume(contraction: jax.Array, stretch: jax.Array) -> jax.Array:
-        return shape(muscle, state.replace(contraction=contraction, stretch=stretch)).volume
-
-    return jax.jvp(volume, (state.contraction, state.stretch), (state.rate, state.stretch_rate))
 
 
 class SupplyOrifice(Felt, Memory):
@@ -53,7 +44,7 @@ class SupplyOrifice(Felt, Memory):
         return state.pressure
 
     def advance(self, muscle: Muscle, memory: jax.Array, before: State, after: State) -> jax.Array:
-        first, last = (_volume(muscle, state)[0] + self.V_d for state in (before, after))
+        first, last = (volume_and_growth(muscle, state)[0] + self.V_d for state in (before, after))
         middle = (first + last) / 2
         port = _absolute((before.pressure + after.pressure) / 2)
         stride = self.n * self.C * valve.REFERENCE_PRESSURE * (after.time - before.time) / middle
@@ -62,7 +53,7 @@ class SupplyOrifice(Felt, Memory):
         return pressure - constants.atmosphere
 
     def felt(self, muscle: Muscle, state: State, pull: Pull) -> State:
-        volume, growth = _volume(muscle, state)
+        volume, growth = volume_and_growth(muscle, state)
         inside, port = _absolute(state.memory), _absolute(state.pressure)
         higher, lower = jnp.maximum(inside, port), jnp.minimum(inside, port)
         flow = jnp.sign(port - inside) * self.C * higher * valve.flow_factor(lower / higher, self.b)
@@ -85,7 +76,7 @@ class LiquidLine(Felt):
     R: jax.Array = parameter(1e9, "Pa s/m^3", "resistance of the line", range=(0.0, 1e13), starts=(1e8, 1e10))
 
     def felt(self, muscle: Muscle, state: State, pull: Pull) -> State:
-        return state.replace(pressure=state.pressure - self.R * _volume(muscle, state)[1])
+        return state.replace(pressure=state.pressure - self.R * volume_and_growth(muscle, state)[1])
 
 
 class SupplyDelay(Read):

@@ -58,6 +58,15 @@ def shape(muscle: Muscle, state: State) -> Shape:
     return Shape(contraction, muscle.length * size, muscle.radius * size, muscle.braid_angle, size)
 
 
+def volume_and_growth(muscle: Muscle, state: State) -> tuple[jax.Array, jax.Array]:
+    """Volume inside the braid, m^3, and how fast it grows with the motion, m^3/s."""
+
+    def volume(contraction: jax.Array, stretch: jax.Array) -> jax.Array:
+        return shape(muscle, state.replace(contraction=contraction, stretch=stretch)).volume
+
+    return jax.jvp(volume, (state.contraction, state.stretch), (state.rate, state.stretch_rate))
+
+
 def path(muscle: Muscle, state: State) -> jax.Array:
     """The path that friction between strands follows: the stroke when strands are rigid, m."""
     return muscle.length * (1 - (1 - state.contraction) / (1 + state.stretch))

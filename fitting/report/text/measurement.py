@@ -9,7 +9,7 @@ from fitting.report.text.names import mark, marked
 from fitting.units import counted
 
 if TYPE_CHECKING:
-    from fitting.planning.candidates import Shown
+    from fitting.planning.candidates import RigAbilities
     from fitting.planning.next_measurement import NextMeasurement
 
 SPECIMENS = {
@@ -71,7 +71,7 @@ def _two(value: float, unit: str) -> str:
     return units.show(value, unit, digits=2)
 
 
-def rehearsal_command(p: Protocol, repeats: int, can: "Shown", model: str, folder: str) -> str | None:
+def rehearsal_command(p: Protocol, repeats: int, can: "RigAbilities", model: str, folder: str) -> str | None:
     """The command that rehearses the recording on a model; None where `mckibben simulate` cannot do it."""
     if p.hold or p.test == "static" or p.specimen:
         return None
