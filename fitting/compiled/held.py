@@ -17,7 +17,7 @@ from typing import ClassVar
 from weakref import WeakSet
 
 MOST = 6  # programs of one process, for two data sets in turn: a diagnosis needs three, 3,500 mappings and 300 MB
-SHARE = 0.25  # of the mappings that the kernel allows: where that is passed, programs go though they are fewer
+SHARE = 0.2  # of the mappings that the kernel allows: where that is passed, programs go though they are fewer
 MAPPINGS, ALLOWED = Path("/proc/self/maps"), Path("/proc/sys/vm/max_map_count")
 
 _clock, _lock = count(), RLock()
@@ -61,14 +61,30 @@ class Programs:
 
 
 def _make_room() -> None:
-    """Let programs go until there is room for one more, and give back what these, or compiling, left."""
+    """Let programs go until there is room for one more, and give back what these, or compiling, left.
+
+    Programs stand in circles of references. To look for these takes half a second, as long as a small program takes to
+    be read: it is done only where mappings are short.
+    """
     every = [(used, of, asked) for of in Programs.every for asked, used in of._used.items()]
     oldest_last = sorted(every, key=lambda each: -each[0])
-    while oldest_last and (len(oldest_last) >= MOST or mappings() > SHARE * allowed_mappings()):
-        _, of, asked = oldest_last.pop()
-        of._drop(asked)
-        gc.collect()  # programs stand in circles of references
+    while len(oldest_last) >= MOST:
+        _drop_last(oldest_last)
+    if _are_short():
+        gc.collect()
+    while oldest_last and _are_short():
+        _drop_last(oldest_last)
+        gc.collect()
     _give_back()
+
+
+def _drop_last(held: list[tuple[int, Programs, Hashable]]) -> None:
+    _, of, asked = held.pop()
+    of._drop(asked)
+
+
+def _are_short() -> bool:
+    return mappings() > SHARE * allowed_mappings()
 
 
 def mappings() -> int:
