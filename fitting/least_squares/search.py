@@ -75,8 +75,9 @@ def _together(given: Residuals, subset: Subset, place: jax.Array) -> tuple[jax.A
 def _two_by_two(
     given: Residuals, subset: Subset, place: jax.Array, wanted: Callable[[jax.Array], jax.Array]
 ) -> tuple[jax.Array, jax.Array]:
-    """Tangents pushed forward two at a time, with what is beside these two alone, while rows like these are wanted.
+    """Tangents pushed forward two at a time, with what is beside these two alone, as long as `wanted`.
 
+    The first two give the rows; `wanted` says of them whether the other slopes are needed, which are 0 where it denies.
     What only fills a standard size then costs nothing, and neither does an effect along another's direction
     (`tests/benchmarks/test_slopes_bench.py` measures what that saves). One at a time would cost memories twice the
     time: a step along a run costs the same for one tangent as for two.

@@ -153,7 +153,7 @@ class SeriesCompliance(Felt):
         return state.replace(contraction=near.contraction + off, rate=(state.rate + drift / give) / (1 - slope / give))
 
 
-STRAIN_STEP = 1e-5  # of contraction, from the middle of a difference to its ends; single precision (exported C) does
+STRAIN_STEP = 1e-5  # of contraction, middle of a difference to its ends; good in single precision (C) too
 STRETCH_STEP = 2e-6  # of stretch, of the same
 PRESSURE_STEP = 1.0  # Pa, of the same
 
