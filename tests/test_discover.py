@@ -14,7 +14,9 @@ from small_muscle import loops, write
 from studied import spring_missing
 
 from fitting.cli.main import main
+from fitting.diagnosis import discover as discovering
 from fitting.diagnosis import step_rules
+from fitting.diagnosis.among_all import fit_from_smaller
 from fitting.diagnosis.discover import Judged, _ends, _first_sound, discover, in_order, proposals, worth_judging
 from fitting.diagnosis.findings import Fault, InstrumentAnswer, Objection
 from fitting.diagnosis.lay_out import universe
@@ -155,7 +157,7 @@ def test_among_all_candidates_too(small):
     base = world.fit(frozenset(world.base), world.start)
     assert world.fit(world.with_added(["trap"]), base.vector, ["trap"]).cost > 2 * base.cost
     for name in world.candidates:
-        assert world.fit_from_smaller(world.with_added([name]), base).cost <= base.cost * (1 + 1e-6), name
+        assert fit_from_smaller(world, world.with_added([name]), base).cost <= base.cost * (1 + 1e-6), name
 
 
 # -------------------------------------------------------------------------------------------------- when a step is kept
@@ -358,26 +360,28 @@ def test_every_step_is_printed_when_it_is_made_and_stands_in_the_result(tmp_path
     [(True, 2.0, True), (True, 3.0, False), (False, 2.0, False), (False, 0.5, True)],
     ids=["adequate", "far more error", "not adequate", "lower anyway"],
 )
-def test_an_adequate_model_stays_in_its_valley(adequate, cost, stays):
+def test_an_adequate_model_stays_in_its_valley(adequate, cost, stays, monkeypatch):
     """The lower end of the two, of cost 1, may be one that instruments made."""
     there, other = SimpleNamespace(cost=cost), SimpleNamespace(cost=1.0)
     world = SimpleNamespace(
-        with_added=lambda names: names, fit=lambda *_, **__: there, fit_from_smaller=lambda *_, **__: other,
-        decided=lambda fit: fit, left_out=lambda *_: None, at=lambda *_: there,
+        with_added=lambda names: names, fit=lambda *_, **__: there, decided=lambda fit: fit, left_out=lambda *_: None,
+        at=lambda *_: there,
     )  # fmt: skip
+    monkeypatch.setattr(discovering, "fit_from_smaller", lambda *_, **__: other)
     search = SimpleNamespace(examiner=SimpleNamespace(groups=None, left=lambda fit: fit.cost))
     found = next(_ends(world, search, None, SimpleNamespace(fit=None), ("end_stop",), adequate))
     assert found.fit is (there if stays else other)
 
 
 @pytest.mark.parametrize(("left", "stays"), [(0.5, True), (0.9, False)], ids=["far less", "hardly less"])
-def test_an_adequate_model_stays_where_it_is_right_though_the_way_leads_down(left, stays):
+def test_an_adequate_model_stays_where_it_is_right_though_the_way_leads_down(left, stays, monkeypatch):
     """A search from there ends where less is left of the rows, but more beyond what instruments can make of them."""
     before, there, other = (SimpleNamespace(cost=cost) for cost in (2.0, 1.5, 1.0))
     world = SimpleNamespace(
-        with_added=lambda names: names, fit=lambda *_, **__: there, fit_from_smaller=lambda *_, **__: other,
-        decided=lambda fit: fit, left_out=lambda *_: None, at=lambda *_: before,
+        with_added=lambda names: names, fit=lambda *_, **__: there, decided=lambda fit: fit, left_out=lambda *_: None,
+        at=lambda *_: before,
     )  # fmt: skip
+    monkeypatch.setattr(discovering, "fit_from_smaller", lambda *_, **__: other)
     beyond = {id(before): left, id(there): 1.0}
     search = SimpleNamespace(examiner=SimpleNamespace(groups=None, left=lambda fit: beyond[id(fit)]))
     ends = list(_ends(world, search, None, SimpleNamespace(fit=None), ("end_stop",), True))

@@ -5,12 +5,12 @@ tested the same way; those that stand are a confidence set for the explanation. 
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from functools import partial
 
 import numpy as np
 from threadpoolctl import threadpool_limits
 
+from fitting.diagnosis.among_all import AmongAll
 from fitting.diagnosis.candidate_fit import CandidateFit
 from fitting.diagnosis.examine import Examiner
 from fitting.diagnosis.lay_out import universe
@@ -105,8 +105,8 @@ def prepared(
     progress("baseline", 0.0)
     world = universe(light, effects, known, varying, settings=settings.fits)
     world = world.confined() if confine else world
-    refit = partial(_refit, light, effects, varying, seed=seed, errors=settings.fits.believed if confine else None)
-    baseline, base = _fitted_twice(world, refit, dict(start or {}))
+    alone = partial(_alone, world, light, effects, varying, seed, settings.fits.believed if confine else None)
+    baseline, base = _fitted_twice(world, alone, dict(start or {}))
     with one_thread():
         examiner = Examiner(world, base, seed, settings)
     notes = (*set_aside, *(note for e in light for r in e.recordings for note in r.notes))
@@ -114,9 +114,9 @@ def prepared(
     return Search(world, base, examiner, baseline, progress, notes, not force_was_measured(experiments), names)
 
 
-def _refit(
-    light: Sequence[Experiment], effects: Sequence[Effect], varying: Varying, start: dict[str, float], seed: int,
-    errors: float | None,
+def _alone(
+    world: Universe, light: Sequence[Experiment], effects: Sequence[Effect], varying: Varying, seed: int,
+    errors: float | None, start: dict[str, float],
 ) -> Fit:  # fmt: skip
     """The model alone fitted from several starts, with stated sizes confined to so many standard errors, if to any."""
     layout = unknowns(light, effects, varying.own)
@@ -126,30 +126,29 @@ def _refit(
     names = varying.names(layout)
     # a model of which values are known is fitted as `fit` does: not in a valley that instruments made
     accuracies = accuracies_of(light) if start else ()
-    found = fit_problem(layout, given, samples, begin, names, tuple(start), accuracies, starts=6, seed=seed)
+    found = fit_problem(
+        layout, given, samples, begin, names, tuple(start), accuracies, starts=6, seed=seed,
+        searches=AmongAll(world, layout),
+    )  # fmt: skip
     refuse_no_number(found.residual, samples, light)
     return found
 
 
-def _fitted_twice(world: Universe, refit: Callable[..., Fit], known: dict[str, float]) -> tuple[Fit, CandidateFit]:
+def _fitted_twice(world: Universe, alone: Callable[..., Fit], known: dict[str, float]) -> tuple[Fit, CandidateFit]:
     """The model alone from several starts, and among all candidates switched off: both in the lowest valley found.
 
     Where instruments made that valley, both are where the fit left it for.
     """
-    base = frozenset(world.base)
-    begin = np.array([known.get(name, value) for name, value in zip(world.layout.names, world.start, strict=True)])
-    with ThreadPoolExecutor(2) as workers:  # two programs to compile, which needs no interpreter
-        fitting, first = workers.submit(refit, start=known), workers.submit(world.fit, base, begin)
-        alone, base_fit = fitting.result(), first.result()
-    start = begin.copy()
-    start[world.layout.at(alone.layout.names)] = alone.vector
-    if alone.search.unbent:
-        return alone, world.at(base, start)
-    base_fit = min(base_fit, world.fit(base, start), key=lambda each: each.cost)
-    if base_fit.cost < alone.cost * (1 - SAME_VALLEY):
-        best = base_fit.vector[world.layout.at(alone.layout.names)]
-        alone = refit(start=dict(zip(alone.layout.names, map(float, best), strict=True)))
-    return alone, base_fit
+    base, fit = frozenset(world.base), alone(known)
+    start = np.array([known.get(name, value) for name, value in zip(world.layout.names, world.start, strict=True)])
+    start[world.layout.at(fit.layout.names)] = fit.vector
+    if fit.search.unbent:
+        return fit, world.at(base, start)
+    base_fit = world.fit(base, start)
+    if base_fit.cost < fit.cost * (1 - SAME_VALLEY):
+        best = base_fit.vector[world.layout.at(fit.layout.names)]
+        fit = alone(dict(zip(fit.layout.names, map(float, best), strict=True)))
+    return fit, base_fit
 
 
 def concluded(search: SearchResult) -> Diagnosis:

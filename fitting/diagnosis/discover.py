@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from fitting.diagnosis.among_all import fit_from_smaller
 from fitting.diagnosis.candidate_fit import CandidateFit
 from fitting.diagnosis.course import ModelOnTheWay, OnStep, Step, values_of
 from fitting.diagnosis.diagnose import Progress, concluded, library_candidates, one_thread, prepared
@@ -276,7 +277,7 @@ def _ends(
     """
     effects, left = world.with_added(names), search.examiner.left
     there = world.fit(effects, begin, decide=False)
-    other = world.fit_from_smaller(effects, smaller.fit, decide=False)
+    other = fit_from_smaller(world, effects, smaller.fit, decide=False)
     if adequate:
         before = world.at(effects, begin)
         if left(before) < UNBENT.clearly**2 * left(there) and before.cost < UNBENT.dearer * other.cost:

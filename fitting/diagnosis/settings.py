@@ -76,6 +76,7 @@ class FitSettings:
 
     padded: tuple[int, ...] = (24, 48)  # free parameters; each count is compiled once; chosen
     steps: int = 60  # of one search: what converges more slowly is of no use among many; chosen
+    further: int = 2  # searches of a model alone behind the first, until one has converged; chosen
     searches: int = 6  # one after another, of what every set begins at; measured: a hose with creep needs 4; chosen
     screened: float = 1e-4  # of the sum of squares: a step that promises less ends a search among many; chosen
     inside: float = 0.1  # share of a range, where a parameter is tried that ended at the end of it; chosen

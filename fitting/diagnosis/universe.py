@@ -12,14 +12,13 @@ from fitting.diagnosis.candidate_fit import CandidateFit
 from fitting.diagnosis.outcomes import Why
 from fitting.diagnosis.settings import FITS, FitSettings
 from fitting.instruments.through import Through
-from fitting.least_squares.absent import as_good_as_absent
 from fitting.least_squares.decomposed import lstsq
 from fitting.least_squares.held_out import HELD_OUT, left_out_rows
 from fitting.least_squares.search import MultistartResult, solve
 from fitting.least_squares.subset import Subset
 from fitting.least_squares.uncertainty import at_bound
 from fitting.problem.residuals import LIGHT, Problem, Samples
-from fitting.problem.sizes import widened
+from fitting.problem.sizes import Standard, widened
 from fitting.problem.unknowns import Unknown, Unknowns
 from fitting.recordings.accuracy import Accuracy
 from mckibben_jax.effect import Effect
@@ -56,6 +55,16 @@ class Universe:
     def effects(self) -> dict[str, Effect]:
         """Every effect by its name, in the order in which they act."""
         return dict(zip(self.template.names, self.template.effects, strict=True))
+
+    @property
+    def standard(self) -> Standard:
+        """The problem as it is searched, and where the measurements and the stated sizes stand in it."""
+        return Standard(self.problem, np.concatenate([self.real, self._count + np.arange(len(self._stated))]))
+
+    @property
+    def room(self) -> int:
+        """For how many errors of instruments there is room."""
+        return self.through.errors.shape[1]
 
     @property
     def _count(self) -> int:
@@ -125,7 +134,7 @@ class Universe:
         begin = self._starts(subset, names, start, new)
         best = None
         for place in begin:  # one at a time: any number of starts is the same compiled function
-            found = self._solve(subset, place, enough=enough)
+            found = self.searched(subset, place, enough=enough)
             if best is None or float(found.cost) < float(best.cost):
                 best = found
         assert best is not None
@@ -151,16 +160,19 @@ class Universe:
         """The same set fitted to the end, the data having been asked whether they hold what ends at its bound."""
         return fit if fit.is_decided else self.fit(fit.effects, fit.vector)
 
-    def _solve(
+    def searched(
         self, subset: Subset, place: np.ndarray, problem: Problem | None = None, look: bool = False, enough: float = 0.0
     ) -> MultistartResult:
-        """One search, of the compiled function that all of them share; on another problem of this shape, if given."""
+        """One search, of the compiled function that all of them share; on another problem of this shape, if given.
+
+        What is found is as it is seen through the instruments.
+        """
         given, through = self.problem if problem is None else problem, self.through.exact if look else self.through
         return solve(given, subset, place[None], self.settings.steps, np.array(look), np.array(enough), through)
 
     def looked_at(self, subset: Subset, problem: Problem | None = None) -> MultistartResult:
         """Rows and slopes at the values in `subset.full`."""
-        return self._solve(subset, subset.place(subset.full), problem, look=True)
+        return self.searched(subset, subset.place(subset.full), problem, look=True)
 
     def _candidate(
         self, effects: frozenset[str], names: tuple[str, ...], subset: Subset, found: MultistartResult, decide: bool
@@ -191,31 +203,12 @@ class Universe:
         slot = len(self.layout.names)  # nothing reads it
         free = np.where(np.arange(len(place)) == at, slot, subset.free)
         rest = replace(subset, full=subset.vector(place), free=free)
-        again = self._solve(rest, rest.place(rest.full))
+        again = self.searched(rest, rest.place(rest.full))
         return float(again.cost) > float(found.cost) + may_rise
 
     def _is_stated(self, position: int) -> bool:
         """Whether an unknown is a stated size of a muscle."""
         return self.layout.entries[position].prior is not None
-
-    def fit_from_smaller(self, effects: frozenset[str], smaller: CandidateFit, decide: bool = True) -> CandidateFit:
-        """Fit a set of effects from the optimum of a smaller one, with what is new as good as absent there.
-
-        `decide` as of `fit`.
-        """
-        names = self.free(effects)
-        new = np.array([name not in smaller.free for name in names], bool)
-        if not new.any():
-            return self.fit(effects, smaller.vector, decide=decide)
-        at = self.layout.at(names)
-        subset = self.subset(effects, at, smaller.vector)
-        entries = [self.layout.entries[i] for i in at]
-
-        def search(alone: Subset, starts: np.ndarray, look: np.ndarray) -> MultistartResult:
-            return self._solve(alone, starts[0], look=bool(look[0]))
-
-        place = as_good_as_absent(search, subset, entries, new, 1)
-        return self.fit(effects, subset.vector(place)[: len(smaller.vector)], decide=decide)
 
     def confined(self) -> "Universe":
         """The same where no stated size can leave what was stated by more than a few of its standard errors."""
@@ -232,12 +225,11 @@ class Universe:
         A fit that trusts every reading bends what is fitted to what a load cell's gain has made: a small effect ends
         where it helps the gain. Where there are more errors than a search has room for, fits trust every reading.
         """
-        room = self.through.errors.shape[1]
-        if errors.shape[1] > room:
+        if errors.shape[1] > self.room:
             return self
         wide = np.zeros((self.problem.count, errors.shape[1]))
         wide[self.real] = errors
-        return replace(self, through=Through.of(wide, room))
+        return replace(self, through=Through.of(wide, self.room))
 
     def as_seen(self, columns: np.ndarray) -> np.ndarray:
         """Rows (rows,) or columns (rows, q) of the measurements as such a fit sees them."""

@@ -4,39 +4,28 @@ A model that contains another can describe the data no worse, if its search does
 place it cannot: every step of the search lowers the sum of squares.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 
-from fitting.least_squares.search import MultistartResult
+from fitting.least_squares.searches import Searches
 from fitting.least_squares.subset import Subset
 from fitting.problem.unknowns import Unknown
 
-Solve = Callable[
-    [Subset, np.ndarray, np.ndarray], MultistartResult
-]  # of a subset, starts (count, free) and look (count,)
 NEUTRAL = (0.0, 1.0)  # values at which a sum or a product changes nothing
 
 
-def as_good_as_absent(
-    solve: Solve, subset: Subset, entries: Sequence[Unknown], new: np.ndarray, count: int
-) -> np.ndarray:
+def as_good_as_absent(searches: Searches, subset: Subset, entries: Sequence[Unknown], new: np.ndarray) -> np.ndarray:
     """The best place (free,) for the new parameters while all others stay as they are in `subset.full`.
 
     `entries` are the free unknowns in their order, `new` is a mask over them (free,). No effect has to say which values
     switch it off: the ends of the ranges, neutral numbers and declared starts are looked at, and the search of the new
-    parameters alone goes on from the best. `solve` takes `count` starts, as the caller's own searches do, so that
-    nothing is compiled for this.
+    parameters alone goes on from the best.
     """
-    here = subset.place(subset.full)
-    places = _places(subset, here, entries, new)
-    alone, look = _only(subset, new), np.ones(count, bool)
-    costs = [
-        np.asarray(solve(alone, _filled(part, count), look).ends.cost)[: len(part)] for part in _parts(places, count)
-    ]
-    best = places[int(np.argmin(np.concatenate(costs)))]
-    found = solve(alone, _filled(best[None], count), np.arange(count) > 0)  # the first is searched, the others fill up
+    places, alone = _places(subset, subset.place(subset.full), entries, new), _only(subset, new)
+    best = places[int(np.argmin(searches.look(alone, places)))]
+    found = searches.search(alone, best[None])
     return np.asarray(found.place) if np.isfinite(found.cost) else best
 
 
@@ -69,12 +58,3 @@ def _only(subset: Subset, new: np.ndarray) -> Subset:
 def _padded(mask: np.ndarray, size: int) -> np.ndarray:
     """A mask as long as what is free; what was added to reach a standard size is not new."""
     return np.concatenate([mask, np.zeros(size - len(mask), bool)])
-
-
-def _parts(places: np.ndarray, count: int) -> list[np.ndarray]:
-    return [places[i : i + count] for i in range(0, len(places), count)]
-
-
-def _filled(places: np.ndarray, count: int) -> np.ndarray:
-    """As many places as the compiled function takes, the last repeated."""
-    return np.concatenate([places, np.repeat(places[-1:], count - len(places), axis=0)])

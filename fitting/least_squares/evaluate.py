@@ -9,13 +9,13 @@ from fitting.least_squares.fit import constrained_names
 from fitting.least_squares.held_out import HELD_OUT, folds, left_out_rows
 from fitting.least_squares.instruments import accuracies_of, errors_in
 from fitting.least_squares.record import Fit, record_fit
-from fitting.least_squares.search import evaluate_subset, solve
+from fitting.least_squares.search import Evaluated, solve
+from fitting.least_squares.searches import Alone
 from fitting.least_squares.subset import subset_of
 from fitting.least_squares.summary import SearchSummary
 from fitting.precision import require_x64
 from fitting.problem.no_number import refuse_no_number
 from fitting.problem.residuals import LIGHT, problem
-from fitting.problem.sizes import Standard
 from fitting.problem.unknowns import unknowns
 from fitting.recordings.records import Experiment
 from mckibben_jax.effect import Effect
@@ -36,16 +36,22 @@ def evaluate(
     layout = unknowns(experiments, effects, own)
     given, samples = problem(experiments, layout)
     vector = np.array([values.get(name, start) for name, start in zip(layout.names, layout.start, strict=True)])
-    usual = Standard.of(given)
-    names = constrained_names(usual.problem, subset_of(layout, vector, free), tuple(free)) if free else ()
-    subset = subset_of(layout, vector, names)
-    at = evaluate_subset(usual.problem, subset).at(usual.rows)
+    searches, whole = Alone.of(given), subset_of(layout, vector, free)
+    names = constrained_names(searches, whole, tuple(free)) if free else ()
+    subset, place = subset_of(layout, vector, names), whole.place(whole.full)
+    at = _along(searches.at(whole, place).at(searches.standard.rows), [name in names for name in free])
     held = tuple(name for name in free if name not in names)
     refuse_no_number(np.asarray(at.rows)[: len(samples)], samples, experiments)
-    errors = errors_in(usual, subset, at.place, samples, accuracies_of(experiments)) if names else None
+    errors = errors_in(searches, whole, vector, samples, accuracies_of(experiments)) if names else None
     return record_fit(
         layout, given, samples, subset, names, at, errors=errors, held=held, search=SearchSummary(evaluated=True)
     )
+
+
+def _along(at: Evaluated, kept: Sequence[bool]) -> Evaluated:
+    """What was evaluated with the slopes along some of the free unknowns alone (a mask)."""
+    mask = np.asarray(kept, bool)
+    return Evaluated(np.asarray(at.place)[mask], at.rows, np.asarray(at.slopes)[:, mask])
 
 
 def held_out_residual(fit: Fit) -> np.ndarray:

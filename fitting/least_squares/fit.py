@@ -10,21 +10,14 @@ from fitting.instruments.errors import InstrumentErrors
 from fitting.least_squares.absent import as_good_as_absent
 from fitting.least_squares.instruments import accuracies_of, errors_in
 from fitting.least_squares.record import Fit, record_fit
-from fitting.least_squares.search import (
-    MultistartResult,
-    SearchEnd,
-    evaluate_subset,
-    on_the_host,
-    rows_and_slopes,
-    solve,
-)
+from fitting.least_squares.search import MultistartResult, SearchEnd
+from fitting.least_squares.searches import Alone, Searches, cost_of
 from fitting.least_squares.subset import Subset, subset_of
 from fitting.least_squares.summary import FailedStart, Failure, MissedMotions, SearchSummary
 from fitting.least_squares.unbent import is_better, leaves_noise, unbent
 from fitting.precision import require_x64
 from fitting.problem.no_number import refuse_no_number
 from fitting.problem.residuals import Problem, Samples, problem
-from fitting.problem.sizes import Standard
 from fitting.problem.unknowns import Unknowns, unknowns
 from fitting.problem.varying import Varying
 from fitting.recordings.accuracy import Accuracy
@@ -45,10 +38,10 @@ class FitSettings:
 SETTINGS = FitSettings()
 
 
-def constrained_names(given: Problem, subset: Subset, names: Sequence[str]) -> tuple[str, ...]:
+def constrained_names(searches: Searches, subset: Subset, names: Sequence[str]) -> tuple[str, ...]:
     """Those of the free names that the data constrain: along which the rows of the measurements change at all."""
-    count = sum(int(block.keep.size) for block in given.blocks)
-    _, slopes = rows_and_slopes(given, subset, np.clip(subset.place(subset.full), 0.01, 0.99))
+    count = sum(int(block.keep.size) for block in searches.standard.problem.blocks)
+    slopes = searches.at(subset, np.clip(subset.place(subset.full), 0.01, 0.99)).slopes
     moves = np.linalg.norm(np.nan_to_num(np.asarray(slopes)[:count], posinf=0.0, neginf=0.0), axis=0)
     least = SETTINGS.blind * max(moves.max(), 1e-300)
     return tuple(name for name, move in zip(names, moves, strict=True) if move > least)
@@ -120,43 +113,44 @@ def fit_problem(
     starts: int = 8,
     seed: int = 0,
     shooting: int = 0,
+    searches: Searches | None = None,
 ) -> Fit:
     """Fit the named unknowns of a problem that is laid out; `known` are those whose values were fitted before.
 
     `accuracies` of the instruments of each recording widen the standard errors, and let the fit leave a valley that
-    instruments made; without them every reading is trusted.
+    instruments made; without them every reading is trusted. `searches` are those of a program of its own, unless given.
     """
-    asked, usual = tuple(names), Standard.of(given)
-    names = _constrained_somewhere(layout, usual.problem, vector, asked, seed) if asked else ()
+    asked, searches = tuple(names), Alone.of(given, max(starts, 1)) if searches is None else searches
+    whole = subset_of(layout, vector, asked)
+    names = _constrained_somewhere(layout, searches, whole, asked, seed) if asked else ()
     held = tuple(name for name in asked if name not in names)
     if not names:
-        return _not_fitted(layout, given, samples, vector, held)
+        return _not_fitted(layout, given, samples, searches, vector, held)
     subset = subset_of(layout, vector, names)
     begin, search_from = starting_places(layout, subset, names, starts, seed), SearchSummary()
-    search = usual.problem.coarser(SETTINGS.coarse)
-    begin = _from_known(search, layout, subset, names, known, begin)
+    coarse = searches.coarser(SETTINGS.coarse)
+    begin = _from_known(coarse, layout, subset, names, known, begin)
     first = begin[0]
     if shooting > 1:
         from fitting.least_squares.shooting import begin_by_shooting  # diffrax is only needed where something moves
 
-        begin = begin_by_shooting(search, subset, begin, shooting)
+        begin = begin_by_shooting(coarse.standard.problem, subset, begin, shooting)
         search_from = SearchSummary(stretches=shooting, shooting_starts=starts)
-    none = np.zeros(len(begin), bool)
-    result = on_the_host(solve(search, subset, np.asarray(begin), look=none))
+    result = coarse.search(subset, np.asarray(begin))
     ends, moves = result.ends, any(block.steps for block in given.blocks)
     if moves and np.isfinite(result.cost):
-        result = _search_further(usual.problem, subset, result, len(begin))
-        result = _no_higher(usual.problem, subset, first, result) if known else result
-    summary, failures = _summary(ends, search_from), _failures(usual, subset, samples, ends, begin)
+        result = searches.search(subset, np.asarray(result.place)[None])
+        result = _no_higher(searches, subset, first, result) if known else result
+    summary, failures = _summary(ends, search_from), _failures(searches, subset, samples, ends, begin)
     if not np.isfinite(result.cost):
-        lost = _not_fitted(layout, given, samples, subset.vector(np.asarray(begin[0])), held)
+        lost = _not_fitted(layout, given, samples, searches, subset.vector(np.asarray(begin[0])), held)
         return replace(lost, converged=False, search=summary, failures=failures)
-    errors = errors_in(usual, subset, result.place, samples, accuracies)
-    other = None if moves else _in_another_valley(usual, subset, result, np.asarray(begin), errors)
+    errors = errors_in(searches, whole, subset.vector(result.place), samples, accuracies)
+    other = None if moves else _in_another_valley(searches, subset, result, np.asarray(begin), errors)
     if other is not None:
         result, summary = other, replace(summary, unbent=True)
-        errors = errors_in(usual, subset, result.place, samples, accuracies)
-    best, converged = result.best.at(usual.rows), _converged(result)
+        errors = errors_in(searches, whole, subset.vector(result.place), samples, accuracies)
+    best, converged = result.best.at(searches.standard.rows), _converged(result)
     fit = record_fit(
         layout, given, samples, subset, names, best, errors=errors, held=held, converged=converged, search=summary
     )
@@ -165,83 +159,68 @@ def fit_problem(
 
 
 def _in_another_valley(
-    usual: Standard, subset: Subset, result: MultistartResult, begin: np.ndarray, errors: InstrumentErrors
+    searches: Searches, subset: Subset, result: MultistartResult, begin: np.ndarray, errors: InstrumentErrors
 ) -> MultistartResult | None:
     """The curve of least error in the valley that leaves noise alone beyond the instruments, if that is another one.
 
     Where the way to the lowest error leads down from there, there is no such curve: then what is fitted through the
     instruments is the fit, if they explain all that it leaves.
     """
-    measured = usual.rows[: len(errors.run)]
+    measured = searches.standard.rows[: len(errors.run)]
     plain = result.best.at(measured)
-    found = unbent(usual, subset, plain, begin, errors)
+    found = unbent(searches, subset, plain, begin, errors)
     if found is None:
         return None
-    there = replace(result, place=found.place)
-    other = _search_further(usual.problem, subset, there, len(begin))
+    place = np.asarray(found.place)
+    other = searches.search(subset, place[None])
     if is_better(other.best.at(measured), plain, errors):
         return other
-    return _look(usual.problem, subset, there, len(begin)) if leaves_noise(found, errors) else None
-
-
-def _search_further(given: Problem, subset: Subset, result: MultistartResult, count: int) -> MultistartResult:
-    """The best end of a search with long steps of integration, searched further with short ones.
-
-    Of `count` searches all but the first only look, so that nothing is compiled again.
-    """
-    again = np.broadcast_to(result.place, (count, len(result.place)))
-    looked = np.arange(count) > 0
-    result = on_the_host(solve(given, subset, again, look=looked))
-    return replace(result, ends=replace(result.ends, converged=result.ends.converged & ~looked))
-
-
-def _look(given: Problem, subset: Subset, result: MultistartResult, count: int) -> MultistartResult:
-    """The same ends of `count` searches with rows and slopes at the best place, where nothing is searched further."""
-    again = np.broadcast_to(result.place, (count, len(result.place)))
-    return replace(on_the_host(solve(given, subset, again, look=np.ones(count, bool))), ends=result.ends)
+    if not leaves_noise(found, errors):
+        return None
+    there = searches.at(subset, place)
+    return replace(result, place=place, cost=np.asarray(cost_of(there)), rows=there.rows, slopes=there.slopes)
 
 
 def _from_known(
-    search: Problem, layout: Unknowns, subset: Subset, names: tuple[str, ...], known: Sequence[str], begin: np.ndarray
-) -> np.ndarray:
+    searches: Searches, layout: Unknowns, subset: Subset, names: tuple[str, ...], known: Sequence[str],
+    begin: np.ndarray,
+) -> np.ndarray:  # fmt: skip
     """The places to begin from, the first of them at the values that are known, with what is new as good as absent."""
     new = np.array([name not in known for name in names], bool)
     if not new.any() or new.all():
         return begin
     entries = [layout.entries[i] for i in layout.at(names)]
-    searched = lambda alone, starts, look: solve(search, alone, starts, look=look)  # noqa: E731
-    place = as_good_as_absent(searched, subset, entries, new, len(begin))
+    place = as_good_as_absent(searches, subset, entries, new)
     return np.concatenate([place[None], begin])[: len(begin)]
 
 
-def _no_higher(given: Problem, subset: Subset, first: np.ndarray, result: MultistartResult) -> MultistartResult:
+def _no_higher(searches: Searches, subset: Subset, first: np.ndarray, result: MultistartResult) -> MultistartResult:
     """The end of a search that looked around with long steps or by shooting, or a lower one near where it began."""
-    again = np.broadcast_to(first, (len(result.ends.cost), len(first)))
-    there = solve(given, subset, again, look=np.ones(len(again), bool))
-    if not float(there.cost) < float(result.cost):
+    if not searches.look(subset, first[None])[0] < float(result.cost):
         return result
-    return on_the_host(solve(given, subset, again, look=np.arange(len(again)) > 0))
+    return searches.search(subset, first[None])
 
 
 def _constrained_somewhere(
-    layout: Unknowns, given: Problem, vector: np.ndarray, asked: tuple[str, ...], seed: int
+    layout: Unknowns, searches: Searches, subset: Subset, asked: tuple[str, ...], seed: int
 ) -> tuple[str, ...]:
     """Those that the data constrain, at the start or at other places to begin from.
 
     A muscle may be stuck at the start, and a stop of the stroke lie beyond all that was measured.
     """
-    subset = subset_of(layout, vector, asked)
-    found = set(constrained_names(given, subset, asked))
+    found = set(constrained_names(searches, subset, asked))
     if len(found) < len(asked):
         for place in starting_places(layout, subset, asked, SETTINGS.looks, seed)[1:]:
-            found |= set(constrained_names(given, replace(subset, full=subset.vector(np.asarray(place))), asked))
+            found |= set(constrained_names(searches, replace(subset, full=subset.vector(np.asarray(place))), asked))
     return tuple(name for name in asked if name in found)
 
 
-def _not_fitted(layout: Unknowns, given: Problem, samples: Samples, vector: np.ndarray, held: tuple[str, ...]) -> Fit:
+def _not_fitted(
+    layout: Unknowns, given: Problem, samples: Samples, searches: Searches, vector: np.ndarray, held: tuple[str, ...]
+) -> Fit:
     """The record of a model in which nothing varies."""
-    subset, usual = subset_of(layout, vector, ()), Standard.of(given)
-    at = evaluate_subset(usual.problem, subset).at(usual.rows)
+    subset = subset_of(layout, vector, ())
+    at = searches.at(subset, subset.place(subset.full)).at(searches.standard.rows)
     return record_fit(layout, given, samples, subset, (), at, held=held)
 
 
@@ -280,12 +259,12 @@ def _warnings(fit: Fit, ends: SearchEnd) -> tuple[Failure, ...]:
 
 
 def _failures(
-    given: Standard, subset: Subset, samples: Samples, ends: SearchEnd, begin: np.ndarray
+    searches: Searches, subset: Subset, samples: Samples, ends: SearchEnd, begin: np.ndarray
 ) -> tuple[Failure, ...]:
     """The starts from which the search met no finite numbers."""
-    failed = []
+    failed, measured = [], searches.standard.rows[: len(samples)]
     for i in np.flatnonzero(~np.isfinite(ends.cost)):
-        rows, _ = rows_and_slopes(given.problem, subset, np.asarray(begin[i]))
-        bad = np.flatnonzero(~np.isfinite(np.asarray(rows)[given.rows][: len(samples)]))
+        rows = np.asarray(searches.at(subset, np.asarray(begin[i])).rows)[measured]
+        bad = np.flatnonzero(~np.isfinite(rows))
         failed.append(FailedStart(int(i) + 1, int(bad[0]) if len(bad) else None))
     return tuple(failed)

@@ -7,10 +7,9 @@ import numpy as np
 
 from fitting.instruments.errors import InstrumentErrors
 from fitting.instruments.felt import errors_felt
-from fitting.least_squares.search import rows_and_slopes
+from fitting.least_squares.searches import Searches
 from fitting.least_squares.subset import Array, Subset
 from fitting.problem.residuals import Problem, Samples
-from fitting.problem.sizes import Standard
 from fitting.recordings.accuracy import Accuracy
 from fitting.recordings.presumed import allowed
 from fitting.recordings.records import Experiment
@@ -22,25 +21,25 @@ def accuracies_of(experiments: Sequence[Experiment]) -> tuple[Accuracy, ...]:
 
 
 def errors_in(
-    usual: Standard, subset: Subset, place: Array, samples: Samples, accuracies: Sequence[Accuracy]
+    searches: Searches, subset: Subset, vector: Array, samples: Samples, accuracies: Sequence[Accuracy]
 ) -> InstrumentErrors:
     """What instruments within their accuracy can do to the rows of a model in which something varies.
 
-    `place` is where in the unit box. The rows are those of the compiled function that a search has used.
+    `vector` holds all unknowns. In `subset` what was asked to vary may vary, also what the data do not constrain: then
+    the program that found out which these are is all that it takes.
     """
     if not accuracies:
         return InstrumentErrors.none(samples.run)
-    template = usual.problem.templates[0]
-    at = np.asarray(place)
+    template, standard, place = searches.template, searches.standard, subset.place(np.asarray(vector))
 
     def rows_at(problem: Problem, without: Sequence[str]) -> np.ndarray:
         off = [name in without for name in template.names]
         some = replace(subset, switches=np.where(off, 0.0, subset.switches))
-        return np.asarray(rows_and_slopes(problem, some, at)[0])[usual.rows[: len(samples)]]
+        return np.asarray(searches.at(some, place, problem).rows)[standard.rows[: len(samples)]]
 
     effects = zip(template.names, template.effects, subset.switches, strict=True)
     lost = [name for name, effect, on in effects if effect.stage == "lost" and on]
-    return errors_felt(usual.problem, samples, rows_at, lost, _lengths(usual.problem), accuracies)
+    return errors_felt(standard.problem, samples, rows_at, lost, _lengths(standard.problem), accuracies)
 
 
 def _lengths(given: Problem) -> np.ndarray:

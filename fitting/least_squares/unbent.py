@@ -9,13 +9,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from fitting.instruments.errors import InstrumentErrors
-from fitting.instruments.through import SIZES, Through, standard_number
+from fitting.instruments.through import SIZES
 from fitting.least_squares.decomposed import lstsq
 from fitting.least_squares.held_out import rms
-from fitting.least_squares.search import Evaluated, on_the_host, solve
+from fitting.least_squares.search import Evaluated
+from fitting.least_squares.searches import Searches
 from fitting.least_squares.subset import Array, Subset
-from fitting.problem.residuals import Problem
-from fitting.problem.sizes import Standard
 
 
 @dataclass(frozen=True)
@@ -48,31 +47,27 @@ def left_beyond(residual: Array, slopes: Array, errors: InstrumentErrors) -> np.
 
 
 def through_instruments(
-    given: Problem, rows: np.ndarray, subset: Subset, starts: np.ndarray, errors: InstrumentErrors, size: float
+    searches: Searches, subset: Subset, starts: np.ndarray, errors: InstrumentErrors, size: float
 ) -> Evaluated | None:
     """The best end of searches from these starts, seen through instruments that err beside noise so large.
 
-    `rows` are the positions of the measurements among all rows of the problem; what is found has these rows alone. None
-    where there are more errors than a search has room for, or where it met no finite numbers.
+    What is found has the rows of the measurements alone. None where there are more errors than a search has room for,
+    or where it met no finite numbers.
     """
-    count, room = errors.count, standard_number(errors.count)
-    if not count or room is None or len(errors.run) * room > SIZES[-1] * _MOST_ROWS:
+    room = searches.room(errors.count)
+    if not errors.count or room is None or len(errors.run) * room > SIZES[-1] * _MOST_ROWS:
         return None
-    wide = np.zeros((given.count, count))
-    wide[rows] = errors.columns / max(size, 1e-12)
-    through = Through.of(wide, room)
-    found = on_the_host(solve(given, subset, starts, through=through))
+    found = searches.search(subset, starts, errors.columns / max(size, 1e-12))
     if not np.isfinite(found.cost):
         return None
-    seen = [through.undone(np.asarray(part))[rows] for part in (found.rows, found.slopes)]
-    return Evaluated(found.place, *seen)
+    return found.best.at(searches.standard.rows[: len(errors.run)])
 
 
 _MOST_ROWS = 20_000  # beside as many errors as there is room for: 160 MB
 
 
 def unbent(
-    usual: Standard, subset: Subset, plain: Evaluated, starts: np.ndarray, errors: InstrumentErrors
+    searches: Searches, subset: Subset, plain: Evaluated, starts: np.ndarray, errors: InstrumentErrors
 ) -> Evaluated | None:
     """A point in the valley that leaves less beyond the instruments than the curve of least error, if there is one.
 
@@ -83,8 +78,7 @@ def unbent(
     if not UNBENT.noise < left < UNBENT.nearly:
         return None
     begin = np.concatenate([np.asarray(plain.place)[None], starts])[: len(starts)]
-    rows = usual.rows[: len(errors.run)]
-    found = through_instruments(usual.problem, rows, subset, begin, errors, left)
+    found = through_instruments(searches, subset, begin, errors, left)
     return None if found is None or not is_better(found, plain, errors) else found
 
 

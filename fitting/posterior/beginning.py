@@ -7,11 +7,13 @@ from fitting.least_squares.fit import starting_places
 from fitting.least_squares.held_out import rms
 from fitting.least_squares.record import Fit
 from fitting.least_squares.search import Evaluated
+from fitting.least_squares.searches import Alone
 from fitting.least_squares.subset import Subset
 from fitting.least_squares.unbent import left_beyond, through_instruments
 from fitting.posterior.instruments import visible
 from fitting.posterior.settings import DENSITY
 from fitting.problem.residuals import Problem
+from fitting.problem.sizes import Standard
 
 
 def beginnings(begun: Evaluated, given: Problem, subset: Subset, fit: Fit, errors: InstrumentErrors) -> list[Evaluated]:
@@ -22,10 +24,11 @@ def beginnings(begun: Evaluated, given: Problem, subset: Subset, fit: Fit, error
     """
     if any(block.steps for block in given.blocks):
         return [begun]
-    felt, count = visible(errors), len(errors.run)
+    felt = visible(errors)
     size = rms(left_beyond(begun.rows, begun.slopes, felt))
     starts = starting_places(fit.layout, subset, fit.free, DENSITY.starts, 0)
-    found = through_instruments(given, np.arange(count), subset, starts, felt, size)
+    searches = Alone(Standard(given, np.arange(given.count)), len(starts))
+    found = through_instruments(searches, subset, starts, felt, size)
     if found is None or np.max(np.abs(np.asarray(found.place) - np.asarray(begun.place))) < DENSITY.apart:
         return [begun]
     return [begun, found]

@@ -1,0 +1,120 @@
+"""Fits by a program of their own and by the one that holds every effect: the same rows, slopes, ends and records."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from small_muscle import loops, write
+
+from fitting.diagnosis.among_all import AmongAll
+from fitting.diagnosis.diagnose import prepared
+from fitting.diagnosis.lay_out import universe
+from fitting.least_squares import search
+from fitting.least_squares.fit import fit, fit_problem
+from fitting.least_squares.instruments import accuracies_of
+from fitting.least_squares.searches import Alone
+from fitting.least_squares.subset import subset_of
+from fitting.problem.residuals import problem
+from fitting.problem.unknowns import unknowns
+from fitting.problem.varying import AS_DECLARED
+from fitting.recordings.experiment import read_experiment
+from mckibben_jax.effects import BladderNeoHookean, CoulombFriction, EndStop, IdealCylinder, Tip
+
+BASE = (IdealCylinder(), CoulombFriction())
+CANDIDATES = (Tip(), EndStop(), BladderNeoHookean())
+
+
+@pytest.fixture(scope="module")
+def recorded(tmp_path_factory):
+    return read_experiment(write(tmp_path_factory.mktemp("recorded"), loops(points=30, repeats=2)))
+
+
+@pytest.fixture(scope="module")
+def laid_out(recorded):
+    layout = unknowns([recorded], BASE)
+    return layout, *problem([recorded], layout)
+
+
+@pytest.fixture(scope="module")
+def both(recorded, laid_out):
+    """The same searches by a program of the model alone, and among all candidates; with what varies."""
+    layout, given, _ = laid_out
+    among_all = AmongAll(universe([recorded], BASE, CANDIDATES), layout)
+    names = AS_DECLARED.names(layout)
+    return Alone.of(given, 2), among_all, subset_of(layout, layout.start, names)
+
+
+def measured(searches, found):
+    """What was evaluated, without the rows that fill a standard size."""
+    return found.at(searches.standard.rows)
+
+
+def test_rows_and_slopes_at_a_place_are_those_of_the_model_alone(both):
+    alone, among_all, subset = both
+    place = np.full(len(subset.free), 0.4)
+    one, other = measured(alone, alone.at(subset, place)), measured(among_all, among_all.at(subset, place))
+    np.testing.assert_allclose(other.rows, one.rows, rtol=1e-9, atol=1e-9)
+    np.testing.assert_allclose(other.slopes, one.slopes, rtol=1e-7, atol=1e-7)
+    assert np.ptp(np.asarray(one.slopes), axis=0).min() > 0.1
+
+
+def test_an_effect_that_is_switched_off_is_left_out(both):
+    alone, among_all, subset = both
+    place = np.full(len(subset.free), 0.4)
+    off = [name != "coulomb_friction" for name in alone.template.names]
+    some = replace(subset, switches=np.asarray(off, float))
+    one, other = measured(alone, alone.at(some, place)).rows, measured(among_all, among_all.at(some, place)).rows
+    np.testing.assert_allclose(other, one, rtol=1e-9, atol=1e-9)
+    assert np.max(np.abs(other - measured(among_all, among_all.at(subset, place)).rows)) > 1.0
+
+
+def test_searches_end_at_the_same_place_however_many_are_asked_for_at_once(both):
+    """The program of the model alone takes two at once: three are two parts of it."""
+    starts = np.random.default_rng(0).uniform(0.2, 0.8, (3, len(both[2].free)))
+    for searches in both[:2]:
+        found = searches.search(both[2], starts)
+        assert len(found.ends.cost) == len(found.ends.place) == 3
+        assert float(found.cost) == pytest.approx(float(np.min(found.ends.cost)))
+        assert searches.look(both[2], np.asarray(found.place)[None])[0] == pytest.approx(float(found.cost), rel=1e-9)
+    ends = [searches.search(both[2], starts).place for searches in both[:2]]
+    np.testing.assert_allclose(ends[1], ends[0], atol=1e-4)
+
+
+def test_costs_are_looked_at_without_a_search(both):
+    places = np.array([np.full(len(both[2].free), at) for at in (0.2, 0.5, 0.7)])
+    costs = [searches.look(both[2], places) for searches in both[:2]]
+    np.testing.assert_allclose(costs[1], costs[0], rtol=1e-9)
+    assert len(set(costs[0])) == 3
+
+
+def test_what_was_searched_through_instruments_is_given_back_as_it_is(both):
+    """An error that shifts all rows: the search does not mind, and the rows at its end are those of the model there."""
+    start = np.full((1, len(both[2].free)), 0.4)
+    for searches in both[:2]:
+        count = len(searches.standard.rows) - 2  # without radius and braid angle, which are stated with errors
+        found = searches.search(both[2], start, np.full((count, 1), 3.0))
+        there = searches.at(both[2], np.asarray(found.place))
+        np.testing.assert_allclose(found.rows, there.rows, atol=1e-6)
+        np.testing.assert_allclose(found.slopes, there.slopes, atol=1e-5)
+
+
+def test_a_fit_among_all_is_the_fit_alone(recorded, laid_out, both):
+    layout, given, samples = laid_out
+    names, accuracies = AS_DECLARED.names(layout), accuracies_of([recorded])
+    other = fit_problem(layout, given, samples, layout.start, names, (), accuracies, starts=2, searches=both[1])
+    one = fit([recorded], BASE, starts=2)
+    assert other.free == one.free
+    assert other.converged
+    assert other.cost == pytest.approx(one.cost, rel=1e-6)
+    for name in one.free:
+        assert other.values[name] == pytest.approx(one.values[name], abs=0.02 * one.error(name))
+        assert other.error(name) == pytest.approx(one.error(name), rel=0.02)
+
+
+def test_a_diagnosis_compiles_no_program_of_the_model_alone(recorded):
+    search.solve.programs.clear()
+    search.rows_and_slopes.programs.clear()
+    prepared([recorded], BASE, CANDIDATES)
+    prepared([recorded], (*BASE, Tip()), CANDIDATES, start={"muscle.radius": 0.008})
+    assert len(search.solve.programs) == 1
+    assert len(search.rows_and_slopes.programs) == 0
