@@ -80,6 +80,18 @@ def test_searches_end_at_the_same_place_however_many_are_asked_for_at_once(both)
     np.testing.assert_allclose(ends[1], ends[0], atol=1e-4)
 
 
+def test_a_search_keeps_to_the_ranges_of_the_subset(both):
+    """Which may be narrower than those of the whole library: stated sizes that are confined, or values held still."""
+    subset, start = both[2], np.full((1, len(both[2].free)), 0.4)
+    held, value = subset.free[0], subset.full[subset.free[0]] * 1.03
+    lower, upper = subset.lower.copy(), subset.upper.copy()
+    lower[held] = upper[held] = value
+    still = replace(subset, lower=lower, upper=upper)
+    costs = [float(searches.search(still, start).cost) for searches in both[:2]]
+    assert costs[1] == pytest.approx(costs[0], rel=1e-6)
+    assert costs[1] > 1.01 * float(both[1].search(subset, start).cost)
+
+
 def test_costs_are_looked_at_without_a_search(both):
     places = np.array([np.full(len(both[2].free), at) for at in (0.2, 0.5, 0.7)])
     costs = [searches.look(both[2], places) for searches in both[:2]]
