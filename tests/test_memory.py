@@ -45,6 +45,22 @@ def test_where_a_memory_begins_is_said(kind):
     assert said == issubclass(kind, Memory)
 
 
+REMEMBERING = [kind for kind in LIBRARY if issubclass(kind, Memory)]
+
+
+@pytest.mark.parametrize("kind", REMEMBERING, ids=name_of)
+def test_a_new_run_begins_a_new_memory(kind):
+    """Two runs one behind another, where the time goes back, are remembered as each by itself."""
+    time = np.linspace(0.0, 3.0, 31)
+    first, second = 0.2 - 0.05 * np.cos(2 * time), 0.05 + 0.04 * np.sin(3 * time)
+    pressures = 1e5 + 5e4 * time, 4e5 - 6e4 * time
+    both = states(np.tile(time, 2), np.concatenate([first, second]), np.concatenate(pressures))
+    each = [remembered(kind(), states(time, *run)) for run in zip((first, second), pressures, strict=True)]
+    np.testing.assert_allclose(remembered(kind(), both), np.concatenate(each), rtol=1e-12, atol=1e-12)
+    went_on = remembered(kind(), both.replace(time=jnp.arange(62) * 0.1))
+    assert np.max(np.abs(went_on[31:] - each[1])) > 1e-6 * np.max(np.abs(each[1]))
+
+
 # First order -----------------------------------------------------------------------------------------------------
 
 
