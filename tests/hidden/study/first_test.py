@@ -13,7 +13,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -25,6 +25,9 @@ from .protocols import PROTOCOLS
 from .run import worked
 from .scores import Record, said, share
 from .sizes import base_of, hiding
+
+if TYPE_CHECKING:
+    from fitting.diagnosis.search import Search
 
 
 def plan(numbers: int, repeats: int, seed: int) -> tuple[Case, ...]:
@@ -38,21 +41,13 @@ def plan(numbers: int, repeats: int, seed: int) -> tuple[Case, ...]:
 
 def answer(case: Case, limits: dict[str, float], rivals: bool) -> dict[str, Any]:
     """The record of one case; no rivals are asked, whatever is wanted."""
-    from fitting.diagnosis.diagnose import concluded, one_thread, prepared
-    from fitting.recordings.experiment import read_experiment
-    from mckibben_jax.effect import name_of
-    from mckibben_jax.effects import LIBRARY
+    from fitting.diagnosis.diagnose import concluded, one_thread
 
     hidden, _ = hidden_of(case, limits)
     record = {"id": case.id, **vars(case), "parameters": hidden}
     if hidden is None:
         return record
-    known = {name_of(kind): kind for kind in LIBRARY}
-    truth = hiding(base_of(hidden), hidden)
-    data = PROTOCOLS[case.protocol].data(truth, EVERY_NOISE[case.noise], case.recording_seed(), RIGS[case.instruments])
-    with TemporaryDirectory() as folder:
-        experiment = read_experiment(write(data, Path(folder) / "data", say_accuracy=case.stated))
-    search = prepared([experiment], [known[name]() for name in base_of(hidden)])
+    search = searched(case, hidden, base_of(hidden))
     with one_thread():
         found = search.examiner.adequacy(frozenset(), search.base, {}, limits=is_pilot(case))
     record |= {"p": found.test.p, "level": found.test.level, "rejected": found.rejected}
@@ -62,6 +57,21 @@ def answer(case: Case, limits: dict[str, float], rivals: bool) -> dict[str, Any]
     if found.rejected and not hidden:
         record |= verdict_of(concluded(search.run()))
     return record
+
+
+def searched(case: Case, hidden: dict[str, dict[str, float]], effects: Iterable[str]) -> Search:
+    """The recording of a case read and a model of these effects fitted to it, ready to be asked what is missing."""
+    from fitting.diagnosis.diagnose import prepared
+    from fitting.recordings.experiment import read_experiment
+    from mckibben_jax.effect import name_of
+    from mckibben_jax.effects import LIBRARY
+
+    known = {name_of(kind): kind for kind in LIBRARY}
+    truth = hiding(base_of(hidden), hidden)
+    data = PROTOCOLS[case.protocol].data(truth, EVERY_NOISE[case.noise], case.recording_seed(), RIGS[case.instruments])
+    with TemporaryDirectory() as folder:
+        experiment = read_experiment(write(data, Path(folder) / "data", say_accuracy=case.stated))
+    return prepared([experiment], [known[name]() for name in effects])
 
 
 def page(records: Sequence[Record], command: str, about: str) -> str:
