@@ -1,11 +1,9 @@
-"""Units: text with a unit to SI and back. The only file that knows the units library, which is loaded on first use."""
+"""Units: from text with a unit to SI. The only file that knows the units library, which is loaded on first use."""
 
 import functools
 import math
 import re
-from collections.abc import Callable, Iterable, Iterator, Mapping
-from contextlib import contextmanager
-from contextvars import ContextVar
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 from fitting.errors import InputError, nearest
@@ -58,11 +56,11 @@ def _registry() -> Any:
 @functools.lru_cache(maxsize=1024)
 def _unit(text: str) -> Any:
     """The unit library's object for a unit as people write it; InputError if there is no such unit."""
-    spelled = _SPELLED.get(text.strip(), text.strip())
-    if len(spelled) > _LONGEST_UNIT or _PIECE.sub("", spelled):
+    written = spelled(text)
+    if len(written) > _LONGEST_UNIT or _PIECE.sub("", written):
         raise InputError(f"'{text[:_LONGEST_UNIT]}' is not a unit", cure=_spelling(text))
     try:
-        unit = _registry().Unit("" if spelled == "1" else _in_its_case(spelled))
+        unit = _registry().Unit("" if written == "1" else _in_its_case(written))
         straight = all(_registry()._units[name].converter.is_multiplicative for name in unit._units)
     except Exception:  # the library raises many kinds for nonsense; all mean the same to the user
         raise InputError(f"'{text}' is not a unit", cure=_spelling(text)) from None
@@ -72,11 +70,11 @@ def _unit(text: str) -> Any:
     return unit
 
 
-def _in_its_case(spelled: str) -> str:
+def _in_its_case(name: str) -> str:
     """A unit's name as the units library has it: 'Newton' and 'KPA' are no names to it, 'newton' and 'kPa' are."""
-    if not spelled.isalpha() or len(spelled) < 3 or spelled in _registry():
-        return spelled
-    lower = spelled.lower()
+    if not name.isalpha() or len(name) < 3 or name in _registry():
+        return name
+    lower = name.lower()
     return _CASES.get(lower, lower)
 
 
@@ -126,6 +124,16 @@ def _finite(size: Callable[[], Any], unit: str) -> float:
 def dimension(unit: str) -> Any:
     """The dimension of a unit: multiplies, divides and takes powers; equal where units can be converted."""
     return _unit(unit).dimensionality
+
+
+def spelled(text: str) -> str:
+    """A unit as the units library spells it: 'deg' of '°', '1' of nothing."""
+    return _SPELLED.get(text.strip(), text.strip())
+
+
+def bases(unit: str) -> tuple[str, ...]:
+    """What a unit's name may be made of, prefixes left out: 'pascal' of 'kPa'."""
+    return tuple(base for _, base, _ in _registry().parse_unit_name(spelled(unit)))
 
 
 def is_unit(text: str) -> bool:
@@ -250,91 +258,3 @@ def measured(text: Any, si: str, what: str = "value") -> Measured:
         cure = "leave '+/-' out for an exact value"
         raise InputError(f"the uncertainty of {what} is not positive", value=text, cure=cure)
     return Measured(to_si(centre, si, what), error)
-
-
-# ------------------------------------------------------------------------------------------------- a user's own units
-
-# SI unit -> the unit that values are shown in, where the data's owner measures in another than the usual one. A context
-# variable, so that two browser tabs, each in a thread of its own, do not mix. Files and JSON do not look at it.
-_OWN: ContextVar[Mapping[str, str] | None] = ContextVar("own_units", default=None)
-_USUAL_BASES = ("pascal", "newton", "meter")
-_MODULUS = 1e7  # Pa: beyond, it is no gas pressure but the modulus of a strand, which nobody gives in bar
-
-
-@contextmanager
-def spoken(own: Mapping[str, str]) -> Iterator[None]:
-    """Within this block values are shown in these units: SI unit ("Pa", "N", "m") -> the user's own ("psi")."""
-    before = _OWN.set(own)
-    try:
-        yield
-    finally:
-        _OWN.reset(before)
-
-
-def own_units(stated: Iterable[Mapping[str, str]]) -> dict[str, str]:
-    """For `spoken`: the units that the owner of data sets reads values in, from those that files are given in.
-
-    Left out: where the usual unit (kPa, N, mm) serves as well, and where files do not agree.
-    """
-    found: dict[str, set[str | None]] = {}
-    for given in stated:
-        for si, unit in given.items():
-            found.setdefault(si, set()).add(_unless_usual(unit))
-    return {si: unit for si, (unit, *others) in found.items() if unit and not others}
-
-
-def _unless_usual(unit: str) -> str | None:
-    spelled = _SPELLED.get(unit.strip(), unit.strip())
-    of_base = any(base in _USUAL_BASES for _, base, _ in _registry().parse_unit_name(spelled))
-    return None if of_base and spelled != "MPa" else spelled
-
-
-def _own_of(si: str, size: float) -> str | None:
-    """A user's own unit for what is declared in `si`, which may be composed ("N s/m"); None where it is the usual."""
-    own = _OWN.get()
-    if not own or (si == "Pa" and size >= _MODULUS):
-        return None
-    name = re.sub(r"[A-Za-z]+", lambda part: own.get(part[0], part[0]), si)
-    return name if name != si else None
-
-
-# ---------------------------------------------------------------------------------------------------- showing values
-
-
-def shown_in(si: str, size: float = 0.0) -> tuple[str, float]:
-    """The unit an engineer reads values of this size in, and how much of `si` one of it is."""
-    own = _own_of(si, size)
-    if own:
-        return own, factor(own, si)
-    if si == "Pa":
-        return ("kPa", 1e3) if size < 1e6 else ("MPa", 1e6) if size < 1e9 else ("GPa", 1e9)
-    table = {"m": ("mm", 1e-3), "rad": ("deg", math.pi / 180), "m/s": ("mm/s", 1e-3), "N/m": ("N/mm", 1e3),
-             "1": ("", 1.0)}  # fmt: skip
-    if si == "s" and 0 < size < 1:
-        return "ms", 1e-3
-    return table.get(si, (si, 1.0))
-
-
-def show(value: float, si: str, error: float | None = None, unit: str | None = None, digits: int = 4) -> str:
-    """A value for people: '7.02 +/- 0.02 mm'; the uncertainty with two figures, the value as far as that goes.
-
-    The text can be read back by `to_si` and `measured`. `unit` imposes another unit than the usual one.
-    """
-    value = float(value)
-    name, size = (unit, factor(unit, si)) if unit else shown_in(si, abs(value))
-    tail = f" {name}" if name else ""
-    if error is None or not math.isfinite(error) or error <= 0:
-        return f"{value / size:.{digits}g}{tail}"
-    places = max(0, 1 - math.floor(math.log10(error / size)))
-    return f"{value / size:.{places}f} +/- {error / size:.{places}f}{tail}"
-
-
-def write(value: float, si: str) -> str:
-    """A value for a file, in the usual unit, exact to ten figures: reading it back changes nothing that matters."""
-    with spoken({}):
-        return show(float(value), si, digits=10)
-
-
-def counted(count: int, what: str) -> str:
-    """A number of things: "1 run", "2 runs", "3,500 samples"."""
-    return f"{count:,} {what}{'' if count == 1 else 's'}"

@@ -6,7 +6,7 @@ app = marimo.App(width="medium")
 with app.setup(hide_code=True):
     import marimo as mo
 
-    from fitting import example_data, fit, read_experiment, sample, sealed_truth, units, use_64_bit
+    from fitting import example_data, fit, read_experiment, sample, sealed_truth, showing, use_64_bit
     from fitting.report import pairs
     from mckibben_jax import CoulombFriction, IdealCylinder, TextileFriction
 
@@ -50,8 +50,8 @@ def _(best, known):
     truth |= {f"muscle.{name}": value for name, value in sealed_truth("muscle_b")["muscle"].items()}
     inside = {name: q.q05 <= truth[name] <= q.q95 for name, q in known.parameters.items()}
     rows = "\n    ".join(
-        f"| `{name}` | {units.show(q.q05, q.unit)} | {units.show(q.median, q.unit)} | {units.show(q.q95, q.unit)} | "
-        f"{units.show(best.values[name], q.unit)} | {units.show(truth[name], q.unit)} |"
+        f"| `{name}` | {showing.show(q.q05, q.unit)} | {showing.show(q.median, q.unit)} | {showing.show(q.q95, q.unit)} | "
+        f"{showing.show(best.values[name], q.unit)} | {showing.show(truth[name], q.unit)} |"
         for name, q in known.parameters.items()
     )
     mo.md(f"""

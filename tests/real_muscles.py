@@ -17,7 +17,7 @@ from pathlib import Path
 import numpy as np
 from numpy.polynomial.polynomial import polyvander2d
 
-from fitting import units
+from fitting import showing
 from fitting.compiled.prepare import prepare
 from fitting.least_squares.held_out import folds, rms
 from fitting.least_squares.record import Fit
@@ -136,8 +136,8 @@ def outcome_text(outcome: Outcome) -> str:
 def geometry_text(fit: Fit, priors: dict[str, tuple[float, float]]) -> str:
     """Each measured size: as fitted, as stated, and how many errors of the statement lie between."""
     return "; ".join(
-        f"{name.removeprefix('muscle.')} {units.show(fit.values[name], fit.layout.entry(name).unit)} "
-        f"({units.show(mean, fit.layout.entry(name).unit, sd)} measured, {(fit.values[name] - mean) / sd:+.1f} errors)"
+        f"{name.removeprefix('muscle.')} {showing.show(fit.values[name], fit.layout.entry(name).unit)} ("
+        f"{showing.show(mean, fit.layout.entry(name).unit, sd)} measured, {(fit.values[name] - mean) / sd:+.1f} errors)"
         for name, (mean, sd) in priors.items()
     )
 
@@ -147,7 +147,7 @@ def rubber_text(found: Discovery) -> str:
     fit = found.comparison.fit
     names = {name for name in found.task.names if getattr(found.task.library[name], "family", None) == RUBBER}
     shown = [
-        f"{name} = {units.show(fit.values[name], fit.layout.entry(name).unit, fit.error(name))}"
+        f"{name} = {showing.show(fit.values[name], fit.layout.entry(name).unit, fit.error(name))}"
         for name in fit.values
         if name.split(".")[0] in names
     ]

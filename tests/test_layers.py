@@ -32,6 +32,7 @@ FLOORS = {
     FITTING: (
         ("errors", "version", "full_names", "lazy", "precision", "progress"),
         ("units", "shipped", "writing"),
+        ("showing",),
         ("recordings",),
         ("library",),
         ("compiled",),

@@ -22,7 +22,7 @@ from fitting.least_squares.fit import fit
 from fitting.least_squares.uncertainty import clusters, covariances, ties
 from fitting.recordings.experiment import read_experiment
 from fitting.report.text.search import failure_texts, search_text
-from fitting.units import spoken
+from fitting.showing import spoken
 from mckibben_jax.effect import Pulling
 from mckibben_jax.effects import CoulombFriction, EndStop, ForceOffset, IdealCylinder, Presliding, Tip
 from mckibben_jax.parameter import parameter

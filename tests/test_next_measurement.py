@@ -13,7 +13,7 @@ from scipy.stats import multivariate_normal
 from test_inverse_dynamics import released
 from threadpoolctl import threadpool_limits
 
-from fitting import units
+from fitting import showing
 from fitting.cli.main import main
 from fitting.diagnosis.diagnose import diagnose
 from fitting.diagnosis.flip_groups import FlipGroups
@@ -266,7 +266,7 @@ def test_the_rehearsal_records_what_was_proposed(one_pressure, tmp_path, test, o
         'format = 1\n[muscle]\nlength = "300 mm"\nradius = "7 mm"\nbraid_angle = "20 deg"\n'
         '[[effect]]\nname = "ideal_cylinder"\n[[effect]]\nname = "coulomb_friction"\n'
     )
-    with units.spoken(own):  # in the units that the data are measured in
+    with showing.spoken(own):  # in the units that the data are measured in
         line = rehearsal_command(protocol, 3, can, str(model), str(tmp_path / "out"))
     assert line is not None
     assert (" psi" in line) == bool(own)

@@ -13,7 +13,7 @@ from small_muscle import loops, write
 from test_hill import LOADS, TIME, hill_motion
 from test_inverse_dynamics import released
 
-from fitting import units
+from fitting import showing, units
 from fitting.cli.main import main
 from fitting.diagnosis.findings import GroupKind, RestsOn
 from fitting.diagnosis.outcomes import Verdict
@@ -58,12 +58,12 @@ def printed(shown):
 
 def test_a_load_in_pounds_says_in_what_its_owner_reads_forces(tmp_path):
     experiment = read_experiment(imperial(tmp_path / "releases"))
-    assert units.own_units(experiment.units) == IMPERIAL
+    assert showing.own_units(experiment.units) == IMPERIAL
 
 
 def test_hills_numbers_are_told_in_the_units_of_the_data(tmp_path):
     found = curves([read_experiment(imperial(tmp_path / "releases"))])
-    with units.spoken(IMPERIAL):
+    with showing.spoken(IMPERIAL):
         said = printed(hill_report(found, None))
     assert re.search(r"b = [\d.]+ \+/- [\d.]+ inch/s", said), said
     assert re.search(r"F0 = [\d.]+ \+/- [\d.]+ lbf at 72.52 psi", said), said
@@ -76,7 +76,7 @@ def test_hills_numbers_are_told_in_the_units_of_the_data(tmp_path):
 
 def test_the_picture_of_speeds_is_drawn_in_the_units_of_the_data(tmp_path):
     found = curves([read_experiment(imperial(tmp_path / "releases"))])
-    with units.spoken(IMPERIAL):
+    with showing.spoken(IMPERIAL):
         (axes,) = speed_over_load(found).axes
     assert (axes.get_xlabel(), axes.get_ylabel()) == ("load [lbf]", "steady speed [inch/s]")
     readings, hill, _ = axes.get_lines()
@@ -91,7 +91,7 @@ def test_the_picture_of_speeds_is_drawn_in_the_units_of_the_data(tmp_path):
 def test_the_band_of_a_prediction_is_drawn_in_the_units_of_the_data(unit, own, label):
     course, size = np.arange(9.0), units.factor(label, unit)
     run = Band(0, 0, "a.csv", "1", unit, course, course + size, course - 2 * size, course, course + 2 * size)
-    with units.spoken(own):
+    with showing.spoken(own):
         (axes,) = predicted(SimpleNamespace(bands=[run])).axes
     assert axes.get_ylabel() == f"misfit [{label}]"
     np.testing.assert_allclose(axes.get_lines()[0].get_ydata(), 1.0)
@@ -107,7 +107,7 @@ def test_the_band_of_a_prediction_is_drawn_in_the_units_of_the_data(unit, own, l
 def test_why_a_motion_is_no_force_is_told_in_the_units_of_the_data(tmp_path, monkeypatch, limit, value, own, usual):
     data, _ = released(tmp_path)
     monkeypatch.setattr("fitting.recordings.inverse_dynamics.DYNAMICS", replace(DYNAMICS, **{limit: value}))
-    with units.spoken(IMPERIAL):
+    with showing.spoken(IMPERIAL):
         (theirs,) = as_force(data)[1]
     assert re.search(own, theirs), theirs
     assert not re.search(r"\d (N|mm/s)\b", theirs), theirs
@@ -137,7 +137,7 @@ def test_a_proposal_is_the_same_law_in_its_readers_units(states):
     places = slice(None, None, 37)
     state = State(states["eps"][places], states["P"][places], rate=states["v"][places] / 0.3, time=states["t"][places])
     seen = set()
-    with units.spoken(IMPERIAL):
+    with showing.spoken(IMPERIAL):
         theirs = terms(states)
         lines = [line_of("form", [term], [-3.21]) for term in theirs]
     for term, line in list(zip(theirs, lines, strict=True))[::5]:

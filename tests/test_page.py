@@ -14,7 +14,7 @@ from click.testing import CliRunner
 from small_muscle import loops, write
 from studied import EVIL, as_read, headings, nothing_missing, proposed, seen_through, two_steps, without_code
 
-from fitting import units
+from fitting import showing
 from fitting.cli.main import main
 from fitting.diagnosis.outcomes import Verdict
 from fitting.diagnosis.record import Evidence
@@ -335,4 +335,4 @@ def test_the_page_speaks_in_the_units_of_the_data(tmp_path):
     found = json.loads((tmp_path / "x.json").read_text())
     full_scale = float(re.search(r"of full scale, ([\d.]+) lbf", text)[1])
     assert found["full_scale_N"] == pytest.approx(4.448 * full_scale, rel=0.01)
-    assert units.show(1e5, "Pa") == "100 kPa"  # and nothing of it is left behind
+    assert showing.show(1e5, "Pa") == "100 kPa"  # and nothing of it is left behind

@@ -19,7 +19,7 @@ from folders import (
 from small_muscle import loops as small_loops
 from small_muscle import write as write_small
 
-from fitting import units
+from fitting import showing
 from fitting.errors import InputError
 from fitting.recordings.experiment import read_experiment, read_muscle, read_recording, read_single
 
@@ -291,7 +291,7 @@ def test_notes_speak_in_the_units_of_the_file(tmp_path):
     file.write_text(file.read_text().replace("[kPa]", "[psi]").replace(",200.000,", ",29.008,"), encoding="utf-8")
     (note,) = (note for note in read_experiment(folder).recordings[0].notes if "one pressure only" in note)
     assert "one pressure only, 29.01 psi" in note
-    assert units.show(2e5, "Pa") == "200 kPa"
+    assert showing.show(2e5, "Pa") == "200 kPa"
 
 
 def test_a_folder_of_folders_without_muscle_says_where_to_begin(tmp_path):

@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from fitting import units
+from fitting import showing, units
 from fitting.errors import InputError
 
 pytestmark = pytest.mark.filterwarnings("error")
@@ -91,22 +91,22 @@ def test_a_hung_mass_is_weighed():
     ],
 )
 def test_values_are_shown_in_engineering_units(value, si, error, shown):
-    assert units.show(value, si, error) == shown
+    assert showing.show(value, si, error) == shown
 
 
 def test_a_unit_can_be_imposed():
-    assert units.show(2.5e5, "Pa", unit="bar") == "2.5 bar"
+    assert showing.show(2.5e5, "Pa", unit="bar") == "2.5 bar"
 
 
 @pytest.mark.parametrize("si", ["m", "rad", "Pa", "N", "kg", "s", "1", "N/m", "N*s/m", "m/s", "1/s"])
 @pytest.mark.parametrize("value", [1 / 3, 12345.678, -2e-4])
 def test_what_is_written_reads_back(value, si):
-    assert units.to_si(units.write(value, si), si) == pytest.approx(value, rel=1e-9)
+    assert units.to_si(showing.write(value, si), si) == pytest.approx(value, rel=1e-9)
 
 
 @pytest.mark.parametrize("si", ["m", "rad", "Pa", "N", "1", "N/m"])
 def test_what_is_shown_with_an_error_reads_back(si):
-    value, error = units.measured(units.show(0.5, si, 0.01), si)
+    value, error = units.measured(showing.show(0.5, si, 0.01), si)
     assert value == pytest.approx(0.5, abs=0.005)
     assert error == pytest.approx(0.01, rel=0.05)
 
@@ -140,18 +140,18 @@ def test_a_misspelt_unit_gets_the_nearest(written, meant):
     ],
 )
 def test_units_that_are_not_the_usual_ones_are_kept(stated, own):
-    assert units.own_units(stated) == own
+    assert showing.own_units(stated) == own
 
 
 def test_values_are_shown_in_own_units_and_written_in_the_usual_ones():
-    with units.spoken({"Pa": "bar", "N": "lbf"}):
+    with showing.spoken({"Pa": "bar", "N": "lbf"}):
         values = ((3e5, "Pa"), (3e9, "Pa"), (2.0, "N"), (1600, "N/m"), (0.1, "1"))
-        shown = [units.show(value, si) for value, si in values]
-        assert units.write(3e5, "Pa") == "300 kPa"
+        shown = [showing.show(value, si) for value, si in values]
+        assert showing.write(3e5, "Pa") == "300 kPa"
     assert shown == ["3 bar", "3 GPa", "0.4496 lbf", "359.7 lbf/m", "0.1"]
-    assert units.show(3e5, "Pa") == "300 kPa"
+    assert showing.show(3e5, "Pa") == "300 kPa"
 
 
 @pytest.mark.parametrize(("count", "said"), [(0, "0 runs"), (1, "1 run"), (2, "2 runs"), (8710, "8,710 runs")])
 def test_one_thing_is_said_in_the_singular(count, said):
-    assert units.counted(count, "run") == said
+    assert showing.counted(count, "run") == said

@@ -12,8 +12,8 @@ import click
 
 from fitting.compiled.prepare import prepare
 from fitting.errors import InputError
+from fitting.showing import own_units, spoken
 from fitting.study.request import Request
-from fitting.units import own_units, spoken
 
 if TYPE_CHECKING:
     from rich.console import Console, RenderableType

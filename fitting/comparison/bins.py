@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fitting.comparison.settings import BINS
-from fitting.units import shown_in
+from fitting.showing import shown_in
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from fitting import units
+from fitting import showing, units
 from fitting.designs.settings import LIMITS
 from fitting.errors import InputError, unknown_name
 from fitting.library.library import effects_named, library
@@ -152,8 +152,8 @@ def _muscle(file: File, ranges: dict[str, tuple[float, float]], fitted: Muscle |
     known = muscle_quantities()
     stored = {} if fitted is None else {name: getattr(fitted, name) for name in known}
     said = {*given, *ranges, *(SAME_AS[key] for key in given if key in SAME_AS)}
-    table = {k: units.write(float(v), known[k][0]) for k, v in stored.items() if v is not None and k not in said}
-    middle = {k: units.write((low + high) / 2, known[k][0]) for k, (low, high) in ranges.items()}
+    table = {k: showing.write(float(v), known[k][0]) for k, v in stored.items() if v is not None and k not in said}
+    middle = {k: showing.write((low + high) / 2, known[k][0]) for k, (low, high) in ranges.items()}
     return read_muscle_table(table | given | middle, file.path, file.raw)[0]
 
 

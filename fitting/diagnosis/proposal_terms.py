@@ -11,7 +11,7 @@ from itertools import product
 
 import numpy as np
 
-from fitting import units
+from fitting import showing
 from fitting.library.expression import Expression, read_expression
 
 STATES = Mapping[str, np.ndarray]  # every name that a formula knows, at every sample, SI
@@ -81,7 +81,7 @@ def line_of(name: str, terms: Sequence[Term], amplitudes: Sequence[float]) -> st
 
 def _amplitude(value: float, si: str) -> str:
     """An amplitude and its range, in the unit that its readers measure in."""
-    unit, size = units.shown_in(si, abs(value)) if si else ("", 1.0)
+    unit, size = showing.shown_in(si, abs(value)) if si else ("", 1.0)
     reach = _rounded(5 * abs(value) / size)
     return f"{value / size:.3g} {unit} ({-reach:g}..{reach:g})".replace("  ", " ")
 
@@ -92,13 +92,13 @@ def _text(shape: Shape) -> str:
 
 def _constant(value: float, si: str) -> Shape:
     """A number that only says of which size things are."""
-    unit, size = units.shown_in(si, abs(value))
+    unit, size = showing.shown_in(si, abs(value))
     return Shape(_rounded(value / size), 0, 0, unit, size)
 
 
 def _around(value: float, lower: float, upper: float, si: str) -> Shape:
     """A shape to be found, given in SI."""
-    unit, size = units.shown_in(si, abs(value))
+    unit, size = showing.shown_in(si, abs(value))
     return Shape(value / size, lower / size, upper / size, unit, size)
 
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fitting import units
+from fitting import showing
 from fitting.exporting.settings import EXPORT
 from fitting.least_squares.force_band import ForceBand, force_bands
 from fitting.least_squares.record import Fit
@@ -98,5 +98,5 @@ def _range(experiments: Sequence[Experiment]) -> str:
         np.concatenate([np.asarray(getattr(run, name))[np.asarray(run.weight) > 0] for run in runs])
         for name in ("pressure", "contraction")
     )
-    ends = f"{units.show(float(pressure.min()), 'Pa')} to {units.show(float(pressure.max()), 'Pa')}"
+    ends = f"{showing.show(float(pressure.min()), 'Pa')} to {showing.show(float(pressure.max()), 'Pa')}"
     return f"{ends}, contraction {contraction.min():.3g} to {contraction.max():.3g}"

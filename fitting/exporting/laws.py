@@ -10,7 +10,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from fitting import units
+from fitting import showing
 from fitting.errors import InputError, unknown_name
 from fitting.exporting.draws import Draws, with_parameters
 from fitting.exporting.force_error import ForceError, unknown_error
@@ -153,11 +153,11 @@ def _refuse_what_looks_back(whole: Model) -> None:
 def title(whole: Model, source: str, told: Told = NOTHING) -> str:
     """Where a muscle is from, its sizes, the parameters of its effects and what is known of them, for a file's head."""
     measured = {name: unit for name, (unit, _) in quantities().items() if getattr(whole.muscle, name) is not None}
-    lines = [f"muscle.{name} = {units.show(float(getattr(whole.muscle, name)), u)}" for name, u in measured.items()]
+    lines = [f"muscle.{name} = {showing.show(float(getattr(whole.muscle, name)), u)}" for name, u in measured.items()]
     straight = 1 - 1 / math.cos(float(whole.muscle.braid_angle))
     lines.append(f"The braid is straight at contraction {straight:.3g}: beyond, the law ends and numbers mean nothing")
     for effect in whole.effects:
-        own = [f"{p.name} = {units.show(float(getattr(effect, p.name)), p.unit)}" for p in parameters(effect)]
+        own = [f"{p.name} = {showing.show(float(getattr(effect, p.name)), p.unit)}" for p in parameters(effect)]
         lines.append(f"{name_of(effect)}: {', '.join(own) or 'no parameters'} ({effect.source})")
     text = "\n".join(["", *(f"    {line}" for line in lines), "", *told.lines(), ""])
     written = f"Written by mckibben {program_version()} from {source}"

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from fitting import units
+from fitting import showing, units
 from fitting.errors import InputError
 from fitting.exporting.export import DRAWN, check_place, export
 from fitting.exporting.force_error import ForceError, unknown_error
@@ -146,6 +146,6 @@ def _counts(text: str) -> tuple[int, int]:
 def _ends(text: str, unit: str, what: str) -> tuple[float, float]:
     ends = units.list_to_si(text, unit, what)
     if len(ends) != 2 or ends[0] >= ends[1]:
-        cure = f"for example {what} '{units.write(0.0, unit)}, {units.example(unit)}'"
+        cure = f"for example {what} '{showing.write(0.0, unit)}, {units.example(unit)}'"
         raise InputError(f"{what} needs a lower and an upper end", value=text, cure=cure)
     return ends[0], ends[1]

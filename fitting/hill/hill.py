@@ -12,7 +12,7 @@ import numpy as np
 from scipy.optimize import curve_fit
 from scipy.signal import savgol_filter
 
-from fitting import units
+from fitting import showing
 from fitting.comparison.bins import bins
 from fitting.errors import InputError
 from fitting.hill.settings import RELEASES
@@ -235,7 +235,7 @@ def curves(experiments: Sequence[Experiment]) -> tuple[Curves, ...]:
     enough = [read for read in groups if loads_of(read) >= RELEASES.fewest_loads]
     if not enough:
         most = max(groups, key=loads_of)
-        at = units.show(float(np.mean([reading.pressure for reading in most])), "Pa", digits=3)
+        at = showing.show(float(np.mean([reading.pressure for reading in most])), "Pa", digits=3)
         raise InputError(f"Hill's curve needs {RELEASES.fewest_loads} loads at one pressure; here are at most "
                          f"{loads_of(most)} (at {at})", cure="record quick releases under more loads")  # fmt: skip
     return tuple(Curves(hill_curve(read), dry_curve(read)) for read in enough)

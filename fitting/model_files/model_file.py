@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
-from fitting import full_names, units
+from fitting import full_names, showing, units
 from fitting.errors import InputError, unknown_name
 from fitting.library.library import library, with_line
 from fitting.library.line import defined_name
@@ -187,9 +187,9 @@ def check_range(
     """Refuse a value outside the range that its effect declares."""
     slack = 1e-9 * (upper - lower)
     if not lower - slack <= value <= upper + slack:
-        allowed = f"{units.show(lower, unit)} to {units.show(upper, unit)}"
+        allowed = f"{showing.show(lower, unit)} to {showing.show(upper, unit)}"
         raise InputError(
-            f"{name} lies outside its range", path, row, value=units.show(value, unit), cure=f"{allowed} is allowed"
+            f"{name} lies outside its range", path, row, value=showing.show(value, unit), cure=f"{allowed} is allowed"
         )
 
 

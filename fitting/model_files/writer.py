@@ -11,7 +11,7 @@ from pathlib import Path
 import tomlkit
 from tomlkit.items import InlineTable, Table
 
-from fitting import full_names, units
+from fitting import full_names, showing
 from fitting.least_squares.record import Fit
 from fitting.library.line import Defined
 from fitting.model_files.model_file import FORMAT
@@ -108,9 +108,9 @@ def _effect_table(effect: Effect, entries: Entries) -> Table:
 def _table(entries: Entries) -> Table:
     table = tomlkit.table()
     for name, (estimate, state) in entries.items():
-        entry = {"value": units.write(estimate.value, estimate.unit)}
+        entry = {"value": showing.write(estimate.value, estimate.unit)}
         if state is ParameterState.FITTED:
-            entry["error"] = units.show(estimate.error, estimate.unit, digits=2)
+            entry["error"] = showing.show(estimate.error, estimate.unit, digits=2)
         table[name] = _inline(entry | {"state": str(state)})
     return table
 

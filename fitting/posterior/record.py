@@ -12,7 +12,7 @@ from typing import Any
 import emcee
 import numpy as np
 
-from fitting import units
+from fitting import showing
 from fitting.least_squares.record import Fit
 from fitting.posterior.predict import Band
 from fitting.posterior.settings import SAMPLER
@@ -228,7 +228,7 @@ def table_rows(parameters: dict[str, Quantity]) -> list[tuple[str, ...]]:
 
 
 def _line(name: str, q: Quantity) -> tuple[str, ...]:
-    shown, size = units.shown_in(q.unit, abs(q.median))
+    shown, size = showing.shown_in(q.unit, abs(q.median))
     places = figures((q.q95 - q.q05) / size)
     values = (f"{x / size:.{places}f} {shown}".strip() for x in (q.median, q.q05, q.q95, q.robust_error))
     shrinkage = "-" if math.isnan(q.contraction) else f"{100 * max(q.contraction, 0):.4g} %"

@@ -1,6 +1,6 @@
 """Warnings and notes of a posterior: a model, a noise or a prior that is wrong, however good the chains are."""
 
-from fitting import units
+from fitting import showing
 from fitting.least_squares.record import Fit
 from fitting.posterior.instruments import visible
 from fitting.posterior.record import Missing, Quantity
@@ -91,8 +91,8 @@ def notes(
 def bent_notes(fit: Fit, found: dict[str, Quantity]) -> list[str]:
     """A note of parameters that are elsewhere once instruments may err: the fit bent them to what instruments made."""
     far = [
-        f"{name} {units.show(found[name].median, (unit := fit.layout.entry(name).unit))} "
-        f"(fit {units.show(fit.values[name], unit)})"
+        f"{name} {showing.show(found[name].median, (unit := fit.layout.entry(name).unit))} "
+        f"(fit {showing.show(fit.values[name], unit)})"
         for name in fit.free
         if abs(found[name].median - fit.values[name]) > LIMITS.bent * max(found[name].sd, fit.error(name, robust=False))
         and abs(found[name].median - fit.values[name]) > fit.error(name)

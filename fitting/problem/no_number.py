@@ -7,7 +7,7 @@ import numpy as np
 from fitting.errors import InputError
 from fitting.problem.residuals import Samples
 from fitting.recordings.records import Experiment
-from fitting.units import show
+from fitting.showing import show
 
 
 def state_at(samples: Samples, at: int) -> str:

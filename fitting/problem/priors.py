@@ -22,7 +22,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from fitting import full_names, units
+from fitting import full_names, showing, units
 from fitting.errors import InputError, unknown_name
 from fitting.recordings.muscle_file import line_of
 from mckibben_jax.effect import Effect, name_of
@@ -46,12 +46,12 @@ class Prior:
 
     def told(self, unit: str) -> str:
         """In words."""
-        first = units.show(self.first, unit)
+        first = showing.show(self.first, unit)
         if self.kind == "normal":
-            return f"normal {units.show(self.first, unit, self.second)}"
+            return f"normal {showing.show(self.first, unit, self.second)}"
         if self.kind == "log-normal":
             return f"log-normal {first}, factor {self.second:.3g}"
-        second = units.show(self.second, unit)
+        second = showing.show(self.second, unit)
         return f"half-normal {second}" if self.kind == "half-normal" else f"uniform {first} to {second}"
 
     def log_density(self, values: np.ndarray) -> np.ndarray:
@@ -111,7 +111,7 @@ def check_overlap(prior: Prior, name: str, unit: str, lower: float, upper: float
     """Refuse a prior that leaves nothing of a parameter's range (SI)."""
     below, above = prior.reach(BEYOND)
     if max(below, lower) >= min(above, upper):
-        allowed = f"{units.show(lower, unit)} to {units.show(upper, unit)}"
+        allowed = f"{showing.show(lower, unit)} to {showing.show(upper, unit)}"
         problem = f"the prior of {name} ({prior.told(unit)}) lies outside the range of {name}"
         raise InputError(problem, cure=f"{allowed} is allowed")
 

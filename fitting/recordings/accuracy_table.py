@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from fitting import units
+from fitting import showing, units
 from fitting.errors import InputError, concerning, unknown_name
 from fitting.recordings.accuracy import Accuracy, Channel, ChannelAccuracy
 from fitting.recordings.records import FORCE_TESTS, POSITION_TESTS
@@ -147,7 +147,7 @@ def _with_noise(accuracy: Accuracy, measured: Channel, noise: float | None) -> A
     channel: ChannelAccuracy = getattr(accuracy, measured)
     if noise is not None and channel.noise is not None and abs(channel.noise - noise) > ACCURACY.same * noise:
         unit = "N" if measured is Channel.FORCE else "m"
-        both = f"{units.show(noise, unit)} and {units.show(channel.noise, unit)}"
+        both = f"{showing.show(noise, unit)} and {showing.show(channel.noise, unit)}"
         problem = f"accuracy: noise and {measured}.noise of this recording mean the same and differ"
         raise InputError(problem, value=both, cure="leave one of the two out")
     if channel.noise == 0:

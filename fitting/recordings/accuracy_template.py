@@ -4,7 +4,7 @@ from collections.abc import Collection, Iterator
 
 import numpy as np
 
-from fitting import units
+from fitting import showing
 from fitting.recordings.accuracy_table import POSITIONS
 from fitting.recordings.presumed import PRESUMED
 from fitting.recordings.records import FORCE_TESTS
@@ -32,7 +32,7 @@ def accuracy_lines(table: Table | None, test: str, names: Collection[str]) -> It
 
 
 def _share(size: float) -> str:
-    return units.show(size, "1", unit="%", digits=ACCURACY.figures)
+    return showing.show(size, "1", unit="%", digits=ACCURACY.figures)
 
 
 def _pressure_zero(table: Table | None) -> str:
@@ -55,9 +55,9 @@ def _skew(table: Table | None) -> str:
     steps = np.diff(table["time"]) if table is not None and "time" in table else np.array([])
     steps = steps[np.isfinite(steps) & (steps > 0)]
     step = float(np.median(steps)) if steps.size else ACCURACY.step
-    return units.show(PRESUMED.skew_steps * step, "s", digits=ACCURACY.figures)
+    return showing.show(PRESUMED.skew_steps * step, "s", digits=ACCURACY.figures)
 
 
 def _shown(table: Table | None, column: str, si: str, size: float) -> str:
     """A size in the unit of its column."""
-    return units.show(size, si, unit=None if table is None else table.units.get(column), digits=ACCURACY.figures)
+    return showing.show(size, si, unit=None if table is None else table.units.get(column), digits=ACCURACY.figures)

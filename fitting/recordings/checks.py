@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from fitting import units
+from fitting import showing, units
 from fitting.errors import InputError
 from fitting.recordings.records import Run
 from fitting.recordings.settings import TABLES
@@ -31,10 +31,10 @@ def check_ranges(r: Run, table: Table, test: str, options: dict[str, Any], posit
             table,
             r.usable & (pressure > TABLES.largest_pressure),
             name,
-            f"pressure above {units.show(TABLES.largest_pressure, 'Pa')}",
+            f"pressure above {showing.show(TABLES.largest_pressure, 'Pa')}",
             pressure,
             "check the column's unit",
-            units.shown_in("Pa", TABLES.largest_pressure)[0],
+            showing.shown_in("Pa", TABLES.largest_pressure)[0],
         )
         _refuse(
             table,
@@ -46,13 +46,13 @@ def check_ranges(r: Run, table: Table, test: str, options: dict[str, Any], posit
         )
     top = float(np.max(r.pressure[r.usable], initial=-np.inf))
     if test == "loop" and 0 < top < TABLES.loop_pressure and "pressure" not in options.get("valid", {}):
-        least = units.show(TABLES.loop_pressure, "Pa")
+        least = showing.show(TABLES.loop_pressure, "Pa")
         said = f'valid = {{ pressure = ["-{least}", "{least}"] }}'
         raise InputError(
             f"the pressure never reaches {least}",
             table.file,
             column=table.heads["pressure"],
-            value=f"at most {units.show(top, 'Pa', digits=3)}",
+            value=f"at most {showing.show(top, 'Pa', digits=3)}",
             cure=f"check the column's unit; if the muscle was vented, say so: {said}",
         )
 
@@ -68,7 +68,7 @@ def _refuse(
             problem + more,
             at,
             column,
-            units.show(values[at], str(COLUMNS[column]) if column in PRESSURES else "1", unit=unit),
+            showing.show(values[at], str(COLUMNS[column]) if column in PRESSURES else "1", unit=unit),
             cure,
         )
 

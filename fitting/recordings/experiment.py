@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from fitting import units
+from fitting import showing, units
 from fitting.errors import InputError, concerning, unknown_name
 from fitting.recordings.accuracy import Accuracy
 from fitting.recordings.accuracy_table import ACCURATE, accuracy_of
@@ -128,7 +128,7 @@ def _read(path: Path, test: str, muscle: Muscle, options: dict[str, Any], name: 
     accuracy = accuracy_of(options.get("accuracy"), test, float(muscle.length), _noise(options.get("noise"), test))
     inside = {key: options[key] for key in INSIDE if key in options}
     table = read_table(path, options.get("columns"), options.get("units"), inside)
-    with units.spoken(units.own_units([_stated(table)])):  # what is wrong is said as the owner of the data would
+    with showing.spoken(showing.own_units([_stated(table)])):  # what is wrong is said as the owner of the data would
         runs, notes, found = _checked_runs(table, test, muscle, options, accuracy)
     position = next(column for column in POSITIONS if column in table)
     noise = (accuracy.force if test in FORCE_TESTS else accuracy.position).noise
@@ -172,7 +172,7 @@ def _smoothed(parts: Sequence[Run], runs: tuple[Run, ...], test: str) -> list[st
     for name, unit in (("pressure", "Pa"), ("contraction", "1")) if test == "loop" else (("pressure", "Pa"),):
         off = np.concatenate([getattr(run, name) - getattr(part, name) for run, part in zip(runs, parts, strict=True)])
         if np.count_nonzero(off) > len(off) / 2:  # a few readings change where jitter would turn a branch
-            size = units.show(float(np.sqrt(np.mean(off**2))), unit, digits=2)
+            size = showing.show(float(np.sqrt(np.mean(off**2))), unit, digits=2)
             notes.append(f"{name} estimated by a Kalman smoother: one reading errs by {size}")
     return notes
 
@@ -256,7 +256,7 @@ def _notes(counts: Counter[str], table: Table, test: str, runs: tuple[Run, ...])
     if test in TURNED_BY:
         branches = sum(int(run.half[-1]) + 1 for run in runs)
         how = "the branch column" if "branch" in table else f"the turning points of the {TURNED_BY[test]}"
-        notes.append(f"{branches} branches in {units.counted(len(runs), 'run')}, told by {how}")
+        notes.append(f"{branches} branches in {showing.counted(len(runs), 'run')}, told by {how}")
     if test in ("loop", "isotonic"):
         notes.append("speed derived from the position by local parabolas that stop at turning points")
     return tuple(notes)
@@ -279,7 +279,7 @@ def _limits_of(runs: tuple[Run, ...], test: str) -> list[str]:
     lowest, highest = float(pressures.min()), float(pressures.max())
     if test in ("loop", "static") and highest - lowest < ONE_PRESSURE * abs(highest):
         notes.append(
-            f"one pressure only, {units.show(float(np.median(pressures)), 'Pa')}: how anything depends on the pressure "
-            "is the model's word; record a second one"
+            f"one pressure only, {showing.show(float(np.median(pressures)), 'Pa')}: how anything depends on the "
+            "pressure is the model's word; record a second one"
         )
     return notes

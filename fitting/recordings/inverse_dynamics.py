@@ -14,7 +14,7 @@ from scipy.constants import g
 from scipy.ndimage import maximum_filter1d, minimum_filter1d
 from scipy.signal import savgol_coeffs, savgol_filter
 
-from fitting import units
+from fitting import showing
 from fitting.recordings.noise import noise_of
 from fitting.recordings.records import FORCE_TESTS, MOVING_TESTS, Experiment, NoiseSource, Recording, Run
 from fitting.recordings.settings import DYNAMICS
@@ -166,14 +166,14 @@ def _motion(run: Run, recording: Recording, experiment: Experiment) -> Motion | 
     motion = _smoothed(motion)
     count = int(np.count_nonzero(motion.usable[motion.kept]))
     if count < DYNAMICS.fewest:
-        slow = units.show(DYNAMICS.slow, "m/s", digits=2)
+        slow = showing.show(DYNAMICS.slow, "m/s", digits=2)
         return (
             f"fewer than {DYNAMICS.fewest} readings in even motion ({count}): faster than {slow} one way, "
             f"accelerated by less than {DYNAMICS.inertia:.0%} of the load; "
             "record it for longer, or under a heavier load"
         )
     if motion.noise > DYNAMICS.loud * load:
-        loud, whole = units.show(motion.noise, "N", digits=2), units.show(load, "N", digits=3)
+        loud, whole = showing.show(motion.noise, "N", digits=2), showing.show(load, "N", digits=3)
         return f"M x'' is too noisy, {loud} of {whole}: read the position more finely or more often"
     return motion
 

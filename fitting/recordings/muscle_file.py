@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from fitting import units
+from fitting import showing, units
 from fitting.errors import InputError, unknown_name
 from fitting.recordings.settings import TABLES
 from fitting.units import Measured
@@ -130,9 +130,9 @@ def _angle_from_cords(given: dict[str, Measured], path: Path, row: int | None) -
     angle = math.atan2(around, length.value)
     expected = math.hypot(around, length.value)
     if abs(cord.value / expected - 1) > 0.05:
-        problem = f"cord_length is not what length, radius and turns ask for, {units.show(expected, 'm')}"
+        problem = f"cord_length is not what length, radius and turns ask for, {showing.show(expected, 'm')}"
         raise InputError(
-            problem, path, row, value=units.show(cord.value, "m"), cure="measure again, or give braid_angle"
+            problem, path, row, value=showing.show(cord.value, "m"), cure="measure again, or give braid_angle"
         )
     relative = [v.error / v.value for v in (length, radius, turns) if v.error is not None]
     error = math.sin(angle) * math.cos(angle) * math.hypot(*relative) if relative else None
@@ -143,7 +143,7 @@ def _check_geometry(value: dict[str, float], path: Path, raw: bytes) -> None:
     """Refuse a muscle that cannot be built, with the line to look at."""
 
     def refuse(key: str, problem: str, cure: str) -> InputError:
-        shown = units.show(value[key], quantities()[key][0])
+        shown = showing.show(value[key], quantities()[key][0])
         return InputError(f"{key} {problem}", path, line_of(raw, key), value=shown, cure=cure)
 
     may_be_zero = ("wall_outside", "moving_mass", "mooney_c10", "mooney_c01", "strand_poisson")

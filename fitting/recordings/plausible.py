@@ -10,7 +10,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from fitting import units
+from fitting import showing
 from fitting.errors import InputError
 from fitting.recordings.ideal import ideal_pull
 from fitting.recordings.readings import POSITIONS
@@ -53,7 +53,7 @@ def _too_large(parts: Sequence[Run], table: Table, column: str, reach: float) ->
     values, rows = (np.concatenate([of(part)[part.usable] for part in parts]) for of in (_forces, lambda p: p.row))
     at = int(np.argmax(np.abs(values)))
     times, whole = abs(values[at]) / reach, bool(np.all(values == np.round(values)))
-    most = f"{times:.3g} times what the ideal muscle of this size pulls at most ({units.show(reach, 'N')})"
+    most = f"{times:.3g} times what the ideal muscle of this size pulls at most ({showing.show(reach, 'N')})"
     if times > PLAUSIBLE.beyond or (
         times > PLAUSIBLE.odd and whole and len(values) >= PLAUSIBLE.fewest and np.ptp(values) > 0
     ):
@@ -64,7 +64,7 @@ def _too_large(parts: Sequence[Run], table: Table, column: str, reach: float) ->
         mine = f'valid = {{ {column} = ["-10 N", "5 kN"] }} with your limits'
         cure = f"{raw if whole and not few else ''}{look}; if it is right, say so: {mine}"
         here = int(np.flatnonzero(table.row == rows[at])[0])
-        raise table.error(f"the {column} is {most}", here, column, units.show(values[at], "N"), cure)
+        raise table.error(f"the {column} is {most}", here, column, showing.show(values[at], "N"), cure)
     return (
         [f"the {column} reaches {most}: is its unit right, and that of the pressure?"] if times > PLAUSIBLE.odd else []
     )
@@ -76,12 +76,12 @@ def _too_small(parts: Sequence[Run], table: Table, ideal: list[np.ndarray]) -> N
     pulls = max(float(np.max(force[part.usable], initial=0.0)) for part, force in zip(parts, ideal, strict=True))
     if pulls > PLAUSIBLE.beyond * largest:
         raise InputError(
-            f"the force is all but nothing where the ideal muscle of this size pulls {units.show(pulls, 'N')}: "
+            f"the force is all but nothing where the ideal muscle of this size pulls {showing.show(pulls, 'N')}: "
             "the muscle was slack, the load cell not connected, or the unit is another",
             table.file,
             table.header_row,
             table.heads["force"],
-            value=f"at most {units.show(largest, 'N')}",
+            value=f"at most {showing.show(largest, 'N')}",
             cure="check the units of force and pressure (N or kN, kPa or bar) and the load cell's cable",
         )
 
@@ -99,11 +99,11 @@ def _constant(parts: Sequence[Run], table: Table, ideal: list[np.ndarray]) -> No
         swapped = "" if all(steady) else "check whether the columns force and pressure are exchanged; "
         raise InputError(
             "the force stays the same while the muscle moves: the ideal force changes by "
-            f"{units.show(max(moves), 'N')}. A saturated or dead load cell, or a hung load",
+            f"{showing.show(max(moves), 'N')}. A saturated or dead load cell, or a hung load",
             table.file,
             table.header_row,
             table.heads["force"],
-            value=f"changes by {units.show(max(stays), 'N')}",
+            value=f"changes by {showing.show(max(stays), 'N')}",
             cure=f'{swapped}check the load cell; a muscle that lifts a constant load is test = "isotonic"',
         )
 

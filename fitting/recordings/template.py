@@ -12,7 +12,8 @@ from fitting.recordings.kinds import parts_of, recordings_in
 from fitting.recordings.muscle_file import REQUIRED
 from fitting.recordings.records import TESTS
 from fitting.recordings.tables import COLUMNS, Table, plain_name, read_heads, read_table, split_head
-from fitting.units import dimension, is_unit, shown_in
+from fitting.showing import shown_in
+from fitting.units import dimension, is_unit
 from fitting.writing import FULL, refused, text_replaced
 from mckibben_jax.muscle import quantities
 

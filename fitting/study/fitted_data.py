@@ -3,7 +3,7 @@
 from pathlib import Path
 from typing import Any
 
-from fitting import units
+from fitting import showing
 from fitting.errors import InputError
 from fitting.least_squares.record import Fit
 from fitting.library.library import library
@@ -44,8 +44,8 @@ def _check_allowed(task: Task, stored: ModelFile) -> None:
         slack = 1e-6 * (upper - lower)
         if value is not None and not lower - slack <= value <= upper + slack:
             unit = layout.entry(name).unit
-            ends = f"{units.show(lower, unit)} to {units.show(upper, unit)}"
-            problem = f"{name} = {units.show(value, unit)} lies outside what was measured of the muscle, {ends}"
+            ends = f"{showing.show(lower, unit)} to {showing.show(upper, unit)}"
+            problem = f"{name} = {showing.show(value, unit)} lies outside what was measured of the muscle, {ends}"
             raise InputError(problem, stored.path, cure="take the value of the fit, or measure again")
 
 

@@ -10,7 +10,7 @@ import jax.numpy as jnp
 import numpy as np
 import tomlkit
 
-from fitting import units
+from fitting import showing
 from fitting.errors import InputError
 from fitting.problem.points import clock, from_behind, twice
 from fitting.recordings.experiment import kind_of
@@ -156,7 +156,7 @@ def beyond_stroke(model: Model, courses: Sequence[Course], positions: Sequence[n
         at = int(np.flatnonzero(pushes)[np.argmin(contraction[pushes])])
         told.append(
             f"beyond the end of the stroke in {np.count_nonzero(pushes):,} of {len(pushes):,} samples, from "
-            f"contraction {contraction[at]:.3g} at {units.show(pressure[at], 'Pa')}: there the muscle would push, "
+            f"contraction {contraction[at]:.3g} at {showing.show(pressure[at], 'Pa')}: there the muscle would push, "
             "which no rig that pulls a cord records"
         )
     if courses[0].load is not None and (contraction < straight + 1e-6).any():
@@ -187,7 +187,7 @@ def write_data_set(
     positions = [_position(model, *both) for both in zip(courses, clean, strict=True)]
     for course, position in zip(courses, positions, strict=True):
         if not (TABLES.contractions[0] <= position.min() and position.max() <= TABLES.contractions[1]):
-            what = "" if course.load is None else f" under {units.show(course.load, 'N')}"
+            what = "" if course.load is None else f" under {showing.show(course.load, 'N')}"
             problem = f"the muscle would go to contraction {position[np.argmax(np.abs(position))]:.3g}{what}"
             cure = "ask for turning points from -0.2 to 0.6" if course.load is None else "another --load or --pressure"
             raise InputError(f"{problem}, where no braided muscle goes", cure=cure)
@@ -241,12 +241,12 @@ def _muscle_file(folder: Path, model: Model, test: str, file: str, noise: float 
     for name, (unit, _) in quantities().items():
         value = getattr(model.muscle, name)
         if value is not None:
-            sizes[name] = units.write(float(value), unit)
+            sizes[name] = showing.write(float(value), unit)
     document["muscle"] = sizes
     recording = tomlkit.table()
     recording.update({"file": file, "test": test})
     if noise:
-        recording["noise"] = units.write(noise, "N" if test in FORCE_TESTS else "m")
+        recording["noise"] = showing.write(noise, "N" if test in FORCE_TESTS else "m")
     recordings = tomlkit.aot()
     recordings.append(recording)
     document["recording"] = recordings

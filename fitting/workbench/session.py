@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, TypeVar, cast
 
 import numpy as np
 
-from fitting import units
+from fitting import showing
 from fitting.comparison.compare import Comparison, compare
 from fitting.diagnosis.record import Diagnosis
 from fitting.errors import InputError
@@ -48,7 +48,7 @@ def in_own_units(action: Action) -> Action:
 
     @functools.wraps(action)
     def spoken(of: Any, *given: Any, **named: Any) -> Any:
-        with units.spoken(of.units):
+        with showing.spoken(of.units):
             return action(of, *given, **named)
 
     return cast("Action", spoken)
@@ -97,12 +97,12 @@ class Step:
     @property
     def units(self) -> dict[str, str]:
         """The units that its data are measured in, where those are not the usual ones."""
-        return units.own_units(given for e in self.task.experiments for given in e.units)
+        return showing.own_units(given for e in self.task.experiments for given in e.units)
 
     @cached_property
     def laid_out(self) -> LaidOut:
         """The step's model as one compiled function."""
-        with units.spoken(self.units):
+        with showing.spoken(self.units):
             return lay_out(self.task, self.fit)
 
 

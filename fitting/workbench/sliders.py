@@ -6,7 +6,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from fitting import units
+from fitting import showing
 from fitting.least_squares.record import Fit
 from fitting.problem.residuals import Problem, Samples, problem
 from fitting.problem.unknowns import Unknowns
@@ -82,7 +82,7 @@ def _slider(layout: Unknowns, vector: np.ndarray, name: str, called: str, error:
     entry, value = layout.entries[at], float(vector[at])
     reach = max(abs(value), WORKBENCH.around * error if np.isfinite(error) else 0.0, 0.01 * (entry.upper - entry.lower))
     lower, upper = max(entry.lower, value - reach), min(entry.upper, value + reach)
-    unit, size = units.shown_in(entry.unit, max(abs(lower), abs(upper)))
+    unit, size = showing.shown_in(entry.unit, max(abs(lower), abs(upper)))
     places = np.unique(np.append(np.linspace(lower, upper, WORKBENCH.places), value)) / size
     shown = [float(f"{place:.5g}") for place in places]
     return Slider(name, called, unit, size, tuple(dict.fromkeys(shown)), float(f"{value / size:.5g}"))

@@ -12,7 +12,7 @@ from typing import Any
 
 import click
 
-from fitting import units
+from fitting import showing
 from fitting.cli.main import COMMANDS, main
 from fitting.report.text.catalogue import STAGES, first_sentence, meaning
 from fitting.report.text.equations import STATUS, function_name
@@ -78,8 +78,8 @@ def effect_page(kind: type[Effect]) -> str:
         told += [f"**When to suspect it:** {cell(kind.suspect)}"]
     own = parameters(kind)
     if own:
-        rows = [f"| `{p.name}` | {cell(p.meaning)} | {units.show(p.default, p.unit)} | {units.show(p.lower, p.unit)} to "
-                f"{units.show(p.upper, p.unit)} |" for p in own]  # fmt: skip
+        rows = [f"| `{p.name}` | {cell(p.meaning)} | {showing.show(p.default, p.unit)} | {showing.show(p.lower, p.unit)} to "
+                f"{showing.show(p.upper, p.unit)} |" for p in own]  # fmt: skip
         told += ["| parameter | meaning | unless fitted | range |\n|---|---|---|---|\n" + "\n".join(rows)]
     told += [f"**Stage:** {kind.stage}, {STAGES[kind.stage]}"]
     if kind.family:

@@ -46,7 +46,7 @@ def command(**options: Any) -> None:
     from fitting.report.text.bands import simulated_band_result, simulated_band_texts
     from fitting.report.text.layout import line, lines
     from fitting.report.text.next_step import shell_words
-    from fitting.units import counted
+    from fitting.showing import counted
 
     prepare()
     check_places(options["json"], options["html"])

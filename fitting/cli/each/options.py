@@ -10,8 +10,8 @@ from fitting.cli.options import bundle
 from fitting.cli.run import NOT_CONVERGED, check_places, errors_for_machines, progress_bar
 from fitting.compiled.prepare import prepare
 from fitting.errors import InputError
+from fitting.showing import spoken
 from fitting.study.request import Request
-from fitting.units import spoken
 
 if TYPE_CHECKING:
     from rich.console import RenderableType

@@ -11,10 +11,10 @@ from fitting.cli.each.work import FIT, Found, Order, do, do_packed, failure
 from fitting.errors import InputError
 from fitting.progress import Progress
 from fitting.report.text.each import row
+from fitting.showing import own_units
 from fitting.study.data_sets import DataSet
 from fitting.study.request import Request
 from fitting.study.task import Task, task_of
-from fitting.units import own_units
 
 Job = tuple[DataSet, Order, Task]
 Work = Callable[[Iterator[Job]], Iterator[tuple[DataSet, Found]]]

@@ -15,8 +15,8 @@ from fitting.cli.settings import WORK
 from fitting.compiled.store import keep_compiled
 from fitting.errors import InputError
 from fitting.report.results import comparison_result, diagnosis_result, fit_result, provenance
+from fitting.showing import own_units, spoken
 from fitting.study.task import Task, fit_task
-from fitting.units import own_units, spoken
 
 FIT, DIAGNOSE = "fit", "diagnose"
 

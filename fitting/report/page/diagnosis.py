@@ -4,7 +4,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from fitting import units
+from fitting import showing
 from fitting.comparison.compare import Comparison
 from fitting.diagnosis.outcomes import NOTHING_MISSING
 from fitting.diagnosis.record import Diagnosis, Evidence
@@ -105,7 +105,7 @@ def errors_grid(d: Diagnosis) -> Grid:
 def _evidence(e: Evidence, unit: str) -> tuple[str, ...]:
     alike, note = most_similar(e), remark(e)
     estimate = "; ".join(
-        f"{name} = {units.show(value, unit, error)}" for name, (value, error, unit) in e.estimate.items()
+        f"{name} = {showing.show(value, unit, error)}" for name, (value, error, unit) in e.estimate.items()
     )
     return (
         f"{mark(e.name)}: {note}" if note else mark(e.name),

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fitting import units
+from fitting import showing
 from fitting.designs.answer import Answer
 from fitting.errors import InputError
 from fitting.report.pictures.figures import BLUE, INK, ORANGE
@@ -45,7 +45,7 @@ def to_scale(muscle: Muscle, contraction: float, pressure: float) -> "Figure":
     from matplotlib.figure import Figure
 
     length, shorter = float(muscle.length), float(muscle.length) * (1 - contraction)
-    at_end = f"contracted {100 * contraction:.1f} % at {units.show(pressure, 'Pa')}"
+    at_end = f"contracted {100 * contraction:.1f} % at {showing.show(pressure, 'Pa')}"
     views = ((0.0, length, "at rest"), (contraction, shorter, at_end))
     halves = [1.2 * _outer(muscle, eps) + 0.06 * length for eps, _, _ in views]  # with room for the words above
     whole = sum(halves)
@@ -57,7 +57,7 @@ def to_scale(muscle: Muscle, contraction: float, pressure: float) -> "Figure":
             axes = figure.add_axes((0.0, bottom, 1.0, half / whole))
             _side_view(axes, muscle, eps)
             angle = np.degrees(float(braid.angle(eps, muscle.braid_angle)))
-            size = f"{units.show(long, 'm')} long, {units.show(2 * _outer(muscle, eps), 'm')} thick"
+            size = f"{showing.show(long, 'm')} long, {showing.show(2 * _outer(muscle, eps), 'm')} thick"
             axes.text(0, half, f"{title}: {size}, braid {angle:.1f} deg", va="top", color=INK)
             axes.set_xlim(-0.18 * length, 1.18 * length)
             axes.set_ylim(-half, half)
@@ -94,7 +94,7 @@ def _bar(axes: "Axes", length: float, low: float) -> None:
     size = 10.0 ** np.floor(np.log10(length / 2))
     low += 0.01 * length
     axes.plot([length - size, length], [low, low], color=INK, linewidth=2)
-    axes.text(length - size / 2, low, units.show(size, "m"), ha="center", va="bottom", color=INK)
+    axes.text(length - size / 2, low, showing.show(size, "m"), ha="center", va="bottom", color=INK)
 
 
 def trade_off(found: Sequence[Design], second: Second) -> "Figure":
@@ -103,8 +103,8 @@ def trade_off(found: Sequence[Design], second: Second) -> "Figure":
     from matplotlib.figure import Figure
 
     first = found[0]
-    x_unit, x_size = units.shown_in(first.constraints[-1].unit, abs(first.constraints[-1].value))
-    y_unit, y_size = units.shown_in(first.unit, abs(first.value))
+    x_unit, x_size = showing.shown_in(first.constraints[-1].unit, abs(first.constraints[-1].value))
+    y_unit, y_size = showing.shown_in(first.unit, abs(first.value))
     with rc_context(SETTINGS):
         figure = Figure(figsize=(5.2, 3.6), layout="constrained")
         axes = figure.add_subplot()

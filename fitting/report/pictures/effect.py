@@ -12,7 +12,7 @@ import numpy as np
 from rich.console import RenderableType
 from rich.text import Text
 
-from fitting import units
+from fitting import showing
 from fitting.report.pictures.figures import BLUE, INK, VERMILION, panel_axes
 from fitting.report.settings import PICTURE
 from mckibben_jax.effect import Effect
@@ -85,7 +85,7 @@ def _tests() -> list[tuple[str, str, State, np.ndarray]]:
     tests = []
     for speed in (0.01, 0.3):
         time, contraction = _along(np.array([0.0, 0.26, 0.1, 0.2, 0.0]), speed / 0.3)
-        name = f"a loop at 3 bar and {units.show(speed, 'm/s')}, with a minor one"
+        name = f"a loop at 3 bar and {showing.show(speed, 'm/s')}, with a minor one"
         tests.append((name, "contraction", _states(time, contraction, np.full(PICTURE.samples, 3e5)), contraction))
     held = np.full(PICTURE.samples, 0.1)
     time, pressure = _along(np.array([0.2e5, 5e5, 0.2e5]), 1e5)

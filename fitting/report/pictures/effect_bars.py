@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Mapping, Sequence
 
-from fitting import units
+from fitting import showing
 from fitting.diagnosis.record import Diagnosis, Evidence
 from fitting.report.text.amounts import amount
 from fitting.report.text.diagnosis import effect_set
@@ -33,7 +33,7 @@ def effect_bars(
         _row(named(_called(added)), value, kind, floor, top, unit, models.get(frozenset(added), ""))
         for added, value, kind in bars
     ]
-    name, size = units.shown_in(unit, floor)
+    name, size = showing.shown_in(unit, floor)
     words = f"RMS error on held-out runs; dashed: the noise, {floor / size:.2g} {name}"
     words = "RMS of what neither noise nor instruments within their accuracy can make" if lacking else words
     words += "; green: explains the data" if several or any(e.adequate for e in shown) else ""

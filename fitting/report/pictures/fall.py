@@ -4,7 +4,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from fitting import units
+from fitting import showing
 from fitting.report.settings import ERROR_TEXT
 from fitting.report.text.amounts import amount
 from fitting.report.text.stages import stage_text
@@ -19,7 +19,7 @@ def fall_html(stages: Sequence[Stage], floor: float, unit: str, named: Callable[
     top = 1.45 * max(max(stage.rmse, _left(stage), floor) for stage in stages) or 1.0
     rows = "".join(_row(named(stage_text(s)), s, floor, top, unit, f"{choose}{k}" * bool(choose))
                    for k, s in enumerate(stages))  # fmt: skip
-    name, size = units.shown_in(unit, floor)
+    name, size = showing.shown_in(unit, floor)
     words = f"RMS error; dashed: the noise, {floor / size:.2g} {name}"
     words += "; orange mark: on held-out runs" if any(stage.held_out_rmse is not None for stage in stages) else ""
     return f'<fieldset class="fall"><legend>{words}</legend>{rows}</fieldset>'

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fitting import units
+from fitting import showing
 from fitting.diagnosis.record import Diagnosis
 from fitting.report.settings import FIGURE
 from fitting.report.text.stages import stage_text
@@ -32,7 +32,7 @@ SETTINGS: dict[Any, Any] = {
 
 def waterfall(stages: Sequence[Stage], floor: float, unit: str = "N") -> "Figure":
     """How far the error has fallen, and how far it could."""
-    name, size = units.shown_in(unit, max(stage.rmse for stage in stages))
+    name, size = showing.shown_in(unit, max(stage.rmse for stage in stages))
     figure, axes = _figure(6.8, 0.75 + 0.36 * len(stages))
     with settings():
         for row, stage in enumerate(stages):
@@ -59,7 +59,7 @@ def effects_picture(d: Diagnosis, floor: float, unit: str = "N") -> "Figure":
     """What the error would be with each effect added: the fewer newtons the better."""
     tested = [e for e in d.effects.values() if e.detection_limit is not None and np.isfinite(e.held_out_rmse or np.nan)]
     tested = sorted(tested, key=lambda e: e.held_out_rmse or 0.0)[: FIGURE.effects]
-    name, size = units.shown_in(unit, d.rmse)
+    name, size = showing.shown_in(unit, d.rmse)
     figure, axes = _figure(6.8, 0.9 + 0.23 * len(tested))
     with settings():
         for row, e in enumerate(tested):

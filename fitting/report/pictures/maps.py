@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fitting import units
+from fitting import showing
 from fitting.comparison.compare import PRESSURE_LED, Comparison, branch_name
 from fitting.diagnosis.record import Diagnosis
 from fitting.report.page.similar_groups import cosines
@@ -150,7 +150,7 @@ def _label_cells(axes: "Axes", c: Comparison, first: bool) -> None:
     at = np.linspace(0, len(contraction) - 1, min(5, len(contraction))).round().astype(int)
     axes.set_xticks(at + 0.5, [f"{contraction.centre[k]:.2f}" for k in at])
     axes.set_xlabel("contraction")
-    name, size = units.shown_in("Pa", float(np.max(pressure.centre)))
+    name, size = showing.shown_in("Pa", float(np.max(pressure.centre)))
     after = places(pressure.centre / size)
     axes.set_yticks(np.arange(len(pressure)) + 0.5, [f"{p / size:.{after}f}" * first for p in pressure.centre])
     if first:

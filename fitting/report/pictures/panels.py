@@ -7,7 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
-from fitting import units
+from fitting import showing
 from fitting.problem.residuals import Samples
 from fitting.recordings.noise import noise_of
 from fitting.recordings.records import FORCE_TESTS, Experiment, Recording, Run
@@ -35,7 +35,7 @@ class Panel:
     @property
     def ylabel(self) -> str:
         """What is measured, with its unit."""
-        return f"{'force' if self.unit == 'N' else 'shortening'} [{units.shown_in(self.unit)[0]}]"
+        return f"{'force' if self.unit == 'N' else 'shortening'} [{showing.shown_in(self.unit)[0]}]"
 
     @property
     def title(self) -> str:
@@ -62,7 +62,7 @@ class Panel:
     @property
     def size(self) -> float:
         """How much of SI one of the unit on the axis is."""
-        return units.shown_in(self.unit)[1]
+        return showing.shown_in(self.unit)[1]
 
     @property
     def measured(self) -> np.ndarray:
@@ -157,7 +157,7 @@ def _panel(
 
 def _along(run: Run, test: str) -> tuple[np.ndarray, str]:
     if test == "isotonic" or _is_led_by_pressure(run, test):
-        name, size = units.shown_in("Pa")
+        name, size = showing.shown_in("Pa")
         return run.pressure / size, f"pressure [{name}]"
     return (run.contraction, "contraction") if test in FORCE_TESTS else (run.time, "time [s]")
 

@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fitting import units
+from fitting import showing
 from fitting.posterior.predict import Band
 from fitting.posterior.record import Posterior
 from fitting.report.pictures.figures import BLUE, GREY, INK, SKY, VERMILION, blank, settings
@@ -48,7 +48,7 @@ def predicted(posterior: Posterior) -> "Figure":
             axes = figure.add_subplot(rows, columns, number + 1)
             _band(axes, band, len({band.file for band in shown}) > 1)
             if number % columns == 0:
-                axes.set_ylabel(f"misfit [{units.shown_in(band.unit)[0]}]")
+                axes.set_ylabel(f"misfit [{showing.shown_in(band.unit)[0]}]")
             if number >= len(shown) - columns:
                 axes.set_xlabel("reading")
         figure.tight_layout(pad=0.4, h_pad=0.6, w_pad=0.6)
@@ -56,7 +56,7 @@ def predicted(posterior: Posterior) -> "Figure":
 
 
 def _band(axes: "Axes", band: Band, of_several: bool) -> None:
-    _, size = units.shown_in(band.unit)
+    _, size = showing.shown_in(band.unit)
     thin = slice(None, None, max(1, len(band.position) // FIGURE.points))
     at, middle = band.position[thin], band.middle[thin]
     low, high, measured = ((part[thin] - middle) / size for part in (band.low, band.high, band.measured))
@@ -74,7 +74,7 @@ def _band(axes: "Axes", band: Band, of_several: bool) -> None:
 def _shown(posterior: Posterior, name: str) -> tuple[np.ndarray, str]:
     """The draws of a parameter in the unit that people read it in, and its label."""
     q = posterior.parameters[name]
-    unit, size = units.shown_in(q.unit, abs(q.median))
+    unit, size = showing.shown_in(q.unit, abs(q.median))
     values = posterior.draws.values[..., posterior.draws.names.index(name)].reshape(-1) / size
     plain = name.split(".", 1)[1]
     return values, f"{plain} [{unit}]" if unit else plain

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from fitting import units
+from fitting import showing
 from fitting.recordings.records import Experiment, Recording
 from fitting.report.pictures.figures import BLUE, GREY, blank, settings
 from fitting.report.settings import READINGS
@@ -51,7 +51,7 @@ def readings_picture(pairs: Sequence[Pair]) -> "Figure":
     with settings():
         for row, pair in enumerate(pairs):
             both, rest = (figure.add_subplot(len(pairs), 2, 2 * row + column) for column in (1, 2))
-            unit, size = units.shown_in(pair.unit, float(np.abs(pair.reading).max()))
+            unit, size = showing.shown_in(pair.unit, float(np.abs(pair.reading).max()))
             _dots(both, pair.time, pair.reading / size)
             both.plot(pair.time, pair.estimate / size, color=BLUE, linewidth=1.2)
             both.set_title(pair.name, loc="left")

@@ -3,7 +3,7 @@
 import math
 from collections.abc import Iterable
 
-from fitting import units
+from fitting import showing
 
 
 def amount(value: float | None, unit: str, digits: int = 3) -> str:
@@ -12,15 +12,15 @@ def amount(value: float | None, unit: str, digits: int = 3) -> str:
         return "-"
     if not math.isfinite(value):
         return "no number"
-    _, size = units.shown_in(unit, abs(value))
+    _, size = showing.shown_in(unit, abs(value))
     shown = abs(float(f"{value / size:.{digits}g}"))
     before = math.floor(math.log10(shown)) + 1 if shown else 0
-    return units.show(value, unit, digits=before if digits < before <= 6 else digits)
+    return showing.show(value, unit, digits=before if digits < before <= 6 else digits)
 
 
 def with_error(value: float, error: float, unit: str) -> tuple[str, str]:
     """A value as far as its error goes, and the error with two figures; each with its unit."""
-    both = units.show(value, unit, error if math.isfinite(error) and error > 0 else None, digits=5)
+    both = showing.show(value, unit, error if math.isfinite(error) and error > 0 else None, digits=5)
     if "+/-" not in both:
         return both, ""
     number, _, rest = both.partition(" +/- ")

@@ -6,8 +6,8 @@ from typing import Any
 
 from fitting.least_squares.force_band import ForceBand
 from fitting.report.text.amounts import amount
+from fitting.showing import counted
 from fitting.study.simulated_band import SimulatedBand
-from fitting.units import counted
 
 
 def band_lines(bands: Sequence[ForceBand]) -> list[str]:

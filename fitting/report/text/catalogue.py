@@ -8,7 +8,7 @@ from rich.console import RenderableType
 from rich.padding import Padding
 from rich.text import Text
 
-from fitting import units
+from fitting import showing
 from fitting.report.text.layout import line, lines
 from mckibben_jax.effect import Effect, name_of, title_of
 from mckibben_jax.memory import Memory
@@ -67,8 +67,8 @@ def effect_report(kind: type[Effect]) -> list[RenderableType]:
 
 
 def _parameter(p: Declaration) -> str:
-    ends = f"{units.show(p.lower, p.unit)} to {units.show(p.upper, p.unit)}"
-    return f"{p.name}: {p.meaning}; {units.show(p.default, p.unit)} unless fitted, range {ends}"
+    ends = f"{showing.show(p.lower, p.unit)} to {showing.show(p.upper, p.unit)}"
+    return f"{p.name}: {p.meaning}; {showing.show(p.default, p.unit)} unless fitted, range {ends}"
 
 
 def first_sentence(text: str) -> str:

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from rich.console import RenderableType
 from rich.text import Text
 
-from fitting import units
+from fitting import showing
 from fitting.comparison.compare import Comparison, Row, branch_name
 from fitting.comparison.compare import Table as ErrorTable
 from fitting.comparison.fingerprint import Fingerprint
@@ -182,7 +182,7 @@ def _recordings(c: Comparison) -> RenderableType:
 
 def error_cells(rows: Sequence[Row], unit: str) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
     """The heads behind that of the group, and of each row its group, samples and errors, all to the same digit."""
-    name, size = units.shown_in(unit, max(row.rmse for row in rows))
+    name, size = showing.shown_in(unit, max(row.rmse for row in rows))
     after = places(row.rmse / size for row in rows)
     cells = lambda row: (f"{getattr(row, field) / size:z.{after}f}" for field in ERRORS.values())  # noqa: E731
     heads = ("samples", *(f"{head} [{name}]" for head in ERRORS))

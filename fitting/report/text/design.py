@@ -5,7 +5,7 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
-from fitting import units
+from fitting import showing
 from fitting.designs.answer import Answer
 from fitting.report.settings import ADVICE
 from mckibben_jax.design.best import Design, Met, to_json
@@ -60,8 +60,8 @@ def answer_result(found: Answer) -> dict[str, Any]:
 
 def describe(found: Design) -> str:
     """For people: the design, what it is worth, which limits hold it and what they cost."""
-    lines = [_verdict(found), f"{quantity_text(found.objective, found.at)}: {units.show(found.value, found.unit)}"]
-    lines += [f"  {m.quantity:22} {units.show(m.value, m.unit):>14}   {_limits(m)}{_price(m, found)}"
+    lines = [_verdict(found), f"{quantity_text(found.objective, found.at)}: {showing.show(found.value, found.unit)}"]
+    lines += [f"  {m.quantity:22} {showing.show(m.value, m.unit):>14}   {_limits(m)}{_price(m, found)}"
               for m in (*found.variables, *found.constraints)]  # fmt: skip
     lines += prices(found)
     lines += sensitivities(found)
@@ -82,12 +82,12 @@ def _listed(names: Sequence[str]) -> str:
 
 
 def quantity_text(quantity: str, at: dict[str, float]) -> str:
-    told = ", ".join(f"{name} {units.show(value, CONDITIONS[name])}" for name, value in at.items())
+    told = ", ".join(f"{name} {showing.show(value, CONDITIONS[name])}" for name, value in at.items())
     return f"{quantity} at {told}" if told else quantity
 
 
 def _limits(m: Met) -> str:
-    ends = [f"{word} {units.show(end, m.unit)}" for word, end in (("min", m.min), ("max", m.max)) if end is not None]
+    ends = [f"{word} {showing.show(end, m.unit)}" for word, end in (("min", m.min), ("max", m.max)) if end is not None]
     return ", ".join(ends)
 
 
@@ -116,7 +116,7 @@ def _sentence(m: Met, found: Design, asked: bool) -> str:
     lower = m.min is not None and (m.max is None or abs(m.value - m.min) < abs(m.value - m.max))
     name, size = COUNTS.get(m.quantity, ONE_MORE.get(m.unit, (m.unit, 1.0)))
     count = _how_many(abs(m.value) / size)
-    worth = units.show(m.multiplier * size * count, found.unit, digits=3)
+    worth = showing.show(m.multiplier * size * count, found.unit, digits=3)
     more = "more" if lower == asked else "less"
     does = "costs" if asked else "would bring"
     return f"{'one' if count == 1 else f'{count:g}'} {name} {more} of {m.quantity} {does} {worth} of {found.objective}"
@@ -143,7 +143,7 @@ def sensitivities(found: Design) -> list[str]:
 
 def odds_text(found: Design, fate: Odds, asked: bool = False) -> str:
     """How the design fares among the muscles that come of it. `asked` where a chance was asked for already."""
-    mean, low, high = (units.show(x, found.unit) for x in (fate.mean, fate.q05, fate.q95))
+    mean, low, high = (showing.show(x, found.unit) for x in (fate.mean, fate.q05, fate.q95))
     lines = [f"as made: {found.objective} {mean} on average, {low} to {high} in nine of ten ({fate.draws} draws)"]
     lines += [f"  {100 * share:5.1f} % keep {m.quantity} ({_limits(m)})"
               for m, share in zip(found.constraints, fate.holds, strict=True)]  # fmt: skip
@@ -160,8 +160,8 @@ def front_text(found: Sequence[Design], second: Second) -> str:
     names = [m.quantity for m in found[0].variables]
     rows = [["", found[0].objective, second.quantity, *names, ""]]
     for number, one in enumerate(found, 1):
-        values = [units.show(one.value, one.unit), units.show(one.constraints[-1].value, one.constraints[-1].unit)]
-        values += [units.show(m.value, m.unit) for m in one.variables]
+        values = [showing.show(one.value, one.unit), showing.show(one.constraints[-1].value, one.constraints[-1].unit)]
+        values += [showing.show(m.value, m.unit) for m in one.variables]
         rows.append([str(number), *values, "" if one.outcome == "optimal" else one.outcome])
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     table = [[f"{cell:>{width}}" for cell, width in zip(row, widths, strict=True)] for row in rows]

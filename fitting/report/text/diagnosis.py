@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 from rich.console import RenderableType
 from rich.text import Text
 
-from fitting import units
+from fitting import showing
 from fitting.diagnosis.flip_groups import rests_on_in_words
 from fitting.diagnosis.record import Diagnosis, Evidence, Explanation
 from fitting.recordings.records import FORCE_TESTS, MOVING_TESTS, Experiment
@@ -41,7 +41,7 @@ def classes_text(group: Sequence[Sequence[str]]) -> str:
 def values_text(e: Explanation) -> str:
     """The numbers of an explanation, each with its robust standard error."""
     return "; ".join(
-        f"{mark(name)} = {units.show(value, unit, error)}" for name, (value, error, unit) in e.estimate.items()
+        f"{mark(name)} = {showing.show(value, unit, error)}" for name, (value, error, unit) in e.estimate.items()
     )
 
 

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from rich.console import RenderableType
 
-from fitting import units
+from fitting import showing
 from fitting.report.settings import SHOWN
 from fitting.report.text.amounts import amount, percent
 from fitting.report.text.layout import columns, line, lines
@@ -113,5 +113,7 @@ def _parameters(results: Sequence[Result]) -> list[RenderableType]:
         return []
     table = columns("parameter", "data sets", "least", "median", "largest")
     for (name, unit), found in list(several.items())[: SHOWN.folders]:
-        table.add_row(mark(name), str(len(found)), *(units.show(x, unit) for x in np.quantile(found, (0.0, 0.5, 1.0))))
+        table.add_row(
+            mark(name), str(len(found)), *(showing.show(x, unit) for x in np.quantile(found, (0.0, 0.5, 1.0)))
+        )
     return [table]

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from rich.console import RenderableType
 
-from fitting import units
+from fitting import showing
 from fitting.hill.hill import Curves, HillCurve, Reading, loads_of
 from fitting.hill.motion import Motions
 from fitting.hill.settings import RELEASES
@@ -40,16 +40,16 @@ def hill_report(
 
 
 def _few(read: Sequence[Reading]) -> str:
-    pressure = units.show(float(np.mean([reading.pressure for reading in read])), "Pa")
+    pressure = showing.show(float(np.mean([reading.pressure for reading in read])), "Pa")
     here = f"{len(read)} releases at {pressure}: {loads_of(read)} loads there"
     return f"{here}, and a curve needs {RELEASES.fewest_loads}."
 
 
 def _numbers(c: HillCurve) -> str:
-    b, force = units.show(c.b, "m/s", c.b_error), units.show(c.isometric, "N", c.isometric_error)
+    b, force = showing.show(c.b, "m/s", c.b_error), showing.show(c.isometric, "N", c.isometric_error)
     return (
         f"a/F0 = {c.curvature:.3f} +/- {c.curvature_error:.3f} ({ANIMALS}), b = {b}, "
-        f"F0 = {force} at {units.show(c.pressure, 'Pa')}; "
+        f"F0 = {force} at {showing.show(c.pressure, 'Pa')}; "
         f"{len(c.readings)} loads, {100 * c.misfit:.1f} % rms off the curve."
     )
 
@@ -64,10 +64,10 @@ def _dry(one: Curves) -> str:
 
 def _motion(motions: Motions, fastest: float) -> list[RenderableType]:
     """The models fitted to the positions themselves."""
-    dry, viscous = (units.show(error, "m") for error in motions.errors)
-    layout = motions.viscous.layout
+    dry, viscous = (showing.show(error, "m") for error in motions.errors)
+    units = {name: motions.viscous.layout.entry(name).unit for name in motions.direct}
     values = (
-        f"{mark(name)} = {units.show(value, layout.entry(name).unit)} +/- {units.show(error, layout.entry(name).unit)}"
+        f"{mark(name)} = {showing.show(value, units[name])} +/- {showing.show(error, units[name])}"
         for name, (value, error) in motions.direct.items()
     )
     told = f"Fitted to the positions, a model without viscosity misses them by {dry} rms, one with it by {viscous}: "
@@ -97,7 +97,7 @@ def said_of_viscosity(motions: Motions, values: str, fastest: float) -> str:
 
 def _table(curves: Sequence[Curves]) -> RenderableType:
     fastest = max(r.speed for one in curves for r in one.hill.readings)
-    name, size = units.shown_in("m/s", fastest)
+    name, size = showing.shown_in("m/s", fastest)
     after = places((fastest / size,), 4)
     speeds = (f"{head} [{name}]" for head in ("steady speed", "+/-", "Hill", "dry friction"))
     table = columns("run", "load", "from", "to", *speeds, words=())

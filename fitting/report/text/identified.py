@@ -6,7 +6,7 @@ from typing import Any
 
 from rich.console import RenderableType
 
-from fitting import units
+from fitting import showing
 from fitting.identified.differences import Difference, differences
 from fitting.identified.record import Behaviour, Identified, Known
 from fitting.identified.shelf import Shelved
@@ -40,7 +40,7 @@ def _row(muscle: Identified) -> tuple[str, ...]:
     error = f"{percent(muscle.rmse / muscle.full_scale)}"
     return (
         muscle.name, *(amount(each.value, each.unit) for each in sizes),
-        units.show(muscle.behaviour.pull_at_rest, "N", digits=3), percent(muscle.behaviour.stroke), error,
+        showing.show(muscle.behaviour.pull_at_rest, "N", digits=3), percent(muscle.behaviour.stroke), error,
         effect_set(muscle.effects),
     )  # fmt: skip
 
@@ -72,7 +72,7 @@ def _verdict(muscle: Identified) -> str:
 
 
 def _does(b: Behaviour) -> str:
-    at = units.show(b.pressure, "Pa")
+    at = showing.show(b.pressure, "Pa")
     return (
         f"At {at} it pulls {_newtons(b.pull_at_rest)} at rest, {b.pull_over_section:.3g} times pressure x section, and "
         f"shortens by {percent(b.stroke)}.{_halfway(b)}"
@@ -155,7 +155,7 @@ def _range(known: Known) -> str:
 
 
 def _newtons(size: float) -> str:
-    return units.show(size, "N", digits=3)
+    return showing.show(size, "N", digits=3)
 
 
 def shelf_result(found: Sequence[Shelved]) -> dict[str, Any]:

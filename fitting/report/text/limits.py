@@ -3,7 +3,7 @@
 import math
 from collections.abc import Sequence
 
-from fitting import units
+from fitting import showing
 from fitting.diagnosis.outcomes import NOTHING_MISSING, Verdict
 from fitting.diagnosis.record import Diagnosis
 from fitting.report.text.amounts import amount
@@ -46,6 +46,6 @@ def _limits(d: Diagnosis, names: Sequence[str]) -> list[tuple[float, str]]:
 
 def _rounded_up(limit: float, unit: str) -> float:
     """To 1, 2 or 5 times a power of ten of the unit that people read."""
-    _, size = units.shown_in(unit, limit)
+    _, size = showing.shown_in(unit, limit)
     power = 10.0 ** math.floor(math.log10(limit / size))
     return next(step for each in STEPS if (step := each * power * size) >= limit * (1 - 1e-9))

@@ -2,11 +2,11 @@
 
 from typing import TYPE_CHECKING
 
-from fitting import units
+from fitting import showing
 from fitting.planning.protocols import Demand, Need, Protocol, Specimen
 from fitting.planning.settings import GRID
 from fitting.report.text.names import mark, marked
-from fitting.units import counted
+from fitting.showing import counted
 
 if TYPE_CHECKING:
     from fitting.planning.candidates import RigAbilities
@@ -22,12 +22,12 @@ SPECIMENS = {
 def what_text(m: "NextMeasurement") -> str:
     """The recording as one would ask a colleague for it."""
     p = m.protocol
-    low, high = (units.show(value, "Pa", digits=3) for value in p.pressures)
+    low, high = (showing.show(value, "Pa", digits=3) for value in p.pressures)
     first, last = (f"{value:.2g}" for value in p.contractions)
     span = f"contraction {first}" if first == last else f"contraction {first} to {last}"
     on = f", on {SPECIMENS[p.specimen]}" if p.specimen else ""
     if p.test == "isometric":
-        ramp = units.show(p.branch_time, "s", digits=2)
+        ramp = showing.show(p.branch_time, "s", digits=2)
         many = counted(m.repeats, "isometric cycle")
         return f"{many} from {low} to {high} and back, each way in {ramp}, held at contraction {first}{on}"
     if p.test == "static":
@@ -60,7 +60,7 @@ def _demand_text(demand: Demand) -> str:
     if need is Need.PRESSURE_SWEEP:
         return "a pressure that is swept while the length is held"
     if need is Need.PRESSURE:
-        shown = units.show(seen, "Pa", digits=3)
+        shown = showing.show(seen, "Pa", digits=3)
         return f"more pressure than the {shown} of these data (mind what the muscle bears)"
     if need is Need.SPEED:
         return f"a drive {asked / seen:.2g} times as fast as in these data ({_two(seen, 'm/s')})"
@@ -68,22 +68,22 @@ def _demand_text(demand: Demand) -> str:
 
 
 def _two(value: float, unit: str) -> str:
-    return units.show(value, unit, digits=2)
+    return showing.show(value, unit, digits=2)
 
 
 def rehearsal_command(p: Protocol, repeats: int, can: "RigAbilities", model: str, folder: str) -> str | None:
     """The command that rehearses the recording on a model; None where `mckibben simulate` cannot do it."""
     if p.hold or p.test == "static" or p.specimen:
         return None
-    rate = f'--rate "{1 / can.interval:.4g} Hz" --noise "{units.show(can.noise, "N", digits=3)}" --out {folder}'
+    rate = f'--rate "{1 / can.interval:.4g} Hz" --noise "{showing.show(can.noise, "N", digits=3)}" --out {folder}'
     if p.test == "isometric":
-        pressure, size = units.shown_in("Pa", max(p.pressures))
+        pressure, size = showing.shown_in("Pa", max(p.pressures))
         low, high = (f"{value / size:.6g}" for value in p.pressures)
         turns = ",".join([low, *[high, low] * repeats])
         order = f'--contraction {p.contractions[0]:.4g} --pressures "{turns} {pressure}"'
         return f'mckibben simulate {model} --test isometric {order} --duration "{p.branch_time:.4g} s" {rate}'
     low, high = (f"{value:.4g}" for value in p.contractions)
     turns = ",".join([low, *[high, low] * repeats])
-    speed, pressure = units.show(p.rate * can.length, "m/s"), units.show(p.pressures[0], "Pa", digits=6)
+    speed, pressure = showing.show(p.rate * can.length, "m/s"), showing.show(p.pressures[0], "Pa", digits=6)
     held = f'--pressure "{pressure}" --turns {turns} --speed "{speed}"'
     return f"mckibben simulate {model} --test loop {held} {rate}"

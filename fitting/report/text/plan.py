@@ -5,7 +5,7 @@ from typing import Any
 
 from rich.console import RenderableType
 
-from fitting import units
+from fitting import showing
 from fitting.planning.next_measurement import NextMeasurement
 from fitting.report.results import measurement_result
 from fitting.report.settings import ADVICE
@@ -95,7 +95,7 @@ def _tie(plan: Plan, one: Sets, other: Sets) -> str:
 
 def duration(seconds: float) -> str:
     """A time for people."""
-    return f"{seconds / 60:.0f} min" if seconds >= 100 else units.show(max(seconds, 1.0), "s", digits=2)
+    return f"{seconds / 60:.0f} min" if seconds >= 100 else showing.show(max(seconds, 1.0), "s", digits=2)
 
 
 def _pairs(plan: Plan) -> list[RenderableType]:

@@ -3,7 +3,7 @@
 from fitting.least_squares.record import Fit
 from fitting.least_squares.summary import FailedStart, Failure
 from fitting.problem.no_number import state_at
-from fitting.units import counted
+from fitting.showing import counted
 
 UNBENT = (
     "it bends to errors that instruments may have made, so another point was taken, whose error is a little larger and "

@@ -5,14 +5,14 @@ from typing import Any
 
 from rich.console import RenderableType
 
-from fitting import units
+from fitting import showing
 from fitting.diagnosis.outcomes import NOTHING_MISSING, Verdict
 from fitting.report.text.amounts import amount
 from fitting.report.text.diagnosis import effect_set
 from fitting.report.text.layout import columns, line, spaced
 from fitting.report.text.names import listed, mark
 from fitting.selftest.record import Outcome, SelfTest, Sought, Trial
-from fitting.units import counted
+from fitting.showing import counted
 
 MEANS = (
     "Each effect was hidden in these recordings as they were made: the same lengths and pressures, the same noise, "
@@ -95,7 +95,7 @@ def _sentences(sought: Sequence[Sought]) -> list[tuple[str, str]]:
 
 
 def _newtons(size: float) -> str:
-    return units.show(size, "N", digits=2)
+    return showing.show(size, "N", digits=2)
 
 
 def values_text(trial: Trial, unit_of: Mapping[str, str]) -> str:

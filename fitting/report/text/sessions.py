@@ -4,12 +4,12 @@ from typing import Any
 
 from rich.console import RenderableType
 
-from fitting import units
+from fitting import showing
 from fitting.diagnosis.flip_groups import rests_on_in_words
 from fitting.evidence.sessions import GrowingEvidence, Weighed
 from fitting.report.text.layout import columns, line, lines, spaced
 from fitting.report.text.names import listed, mark, marked
-from fitting.units import counted
+from fitting.showing import counted
 
 MANY = 1e6  # to one: beyond it nobody wants the number
 FEW = 0.01
@@ -107,7 +107,9 @@ def _table(found: GrowingEvidence) -> Any:
     rows = [found.as_it_is, *(found.standing if found.is_lacking else ()), *excluded[:EXCLUDED_SHOWN]]
     for each in rows:
         out = each.excluded_by(found.enough) is not None
-        table.add_row(_called(each), *map(odds, each.evidence), units.show(each.rmse, "N"), style="dim" if out else "")
+        table.add_row(
+            _called(each), *map(odds, each.evidence), showing.show(each.rmse, "N"), style="dim" if out else ""
+        )
     return table
 
 

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 
-from fitting import units
+from fitting import showing
 from fitting.least_squares.record import Fit
 from fitting.report.results import shown_names
 from fitting.report.text.amounts import amount
@@ -35,7 +35,7 @@ def _value(fit: Fit, name: str) -> str:
     if name not in fit.values:
         return ""
     bound = ", at its bound" if name in fit.at_bound else ""
-    return units.show(fit.values[name], fit.layout.entry(name).unit, fit.error(name)) + bound
+    return showing.show(fit.values[name], fit.layout.entry(name).unit, fit.error(name)) + bound
 
 
 def _measured(fits: Sequence[Fit], name: str) -> str:

@@ -1,6 +1,6 @@
 """Sizes that muscle.toml states with an error beside what the fit made of them, and what the fit's errors rest on."""
 
-from fitting import units
+from fitting import showing
 from fitting.least_squares.record import Fit
 from fitting.least_squares.rests_on import rests_on, rests_on_instruments
 from fitting.report.settings import STATED, WARNING_TEXT
@@ -15,7 +15,7 @@ def measured_cells(fit: Fit, name: str) -> tuple[str, str]:
     if entry.prior is None:
         return "", ""
     mean, error = entry.prior
-    return units.show(mean, entry.unit, error), f"{_apart(fit, name):.1f} errors" if name in fit.free else ""
+    return showing.show(mean, entry.unit, error), f"{_apart(fit, name):.1f} errors" if name in fit.free else ""
 
 
 def denied_texts(fit: Fit) -> list[str]:

@@ -11,9 +11,9 @@ from fitting.report.text.amounts import amount
 from fitting.report.text.attempts import attempts_text, held_text, strained_text
 from fitting.report.text.layout import columns, line, lines, spaced
 from fitting.report.text.stages import dropped_text, stage_text
+from fitting.showing import counted
 from fitting.study.stages import Stage
 from fitting.study.task import Task
-from fitting.units import counted
 
 
 def data_text(experiments: Sequence[Experiment]) -> str:

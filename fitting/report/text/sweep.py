@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from fitting import units
+from fitting import showing
 from fitting.designs.sweep import Swept
 from fitting.report.settings import SHOWN
 from mckibben_jax.design.merit import QUANTITIES
@@ -36,7 +36,7 @@ def _best(found: Swept) -> list[str]:
     kinds = [known[name][0] for name in batch.space.ranges] + [QUANTITIES[name].unit for name, _ in batch.outputs]
     heads = [*batch.space.ranges, *(name for name, _ in batch.outputs)]
     columns = list(found.rows.values())[1:-1]
-    cells = [[units.show(column[i], unit) for column, unit in zip(columns, kinds, strict=True)]
+    cells = [[showing.show(column[i], unit) for column, unit in zip(columns, kinds, strict=True)]
              for i in range(min(SHOWN.designs, len(found.tally.numbers)))]  # fmt: skip
     widths = [max(map(len, column)) for column in zip(heads, *cells, strict=True)]
     size = "largest" if batch.largest else "smallest"

@@ -7,7 +7,7 @@ from rich.console import RenderableType
 
 from fitting.compiled.store import Content
 from fitting.report.text.layout import line, lines
-from fitting.units import counted
+from fitting.showing import counted
 
 UNKEPT = "Nothing can be kept: no folder for compiled programs can be written to. Set MCKIBBEN_CACHE to one that can."
 

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from fitting import units
+from fitting import showing
 from fitting.comparison.compare import Comparison
 from fitting.report.page.live import packed
 from fitting.report.page.live.candidates import Candidate
@@ -48,7 +48,7 @@ def payload(
         "groups": [_group(group, panels) for group in groups],
         "runs": [_run(one, groups, ranks) for one in chosen],
         "readings": _readings(chosen, compared[0] if compared else None),
-        "pressure_unit": units.shown_in("Pa")[0],
+        "pressure_unit": showing.shown_in("Pa")[0],
         "models": [
             {"name": curve.name, "width": curve.width, "values": packed.floats(values_of(curve.residual, chosen))}
             for curve in curves
@@ -100,7 +100,7 @@ def _readings(chosen: Sequence[Chosen], c: Comparison | None) -> dict[str, Any]:
     `branch` is 0 while elongating, 1 where it cannot be told, 2 while contracting.
     """
     runs = [(one.panel.run, one.position) for one in chosen]
-    pressure = _joined([run.pressure[at] for run, at in runs]) / units.shown_in("Pa")[1]
+    pressure = _joined([run.pressure[at] for run, at in runs]) / showing.shown_in("Pa")[1]
     return {
         "contraction": packed.read_off(_joined([run.contraction[at] for run, at in runs])),
         "pressure": packed.read_off(pressure),
