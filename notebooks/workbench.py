@@ -21,7 +21,7 @@ with app.setup(hide_code=True):
     prepare()
     from fitting.workbench import session as bench
     from fitting.workbench import data as dropping
-    from fitting.workbench import home
+    from fitting.workbench import home, preview
     from fitting.workbench.live import follow, live_element, live_of
     from fitting.workbench import text as words
     from fitting.errors import InputError
@@ -187,12 +187,16 @@ def _(attempt, form, found, open_folder):
 @app.cell
 def _(described, form, found):
     mo.stop(found is None)
-    _shown = [mo.md("## What the files do not say"), *form.muscle.values()]
-    for _file, _columns in found.columns.items():
-        _shown += [mo.md(f"### {_file}"), form.tests[_file]]
-        for _k, _c in enumerate(_columns):
+    _shown = [mo.Html(words.heading("What the files do not say")), *form.muscle.values()]
+    for _file in found.columns:
+        _shown += [
+            mo.Html(words.heading(_file, 3)),
+            mo.Html(preview.rows_html(found.previews[_file])),
+            form.tests[_file],
+        ]
+        for _k, _c in enumerate(found.previews[_file]):
             _row = [form.columns[f"{_file}/{_k}/{what}"] for what in ("is", "unit")]
-            _shown.append(mo.hstack([mo.md(f"`{_c.head}`"), *_row], justify="start", wrap=True))
+            _shown.append(mo.hstack([mo.Html(preview.column_html(_c)), *_row], justify="start", wrap=True))
     mo.vstack([*_shown, described])
     return
 

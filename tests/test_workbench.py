@@ -292,6 +292,12 @@ def test_dropped_files_are_described_column_by_column(tmp_path):
     assert [(c.head, c.meaning) for c in found.columns["odd.csv"]] == [
         ("t", "time"), ("druck", "pressure"), ("Load cell (N)", "force"), ("pos", "not used"),
     ]  # fmt: skip
+    assert [column.extent for column in found.previews["odd.csv"]] == [
+        "0 to 23.9",
+        "200 to 200",
+        "110 to 200",
+        "0 to 30",
+    ]
     muscle = {"length": "300 mm", "radius": "7.0 +/- 0.1 mm", "braid_angle": "20 deg"}
     filled = {"odd.csv": [("time", "s"), ("pressure", "kPa"), ("force", "N"), ("displacement", "mm")]}
     dropping.describe(found, "Odd", muscle, {"odd.csv": "loop"}, filled)

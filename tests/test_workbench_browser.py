@@ -201,6 +201,9 @@ def test_a_bare_csv_is_described_by_hand_and_can_be_taken_home(visit, tmp_path):
         [{"name": "odd.csv", "mimeType": "text/csv", "buffer": ODD.encode()}]
     )
     page.get_by_role("heading", name="What the files do not say").wait_for()
+    page.get_by_text("240 rows; the first of them").click()
+    page.get_by_role("cell", name="110", exact=True).first.wait_for()  # of the first row: N
+    assert page.get_by_role("img", name=re.compile("^Course of ")).count() == 4
     press(page, "Open these data")
     page.get_by_text("length is not filled in").wait_for()
     for name, value in (("length", "300 mm"), ("radius", "7.0 +/- 0.1 mm"), ("braid_angle", "20 deg")):

@@ -92,6 +92,16 @@ def read_heads(path: Path, inside: Mapping[str, str] | None = None) -> list[str]
     return open_source(path, inside or {}, _is_head).heads
 
 
+def read_cells(path: Path, inside: Mapping[str, str] | None = None) -> tuple[list[str], list[pd.Series], str]:
+    """What the columns of a recording are called, their cells as they stand there, and the decimal mark.
+
+    Nothing is checked or converted; `inside` as in `read_table`.
+    """
+    source = open_source(path, inside or {}, _is_head)
+    cells, decimal = source.cells()
+    return source.heads, cells, decimal
+
+
 def _common_rows(source: Source, cells: list[pd.Series], where: Mapping[str, int], path: Path) -> np.ndarray:
     """The numbers of the rows; columns that are used have to be of one length."""
     for at in where.values():

@@ -17,11 +17,16 @@ from fitting.recordings.records import TESTS
 from fitting.recordings.tables import COLUMNS, USUAL, plain_name, read_heads, split_head
 from fitting.recordings.template import muscle_file
 from fitting.units import example
+from fitting.workbench.preview import ColumnPreview, previews
 from fitting.writing import write_text, write_whole
 from mckibben_jax.muscle import quantities
 
 IGNORED = "not used"
 ASKED = (*REQUIRED, "wall_thickness", "shear_modulus")  # of the muscle: needed always, needed by most effects
+WRITTEN = {  # as a caliper's reading is written, with its standard error
+    "length": "300 +/- 1 mm", "radius": "7.0 +/- 0.1 mm", "braid_angle": "20 +/- 1 deg",
+    "wall_thickness": "1.0 +/- 0.1 mm",
+}  # fmt: skip
 SUFFIXES = (*ENDINGS, ".toml")
 PLACE = "mckibben_workbench_"  # how the folder begins in which a session keeps what is dropped
 
@@ -37,11 +42,12 @@ class Column:
 
 @dataclass(frozen=True)
 class Dropped:
-    """A folder of recordings that lacks a muscle.toml, with guesses for what is request."""
+    """A folder of recordings that lacks a muscle.toml, with guesses for what is asked and what the files hold."""
 
     folder: Path
     tests: dict[str, str]  # file -> most likely kind of test
     columns: dict[str, tuple[Column, ...]]
+    previews: dict[str, tuple[ColumnPreview, ...]]
     inside: dict[str, dict[str, str]] = field(default_factory=dict)  # file -> which sheet, variable or topic of it
 
 
@@ -87,7 +93,8 @@ def guess(folder: Path) -> Dropped:
     inside = {file: {key: entry[key] for key in INSIDE if key in entry} for file, entry in entries.items()}
     files = recordings_in(folder)
     columns = {p.name: _columns(p, entries.get(p.name, {}), inside.get(p.name, {})) for p in files}
-    return Dropped(folder, {p.name: entries.get(p.name, {}).get("test", TESTS[0]) for p in files}, columns, inside)
+    tests = {p.name: entries.get(p.name, {}).get("test", TESTS[0]) for p in files}
+    return Dropped(folder, tests, columns, {p.name: previews(p, inside.get(p.name, {})) for p in files}, inside)
 
 
 def _columns(path: Path, entry: dict[str, Any], inside: dict[str, str]) -> tuple[Column, ...]:
@@ -107,7 +114,7 @@ def unit_hint(meaning: str) -> str:
 def muscle_hint(name: str) -> tuple[str, str]:
     """What a measurement of the muscle means, and how one writes it."""
     unit, meaning = quantities()[name]
-    return meaning, example(unit)
+    return meaning, WRITTEN.get(name, example(unit))
 
 
 def describe(
