@@ -15,13 +15,14 @@ with app.setup(hide_code=True):
     from types import SimpleNamespace
 
     import marimo as mo
+    import matplotlib  # noqa: F401  (here: marimo looks at it after every cell, and fails while a job imports it)
 
     from fitting.compiled.prepare import prepare
 
     prepare()
     from fitting.workbench import session as bench
     from fitting.workbench import data as dropping
-    from fitting.workbench import home, preview
+    from fitting.workbench import asked, home, preview
     from fitting.workbench.live import follow, live_element, live_of
     from fitting.workbench import text as words
     from fitting.errors import InputError
@@ -399,11 +400,11 @@ def _(last, own):
 def _(now, start):
     plan = mo.ui.button(
         label="What to measure next",
-        on_change=lambda _: start(Job("planning", lambda tell: bench.plan(now, tell))),
+        on_change=lambda _: start(Job("planning", lambda tell: asked.plan(now, tell))),
     )
     sample = mo.ui.button(
         label="Sample what the data leave open (1 min)",
-        on_change=lambda _: start(Job("sampling", lambda tell: bench.sample_posterior(now, tell))),
+        on_change=lambda _: start(Job("sampling", lambda tell: asked.sample_posterior(now, tell))),
     )
     return plan, sample
 
@@ -412,7 +413,7 @@ def _(now, start):
 def _(last, plan, sample):
     mo.stop(last is None or last.comparison is None)
     _asked = [plan, sample] if last.diagnosis is not None else [sample]
-    _said = [mo.Html(words.plain(title, text)) for title, text in last.said]
+    _said = [mo.Html(words.answer_html(answer)) for answer in last.said]
     mo.vstack([mo.Html(words.heading("What else")), mo.hstack(_asked, justify="start", wrap=True), *_said])
     return
 
@@ -421,7 +422,7 @@ def _(last, plan, sample):
 def _(set_drawn, start):
     def design(text):
         if text:
-            start(Job("designing", lambda tell: bench.find_design(text, tell)), set_drawn)
+            start(Job("designing", lambda tell: asked.find_design(text, tell)), set_drawn)
 
     spec = mo.ui.text_area(value=words.DESIGN, label="What is asked for", rows=20, full_width=True).form(
         submit_button_label="Design a muscle", on_change=design, bordered=False
@@ -431,13 +432,13 @@ def _(set_drawn, start):
 
 @app.cell
 def _():
-    drawn, set_drawn = mo.state("")
+    drawn, set_drawn = mo.state(None)
     return drawn, set_drawn
 
 
 @app.cell
 def _(drawn, spec):
-    mo.vstack([mo.accordion({"Design a muscle": spec}), mo.Html(words.plain("Design", drawn()) if drawn() else "")])
+    mo.vstack([mo.accordion({"Design a muscle": spec}), mo.Html("" if drawn() is None else words.answer_html(drawn()))])
     return
 
 

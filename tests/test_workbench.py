@@ -22,13 +22,24 @@ from fitting.library.library import library
 from fitting.model_files.model_file import read_model
 from fitting.report.text.stages import stage_text
 from fitting.study.request import Request
+from fitting.workbench import asked, home
 from fitting.workbench import data as dropping
-from fitting.workbench import home
 from fitting.workbench import session as bench
 from fitting.workbench.job import Job
 from fitting.workbench.live import live_of
 from fitting.workbench.serving import is_loopback, is_own, listening
-from fitting.workbench.text import DESIGN, called, error_now, evidence, fall, headline, known_effects, models, offers
+from fitting.workbench.text import (
+    DESIGN,
+    answer_html,
+    called,
+    error_now,
+    evidence,
+    fall,
+    headline,
+    known_effects,
+    models,
+    offers,
+)
 
 CANDIDATES = ("linear_spring", "viscous_damping")
 STIFFNESS = 1600.0  # N/m, what is hidden in the data of these tests
@@ -136,19 +147,39 @@ def test_sliders_have_the_names_for_readers_too(mended):
     assert 'With stiffness in parallel <small class="id">linear_spring.K</small> moved: ' in moved
 
 
+def answers(session):
+    """What was answered at the last step, by its title."""
+    return {answer.title: answer for answer in session.last.said}
+
+
+def test_an_answer_takes_the_place_of_an_earlier_one_and_its_words_are_no_markup(session):
+    first, other = bench.Answer("Next", "one"), bench.Answer("Rest", "<b>two</b>", (("a < b", "<svg/>"),))
+    twice = bench.told(bench.told(bench.told(session, first), other), bench.Answer("Next", "three"))
+    assert [(answer.title, answer.text) for answer in twice.last.said] == [("Rest", "<b>two</b>"), ("Next", "three")]
+    assert '<pre tabindex="0">&lt;b&gt;two&lt;/b&gt;</pre>' in answer_html(other)
+    wide = f"{'number':>60}{'number':>60}"  # a row of a table, whose columns stay
+    assert f'<pre tabindex="0">{wide}</pre>' in answer_html(bench.Answer("Wide", wide))
+    assert f"<p>{'word ' * 30}</p><pre" in answer_html(bench.Answer("Long", "word " * 30 + "\nshort"))
+    assert "<svg/><figcaption>a &lt; b</figcaption>" in answer_html(other)
+
+
 def test_a_design_file_in_the_box_is_answered_and_a_slip_is_named():
-    told_so = bench.find_design(DESIGN, told)
-    assert "braid_angle" in told_so
-    assert "stroke" in told_so
+    found = asked.find_design(DESIGN, told)
+    assert "braid_angle" in found.text
+    assert "stroke" in found.text
+    ((_, drawing),) = found.pictures
+    assert "contracted 37.9 % at 500 kPa: 186.3 mm long" in drawing
+    assert "0.379" in found.text
+    assert drawing in answer_html(found)
     with pytest.raises(InputError, match="braid_angel"):
-        bench.find_design(DESIGN.replace('braid_angle = ["12', 'braid_angel = ["12'), told)
+        asked.find_design(DESIGN.replace('braid_angle = ["12', 'braid_angel = ["12'), told)
 
 
 def test_what_to_measure_next_is_asked_after_a_diagnosis_only(session, found):
     with pytest.raises(InputError, match="no diagnosis"):
-        bench.plan(session, told)
-    planned = bench.plan(found, told)
-    assert "PLAN" in dict(planned.last.said)[bench.NEXT]
+        asked.plan(session, told)
+    planned = asked.plan(found, told)
+    assert "PLAN" in answers(planned)[asked.NEXT].text
 
 
 def test_effects_can_be_tried_beside_a_diagnosed_model(session, found):
@@ -164,8 +195,13 @@ def test_effects_can_be_tried_beside_a_diagnosed_model(session, found):
 
 @pytest.mark.slow
 def test_what_is_sampled_stands_in_the_report(mended):
-    sampled = bench.sample_posterior(mended, told, seconds=5)
-    assert "linear_spring.K" in dict(sampled.last.said)[bench.POSTERIOR]
+    sampled = asked.sample_posterior(mended, told, seconds=5)
+    found = answers(sampled)[asked.POSTERIOR]
+    assert "linear_spring.K" in found.text
+    assert [picture[:4] for _, picture in found.pictures] == ["<svg", "<svg"]
+    assert len(set(re.findall(r'\bid="([^"]+)"', "".join(picture for _, picture in found.pictures)))) == len(
+        re.findall(r'\bid="([^"]+)"', "".join(picture for _, picture in found.pictures))
+    )
     assert "Do the readings lie where they should?" in home.report_text(sampled)
 
 

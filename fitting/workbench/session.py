@@ -2,11 +2,9 @@
 
 import dataclasses
 import functools
-import tempfile
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar, cast
 
 import numpy as np
@@ -20,12 +18,10 @@ from fitting.least_squares.record import Fit
 from fitting.library.library import with_line
 from fitting.library.line import defined_name
 from fitting.progress import Progress
-from fitting.report.page.parts import as_text
 from fitting.report.pictures.loops import Frame, frame, key, loops_html, thinning_text
 from fitting.report.pictures.panels import panels
 from fitting.report.text.comparison import judgement
 from fitting.report.text.diagnosis import verdict_text
-from fitting.report.text.names import Names
 from fitting.study.changing import Difference, with_added, with_dropped
 from fitting.study.diagnosing import candidates_of, diagnose_task
 from fitting.study.request import Request
@@ -37,7 +33,6 @@ if TYPE_CHECKING:
     from fitting.posterior.sample import Posterior
 
 Action = TypeVar("Action", bound=Callable[..., Any])  # of a session or a step, its first argument
-NEXT, POSTERIOR = "What to measure next", "What the data leave open"
 
 
 def in_own_units(action: Action) -> Action:
@@ -58,6 +53,15 @@ AS_BEFORE = Difference()
 
 
 @dataclass(frozen=True)
+class Answer:
+    """What is answered to one question: words as on the terminal, and pictures (captions and SVG)."""
+
+    title: str
+    text: str
+    pictures: tuple[tuple[str, str], ...] = ()
+
+
+@dataclass(frozen=True)
 class Step:
     """One model on the way. Before its first fit there is no comparison, only a model at its starting values."""
 
@@ -70,7 +74,7 @@ class Step:
     by: Difference = AS_BEFORE
     sought: tuple[str, ...] = ()  # what the diagnosis looked for; empty: everything
     posterior: "Posterior | None" = None
-    said: tuple[tuple[str, str], ...] = ()  # titles and texts of what else was asked
+    said: tuple[Answer, ...] = ()  # to what else was asked
 
     @property
     def fit(self) -> Fit | None:
@@ -141,7 +145,7 @@ def fit_first(session: Session, progress: Progress) -> Session:
     progress("fitting the model", 0.1)
     step = session.last
     fit, _ = as_known(step.task)
-    return _with_last(session, _compared(step, fit, progress))
+    return with_last(session, _compared(step, fit, progress))
 
 
 @in_own_units
@@ -165,7 +169,7 @@ def define(session: Session, line: str) -> tuple[Session, str]:
     name = defined_name(line)
     request = dataclasses.replace(session.request, define=(*session.request.define, line.strip()))
     session = dataclasses.replace(session, request=request)
-    return _with_last(session, dataclasses.replace(step, task=dataclasses.replace(step.task, library=known))), name
+    return with_last(session, dataclasses.replace(step, task=dataclasses.replace(step.task, library=known))), name
 
 
 def undo(session: Session) -> Session:
@@ -182,7 +186,7 @@ def examine(session: Session, progress: Progress, candidates: Sequence[str] = ()
     comparison = step.comparison or compared
     alike = step.held_out_rmse is None and comparison.unit == "N"  # a diagnosis is in N, whatever was measured
     held_out = found.held_out_rmse if alike else step.held_out_rmse
-    return _with_last(
+    return with_last(
         session,
         dataclasses.replace(
             step, comparison=comparison, held_out_rmse=held_out, diagnosis=found, sought=tuple(candidates)
@@ -190,59 +194,10 @@ def examine(session: Session, progress: Progress, candidates: Sequence[str] = ()
     )
 
 
-@in_own_units
-def plan(session: Session, progress: Progress) -> Session:
-    """Which recording would tell apart what the diagnosis leaves tied."""
-    from fitting.report.text.plan import plan_report
-    from fitting.study.plan import plan_of
-
-    step = session.last
-    if step.diagnosis is None:
-        raise InputError("there is no diagnosis yet", cure="run it first: the plan separates what it leaves tied")
-    progress("planning", 0.1)
-    plan = plan_of(step.task, step.diagnosis)
-    return _saying(session, NEXT, as_text(plan_report(plan, session.request.model_file), Names(step.task.library)))
-
-
-@in_own_units
-def sample_posterior(session: Session, progress: Progress, seconds: float = 60.0) -> Session:
-    """What the data leave open of the parameters, sampled for at most so long."""
-    from fitting.posterior.record import describe
-    from fitting.posterior.sample import sample
-
-    step, fit = session.last, fit_of(session)
-    found = sample(
-        fit,
-        step.task.experiments,
-        seed=step.task.seed,
-        limit_s=seconds,
-        progress=lambda done, worth: progress(f"{done} steps, {worth:.0f} independent samples", 0.5),
-    )
-    told_so = _saying(session, POSTERIOR, describe(found))
-    return _with_last(told_so, dataclasses.replace(told_so.last, posterior=found))
-
-
-def find_design(spec: str, progress: Progress) -> str:
-    """The muscle that does best what a design file asks for, in words."""
-    from fitting.designs.file import read_design
-    from fitting.report.text.design import describe
-    from mckibben_jax.design.best import design
-
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / "design.toml"
-        path.write_text(spec, encoding="utf-8")
-        progress("designing", 0.1)
-        try:
-            task = read_design(path)
-        except InputError as error:
-            error.file = None  # the user has not named it
-            raise
-    return describe(design(task))
-
-
-def _saying(session: Session, title: str, text: str) -> Session:
-    said = tuple(entry for entry in session.last.said if entry[0] != title)
-    return _with_last(session, dataclasses.replace(session.last, said=(*said, (title, text))))
+def told(session: Session, answer: Answer) -> Session:
+    """The session in which this was answered, in place of an earlier answer to the same question."""
+    said = tuple(each for each in session.last.said if each.title != answer.title)
+    return with_last(session, dataclasses.replace(session.last, said=(*said, answer)))
 
 
 def _refitted(session: Session, changed: Task, by: Difference, typed: tuple[str, ...], progress: Progress) -> Session:
@@ -262,7 +217,8 @@ def _compared(step: Step, fit: Fit, progress: Progress) -> Step:
     return dataclasses.replace(step, task=task, comparison=comparison, held_out_rmse=held_out_rmse(fit))
 
 
-def _with_last(session: Session, step: Step) -> Session:
+def with_last(session: Session, step: Step) -> Session:
+    """The session whose last step is this one."""
     return dataclasses.replace(session, steps=(*session.steps[:-1], step))
 
 

@@ -3,6 +3,7 @@
 import html
 from collections.abc import Mapping
 from importlib import resources
+from itertools import groupby
 from typing import Any
 
 from fitting.diagnosis.record import Diagnosis
@@ -29,7 +30,7 @@ from fitting.report.text.names import Names, mark, marked
 from fitting.report.text.side_by_side import side_by_side
 from fitting.report.text.stages import stage_text
 from fitting.report.text.study import data_text
-from fitting.workbench.session import Session, Step, in_own_units, where_we_are
+from fitting.workbench.session import Answer, Session, Step, in_own_units, where_we_are
 from fitting.workbench.settings import WORKBENCH
 
 WELCOME = """Open a data set. You then see the ideal muscle with dry friction beside what was measured. **Run the
@@ -37,6 +38,7 @@ diagnosis** to learn which effect is missing, **add** it with a click, and watch
 `muscle_b` from the data that come with the program: something is hidden in it."""
 STAYS = '<span class="stays"></span>'  # tells the style sheet which cell stays in view on a wide screen
 JOINT = " + "  # between the effects of a set that is offered as one
+GAP = "   "  # between the columns of a table
 DESIGN = """\
 [muscle]
 length = "300 mm"
@@ -71,9 +73,28 @@ def heading(text: str, level: int = 2) -> str:
     return f'<div class="bench"><h{level}>{html.escape(text)}</h{level}></div>'
 
 
-def plain(title: str, text: str) -> str:
-    """What the terminal would say, under a heading."""
-    return f'{heading(title)}<div class="bench"><pre tabindex="0">{html.escape(text)}</pre></div>'
+def answer_html(answer: Answer) -> str:
+    """What the terminal would say, under a heading, and the pictures."""
+    drawn = "".join(
+        f'<figure class="answer">{picture}<figcaption>{html.escape(caption)}</figcaption></figure>'
+        for caption, picture in answer.pictures
+    )
+    return f'{heading(answer.title)}<div class="bench">{_told(answer.text)}{drawn}</div>'
+
+
+def _told(text: str) -> str:
+    """Words of the terminal: sentences longer than its lines are paragraphs here, all else keeps its columns."""
+
+    def is_sentence(line: str) -> bool:
+        return len(line) > WORKBENCH.columns and GAP not in line.strip()
+
+    parts = []
+    for of_sentences, lines in groupby(text.splitlines(), is_sentence):
+        if of_sentences:
+            parts += [f"<p>{html.escape(each)}</p>" for each in lines]
+        else:
+            parts.append(f'<pre tabindex="0">{html.escape(chr(10).join(lines))}</pre>')
+    return "".join(parts)
 
 
 def progress(words: str, share: float) -> str:
