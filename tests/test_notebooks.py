@@ -115,6 +115,7 @@ ANSWERS = {
         ("the corrected 23 is # % from the exact tube, the printed one # %", [0.01, 15.4], 0.5),
     ],
 }
+LONG = ("textile_or_metal",)  # 64 searches of a review's facts: a study, left to `make slow`
 SCRIPTS = ("1_five_minutes", "which_friction")  # one that is numbered and one study, each as a process of its own
 CLOSED = {"http_proxy": "http://127.0.0.1:9", "https_proxy": "http://127.0.0.1:9", "MPLBACKEND": "Agg"}
 
@@ -160,7 +161,10 @@ def test_answer_of_a_script(name, tmp_path):
     agrees(printed(name, tmp_path), ANSWERS[name])
 
 
-@pytest.mark.parametrize("name", [name for name in ANSWERS if name not in SCRIPTS])
+@pytest.mark.parametrize(
+    "name",
+    [pytest.param(name, marks=pytest.mark.slow) if name in LONG else name for name in ANSWERS if name not in SCRIPTS],
+)
 def test_answer(name, notebook, tmp_path, monkeypatch, capsys):
     """Somewhere else, without a display and without a way out, in this process: another one takes seconds to begin."""
     monkeypatch.chdir(tmp_path)
