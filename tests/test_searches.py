@@ -92,6 +92,20 @@ def test_a_search_keeps_to_the_ranges_of_the_subset(both):
     assert costs[1] > 1.01 * float(both[1].search(subset, start).cost)
 
 
+def test_a_search_that_has_not_converged_goes_on_from_where_it_ended(both):
+    _, among_all, subset = both
+    world, start = among_all.world, np.full((1, len(subset.free)), 0.9)
+
+    def searched(further):
+        few = replace(world, settings=replace(world.settings, steps=3, further=further))
+        return AmongAll(few, among_all.layout).search(subset, start)
+
+    assert not searched(0).ends.converged[0]
+    assert float(searched(1).cost) < 0.9 * float(searched(0).cost)
+    assert searched(30).ends.converged[0]
+    assert float(searched(30).cost) == pytest.approx(float(among_all.search(subset, start).cost), rel=1e-6)
+
+
 def test_costs_are_looked_at_without_a_search(both):
     places = np.array([np.full(len(both[2].free), at) for at in (0.2, 0.5, 0.7)])
     costs = [searches.look(both[2], places) for searches in both[:2]]
