@@ -56,3 +56,11 @@ def diagnosis(study):
     from studied import spring_missing
 
     return spring_missing(study[1])
+
+
+@pytest.fixture(scope="session")
+def springy(tmp_path_factory):
+    """Repeated loops of a muscle with an elastic pull that the baseline lacks. A folder that nobody writes into."""
+    from small_muscle import loops, write
+
+    return write(tmp_path_factory.mktemp("springy") / "small", loops(lambda eps, *_: 400.0 * eps, points=40, repeats=2))

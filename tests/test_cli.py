@@ -1,13 +1,11 @@
-"""The command line as a user meets it: messages, exit statuses, files, and no traceback ever."""
+"""The command line as a user meets it: help, what each command says, the keys it writes, and what comes after."""
 
 import json
-import re
 import subprocess
 import sys
 
 import pytest
-from click.testing import CliRunner
-from small_muscle import loops, write
+from typed import copied, refused, run
 
 from fitting.cli.commands.compare import command
 from fitting.cli.main import COMMANDS, main
@@ -20,38 +18,10 @@ from fitting.study.request import DATA, MODEL, Request, names_of
 from fitting.study.task import fit_task
 
 
-@pytest.fixture(scope="module")
-def source(tmp_path_factory):
-    """Repeated loops of a muscle with an elastic pull that the baseline lacks."""
-    return write(tmp_path_factory.mktemp("data") / "small", loops(lambda eps, *_: 400.0 * eps, points=40, repeats=2))
-
-
 @pytest.fixture
-def data(source, tmp_path):
-    """A copy of it that a test may write into."""
-    folder = tmp_path / "small"
-    folder.mkdir()
-    for file in source.iterdir():
-        if file.name != "model.toml":
-            (folder / file.name).write_bytes(file.read_bytes())
-    return folder
-
-
-def run(*args, status=0):
-    result = CliRunner().invoke(main, [str(arg) for arg in args])
-    if result.exception is not None and not isinstance(result.exception, SystemExit):
-        raise result.exception
-    assert result.exit_code == status, result.output
-    return result
-
-
-def refused(*args):
-    """The one message of a refused command."""
-    message = run(*args, status=2).stderr
-    assert message.startswith("mckibben: ")
-    assert "Traceback" not in message
-    assert message.count("\n") == 1
-    return message
+def data(springy, tmp_path):
+    """A copy of a data set that a test may write into."""
+    return copied(springy, tmp_path / "small")
 
 
 # ----------------------------------------------------------------------------------------------------------- starting
@@ -236,45 +206,7 @@ def test_diagnose_writes_the_promised_keys(data, tmp_path, monkeypatch):
     }  # fmt: skip
 
 
-# ---------------------------------------------------------------------------------------------- what can be cured
-
-
-@pytest.mark.parametrize(
-    ("args", "words"),
-    [
-        (["--effects", "ideal_cylinder", "tipp"], "did you mean 'tip'"),
-        (["--effects", "tip"], "no effect of the model pulls"),
-        (["--set", "coulomb_friction.fs=1"], "did you mean 'coulomb_friction.f_s'"),
-        (["--set", "coulomb_friction.f_s=7"], "outside its range"),
-        (["--set", "muscle.radius=7"], "no unit"),
-        (["--fix", "muscle.radios"], "did you mean 'muscle.radius'"),
-        (["--model", "nowhere.toml"], "no such model file"),
-        (["--effect-file", "nowhere.py"], "no such file"),
-        (["--effects", "ideal_cylinder", "radial_gap"], "radial_gap needs shear modulus"),
-        (["--baseline", "--model", "m.toml"], "one way only"),
-        (["--json", "/nowhere/x.json", "--effects", "ideal_cylinder"], "cannot be written"),
-    ],
-)
-def test_a_slip_is_one_message_with_the_cure(data, args, words):
-    assert words in refused("compare", data, *args)
-
-
-def test_no_data_and_wrong_data_are_said(tmp_path):
-    assert "no such file or folder" in refused("compare", tmp_path / "nowhere")
-    assert "no data set is named" in refused("add", "linear_spring")
-    assert "no effect is named" in refused("add", tmp_path)
-
-
-def test_bad_input_goes_to_json_field_by_field(data, tmp_path):
-    path = data / "loops.csv"
-    path.write_text(path.read_text().replace("0,0.050,", "0,abc,", 1))
-    out = tmp_path / "e.json"
-    message = refused("compare", data, "--json", out)
-    error = json.loads(out.read_text())["error"]
-    assert error["row"] == 3
-    assert error["value"] == "abc"
-    assert "row 3" in message
-    assert "time [s]" in message
+# --------------------------------------------------------------------------------------------- an effect of one's own
 
 
 def test_an_effect_of_the_users_own_counts_like_any_other(data, tmp_path):
@@ -339,44 +271,7 @@ def test_a_simulated_data_set_is_one_that_the_model_describes(data, tmp_path):
     assert "left alone" in refused("simulate", model, "--out", there)
 
 
-# --------------------------------------------------------------------------------------------- what people have written
-
-
-@pytest.mark.parametrize("option", ["--json", "--html"])
-@pytest.mark.parametrize("file", ["loops.csv", "muscle.toml"])
-def test_a_result_never_replaces_a_measurement(data, option, file):
-    before = (data / file).read_bytes()
-    assert "left alone" in refused("compare", data, option, data / file)
-    assert (data / file).read_bytes() == before
-
-
-def test_commands_that_read_no_data_replace_none_either(data):
-    before = (data / "muscle.toml").read_bytes()
-    assert "left alone" in refused("effects", "--json", data / "muscle.toml")
-    assert (data / "muscle.toml").read_bytes() == before
-
-
-@pytest.mark.parametrize(("option", "value"), [("--seed", -1), ("--starts", 0), ("--starts", -3)])
-def test_numbers_that_mean_nothing_are_refused(data, option, value):
-    assert "is not in the range" in run("fit", data, option, value, status=2).stderr
-
-
-@pytest.mark.parametrize(
-    ("options", "message"),
-    [
-        (["--speed", "0 mm/s"], "--speed is not above 0"),
-        (["--speed", "-5 mm/s"], "--speed is not above 0"),
-        (["--rate", "0 Hz"], "--rate is not above 0"),
-        (["--noise", "-1 N"], "--noise goes below 0"),
-        (["--pressure", "-2 bar"], "--pressure goes below a vacuum"),
-        (["--test", "quick release", "--load", "-3 kg"], "--load is not above 0"),
-        (["--json", "no folder/x.json"], "cannot be written"),
-    ],
-)
-def test_no_rig_is_asked_for_what_none_can_do(data, tmp_path, options, message):
-    run("fit", data, "--starts", 1)
-    assert message in refused("simulate", data / "model.toml", "--out", tmp_path / "made", *options)
-    assert not (tmp_path / "made").exists()
+# ------------------------------------------------------------------------------------------------- what comes after
 
 
 def test_a_reader_who_leaves_costs_no_model(data):
@@ -399,14 +294,3 @@ def test_the_next_command_names_the_same_data_and_model(data):
     assert after.startswith("mckibben diagnose --effects ideal_cylinder coulomb_friction --muscle ")
     assert "--test loop" in after
     assert after.endswith("loops.csv")
-
-
-def test_a_candidate_that_the_model_has_is_no_candidate(data):
-    assert "has coulomb_friction already" in refused("discover", data, "--candidates", "coulomb_friction")
-
-
-@pytest.mark.parametrize("args", [["compare"], ["effects", "--jsonx"], ["diagnose", "data/muscle_a", "--seed", "x"]])
-def test_a_wrong_command_line_is_one_message_with_a_cure(args):
-    done = CliRunner().invoke(main, args)
-    assert done.exit_code == 2
-    assert re.fullmatch(rf"mckibben: .+ Cure: '.*{args[0]} --help' says what it takes\n", done.output)
