@@ -55,10 +55,16 @@ class Outcome:
 
 
 def data_sets(folders: Sequence[str]) -> Iterator[Path]:
-    """Every folder that has a muscle.toml with a recording, at or directly below the given ones."""
+    """Every folder that has a muscle.toml with a recording, at or directly below the given ones.
+
+    SystemExit where one of these has none: a muscle left out in silence would pass for one that was looked at.
+    """
     for folder in map(Path, folders):
         places = [folder] if (folder / "muscle.toml").exists() else sorted(folder.iterdir())
-        yield from (p for p in places if (p / "muscle.toml").exists() and any(p.glob("*.csv")))
+        found = [p for p in places if (p / "muscle.toml").exists() and any(p.glob("*.csv"))]
+        if not found:
+            raise SystemExit(f"{folder}: no muscle.toml with a recording is here or one folder below")
+        yield from found
 
 
 def discovered(folder: Path) -> Outcome:

@@ -35,6 +35,12 @@ def test_sets_are_found_in_a_folder_and_by_themselves():
     assert list(data_sets([str(DATA / "martens2017_dmsp10")])) == [DATA / "martens2017_dmsp10"]
 
 
+def test_a_folder_without_a_muscle_is_not_passed_over(tmp_path):
+    (tmp_path / "force.csv").write_text("force [N]\n1\n")
+    with pytest.raises(SystemExit, match=r"no muscle\.toml"):
+        list(data_sets([str(DATA / "martens2017_dmsp10"), str(tmp_path)]))
+
+
 def test_polynomials_reach_the_noise_of_a_force_that_is_one(tmp_path):
     """The ideal law is linear in pressure and of second degree in contraction, and friction is none."""
     folder = write(tmp_path / "small", loops(lambda *_: 0.0, noise=0.3, repeats=2))
