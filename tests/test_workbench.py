@@ -1,12 +1,10 @@
-"""The workbench: its actions without a browser, and the whole loop with one."""
+"""The workbench without a browser: its actions, its sliders, and what is taken home."""
 
 import ast
 import json
 import re
-import socket
 import subprocess
 import sys
-import threading
 import time
 from contextlib import nullcontext
 from types import SimpleNamespace
@@ -14,7 +12,6 @@ from types import SimpleNamespace
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from served import COMMAND, Served
 from small_muscle import LENGTH, loops, write
 
 from fitting.errors import InputError
@@ -23,11 +20,8 @@ from fitting.model_files.model_file import read_model
 from fitting.report.text.stages import stage_text
 from fitting.study.request import Request
 from fitting.workbench import asked, home
-from fitting.workbench import data as dropping
 from fitting.workbench import session as bench
-from fitting.workbench.job import Job
 from fitting.workbench.live import live_of
-from fitting.workbench.serving import is_loopback, is_own, listening
 from fitting.workbench.text import (
     DESIGN,
     answer_html,
@@ -311,160 +305,3 @@ def test_the_script_gives_the_same_model(mended, tmp_path):
     assert ended.returncode == 0, ended.stderr
     stored = read_model(tmp_path / "session_model_1.toml", library())
     assert stored.values["linear_spring.K"] == pytest.approx(mended.last.fit.values["linear_spring.K"], rel=1e-3)
-
-
-# ------------------------------------------------------------------------------------------------------ dropped files
-
-
-ODD = "t;druck;Load cell (N);pos\n" + "".join(
-    f"{0.1 * k:.1f};200;{200 - 3 * abs(30 - k % 60):.1f};{abs(30 - k % 60):.2f}\n" for k in range(240)
-)
-
-
-def test_dropped_files_are_described_column_by_column(tmp_path):
-    dropping.keep([("C:\\data\\odd.csv", ODD.encode())], tmp_path)
-    assert not dropping.is_described(tmp_path)
-    found = dropping.guess(tmp_path)
-    assert [(c.head, c.meaning) for c in found.columns["odd.csv"]] == [
-        ("t", "time"), ("druck", "pressure"), ("Load cell (N)", "force"), ("pos", "not used"),
-    ]  # fmt: skip
-    assert [column.extent for column in found.previews["odd.csv"]] == [
-        "0 to 23.9",
-        "200 to 200",
-        "110 to 200",
-        "0 to 30",
-    ]
-    muscle = {"length": "300 mm", "radius": "7.0 +/- 0.1 mm", "braid_angle": "20 deg"}
-    filled = {"odd.csv": [("time", "s"), ("pressure", "kPa"), ("force", "N"), ("displacement", "mm")]}
-    dropping.describe(found, "Odd", muscle, {"odd.csv": "loop"}, filled)
-    run = bench.open_session(Request(data=(str(tmp_path),))).last.task.experiments[0].recordings[0].runs[0]
-    assert run.pressure[0] == pytest.approx(2e5)
-    assert run.contraction.max() == pytest.approx(0.1)
-
-
-def test_what_is_not_filled_in_is_named(tmp_path):
-    dropping.keep([("odd.csv", ODD.encode())], tmp_path)
-    with pytest.raises(InputError, match="length is not filled in"):
-        dropping.describe(dropping.guess(tmp_path), "", {}, {"odd.csv": "loop"}, {"odd.csv": []})
-
-
-@pytest.mark.parametrize(
-    ("files", "words"),
-    [
-        ([("evil.py", b"print()")], "no recording and no muscle.toml"),
-        ([("a/x.csv", b""), ("b/x.csv", b"")], "one name"),
-        ([("muscle.toml", b"")], "no recording among them"),
-    ],
-)
-def test_other_files_are_not_taken(tmp_path, files, words):
-    with pytest.raises(InputError, match=words):
-        dropping.keep(files, tmp_path)
-    assert not list(tmp_path.glob("*.py"))
-
-
-def test_a_dropped_name_cannot_leave_the_folder(tmp_path):
-    inner = tmp_path / "inner"
-    inner.mkdir()
-    dropping.keep([("../../outside.csv", ODD.encode())], inner)
-    assert [path.name for path in inner.iterdir()] == ["outside.csv"]
-    assert not (tmp_path / "outside.csv").exists()
-
-
-def test_a_message_names_a_dropped_file_as_its_user_does():
-    assert dropping.without_place("/tmp/m_1/t_2/loops.csv, row 2: no", "/tmp/m_1") == "loops.csv, row 2: no"
-
-
-# --------------------------------------------------------------------------------------------------- work, and serving
-
-
-def test_work_that_is_called_off_leaves_no_result():
-    going, ended = threading.Event(), []
-
-    def work(tell):
-        for k in range(1000):
-            tell("working", k / 1000)
-            going.set()
-            time.sleep(0.01)
-        ended.append(True)
-
-    job = Job("working", work)
-    assert going.wait(10)
-    assert 0 <= job.share < 1
-    job.cancel()
-    assert job.done
-    assert job.wait(10).result is None
-    assert not ended
-    assert "Called off" in job.problem
-
-
-def test_bad_input_ends_work_with_its_message():
-    def work(tell):
-        raise InputError("the file is empty", "x.csv", cure="begin with a header")
-
-    assert Job("reading", work).wait(10).problem == "x.csv: the file is empty. Cure: begin with a header"
-
-
-@pytest.mark.parametrize(
-    ("headers", "own"),
-    [
-        ({b"host": b"127.0.0.1:8642"}, True),
-        ({b"host": b"127.0.0.1:8642", b"origin": b"http://127.0.0.1:8642"}, True),
-        ({b"host": b"127.0.0.1:8642", b"origin": b"https://elsewhere.example"}, False),
-        ({b"host": b"rebound.example"}, False),
-        ({}, False),
-    ],
-)
-def test_only_its_own_page_may_talk_to_the_workbench(headers, own):
-    assert is_own(headers, ("127.0.0.1", "localhost")) is own
-
-
-@pytest.mark.parametrize(
-    ("host", "here"),
-    [("127.0.0.1", True), ("localhost", True), ("::1", True), ("0.0.0.0", False), ("lab.example", False)],
-)
-def test_a_host_that_others_reach_is_known(host, here):
-    assert is_loopback(host) is here
-
-
-def test_it_listens_to_this_machine_alone():
-    with listening("127.0.0.1", None) as one:
-        assert one.getsockname()[0] == "127.0.0.1"
-
-
-@pytest.fixture
-def serve():
-    """Workbenches that end with the test."""
-    pytest.importorskip("marimo")
-    running = []
-
-    def begin(*arguments):
-        running.append(Served(*arguments))
-        return running[-1]
-
-    yield begin
-    for one in running:
-        one.end()
-
-
-def test_it_listens_here_alone_unless_told_otherwise_and_then_asks_for_a_token(serve):
-    here, elsewhere = serve(), serve("--host", "0.0.0.0", "--token", "s3cret")
-    status, text = here.status(here.address)
-    assert status == 200
-    assert "McKibben" in text or "mckibben" in text
-    assert here.status(here.address, Host="rebound.example")[0] == 403
-    assert "access_token=s3cret" in elsewhere.address
-    place = f"http://127.0.0.1:{elsewhere.port}/"
-    assert "marimo-filename" not in elsewhere.status(place)[1]
-    assert elsewhere.status(f"http://127.0.0.1:{elsewhere.port}/api/kernel/run")[0] in (401, 403, 405)
-
-
-def test_a_port_in_use_and_a_data_set_that_is_not_there_are_said():
-    with socket.socket() as taken:
-        taken.bind(("127.0.0.1", 0))
-        taken.listen()
-        for arguments, words in ((["--port", str(taken.getsockname()[1])], "cannot be listened at"),
-                                 (["no_such_data"], "no such file or folder")):  # fmt: skip
-            ended = subprocess.run([*COMMAND, *arguments], capture_output=True, text=True, timeout=120)
-            assert ended.returncode == 2
-            assert words in ended.stderr
-            assert "Cure:" in ended.stderr

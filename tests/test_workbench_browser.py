@@ -12,6 +12,7 @@ import pytest
 from browser import Watched, browser, fallen, press, tab_to, violations
 from served import Served
 from small_muscle import LENGTH, loops, write
+from test_dropped_files import ODD
 
 from fitting.library.library import library
 from fitting.model_files.model_file import read_model
@@ -19,9 +20,6 @@ from fitting.model_files.model_file import read_model
 CANDIDATES = ("linear_spring", "viscous_damping")
 STIFFNESS = 1600.0  # N/m, what is hidden in the data of these tests
 BAD = b"run,time [s],pressure [kPa],displacement [mm],force [N]\n1,0,abc,0,0\n"
-ODD = "t;druck;Load cell (N);pos\n" + "".join(
-    f"{0.1 * k:.1f};200;{200 - 3 * abs(30 - k % 60):.1f};{abs(30 - k % 60):.2f}\n" for k in range(240)
-)
 CHECKED = ("color-contrast", "button-name", "label", "image-alt", "svg-img-alt", "scrollable-region-focusable",
            "aria-valid-attr-value", "duplicate-id-aria", "heading-order", "listitem", "link-name")  # fmt: skip
 

@@ -134,15 +134,6 @@ class Evaluated(NamedTuple):
         return Evaluated(self.place, np.asarray(self.rows)[rows], np.asarray(self.slopes)[rows])
 
 
-def evaluate_subset(given: Residuals, subset: Subset) -> Evaluated:
-    """Rows and slopes at the values in `subset.full`."""
-    place = subset.place(subset.full)
-    if place.size:
-        return Evaluated(place, *rows_and_slopes(given, subset, place))
-    rows = given.rows(subset.full, subset.switches, None)
-    return Evaluated(place, rows, jnp.zeros((rows.size, 0)))
-
-
 class SearchEnd(eqx.Module):
     """Where one search ended: place in the unit box, half the sum of squares, and whether it converged."""
 

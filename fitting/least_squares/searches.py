@@ -1,7 +1,7 @@
-"""Who evaluates the rows of a fit and searches for its best place: a program of its own, or one of many models.
+"""What evaluates the rows of a fit and searches for its best place: one of two compiled programs.
 
-A fit asks for the rows at a place and for searches from some places. Which compiled program answers is not its affair:
-one that holds the model's effects alone, or one that holds every effect of a library with the others switched off.
+A fit asks for the rows at a place and for searches from some places. One program holds the effects of the model alone;
+the other holds every effect of a library, and those that the model lacks are switched off. A fit need not know which.
 """
 
 from collections.abc import Sequence
@@ -14,7 +14,6 @@ from fitting.instruments.through import Through, standard_number
 from fitting.least_squares.search import (
     Evaluated,
     MultistartResult,
-    evaluate_subset,
     on_the_host,
     rows_and_slopes,
     solve,
@@ -83,8 +82,9 @@ class Alone:
     def at(self, subset: Subset, place: Array, problem: Problem | None = None) -> Evaluated:
         """Rows and slopes at one place; on another problem of the same shape, if given."""
         given = self.standard.problem if problem is None else problem
-        if not np.size(place):
-            return evaluate_subset(given, subset)
+        if not np.size(place):  # nothing varies, and nothing has to be compiled
+            rows = np.asarray(given.rows(subset.full, subset.switches, None))
+            return Evaluated(place, rows, np.zeros((rows.size, 0)))
         return Evaluated(place, *map(np.asarray, rows_and_slopes(given, subset, np.asarray(place))))
 
     def look(self, subset: Subset, places: np.ndarray) -> np.ndarray:
