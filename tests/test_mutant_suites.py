@@ -11,8 +11,8 @@ from tests.mutants.suites import SUITES, Suite
 def test_every_module_and_test_of_a_suite_is_there(suite):
     files = [str(file) for file in suite.files()]
     assert [name for name in suite.stages if not any(file.startswith(name) for file in files)] == []
-    judges = {stage[0] for stages in suite.stages.values() for stage in stages}
-    assert [name for name in judges if not Path(name).is_file()] == []
+    judges = {name for stages in suite.stages.values() for stage in stages for name in stage}
+    assert [name for name in judges if not Path(name).exists()] == []
 
 
 def test_a_module_that_has_moved_is_named():

@@ -21,7 +21,7 @@ ROOT = Path(__file__).parents[2]
 def main() -> int:
     """Prepare the copy and the tool, then run in the copy."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--sample", type=int, default=300, help="mutants in all, half of each suite")
+    parser.add_argument("--sample", type=int, default=300, help="mutants in all, the same number of each suite")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--most", type=int, default=None, help="mutants that this call judges; the next goes on")
     parser.add_argument("--of", default="", metavar="PATH", help="only mutants of this file or folder")

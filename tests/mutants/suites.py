@@ -62,7 +62,6 @@ DIAGNOSIS = Suite(
     "diagnosis",
     (
         "fitting/diagnosis",
-        "fitting/instruments",
         "fitting/comparison/fingerprint.py",
         "fitting/comparison/parity.py",
         "fitting/least_squares/held_out.py",
@@ -70,10 +69,6 @@ DIAGNOSIS = Suite(
     {
         "fitting/diagnosis/proposal": (("tests/test_proposal.py",),),
         "fitting/diagnosis/detection": (("tests/test_detection.py",), ("tests/test_diagnose.py",)),
-        **dict.fromkeys(
-            ("fitting/instruments/errors", "fitting/instruments/columns"),
-            (("tests/test_instrument_errors.py",), ("tests/test_diagnose.py",)),
-        ),
         "fitting/diagnosis/projected": (("tests/test_projected.py",), ("tests/test_flips.py",)),
         "fitting/comparison/fingerprint": (("tests/test_fingerprint.py",), ("tests/test_compare.py",)),
         "fitting/comparison/parity": (("tests/test_omnibus.py",), ("tests/test_compare.py",)),
@@ -106,7 +101,55 @@ DIAGNOSIS = Suite(
         "fitting/diagnosis": (("tests/test_flips.py",), ("tests/test_diagnose.py",)),
     },
 )
-SUITES = (PHYSICS, DIAGNOSIS)
+INSTRUMENTS = Suite(
+    "instruments",
+    (
+        "fitting/instruments",
+        "fitting/recordings/accuracy.py", "fitting/recordings/accuracy_table.py",
+        "fitting/recordings/channel_errors.py", "fitting/recordings/contrasts.py",
+        "fitting/recordings/input_errors.py", "fitting/recordings/inputs.py",
+        "fitting/recordings/noise.py", "fitting/recordings/presumed.py", "fitting/recordings/smoother.py",
+    ),
+    {
+        "fitting/recordings": (("tests/test_accuracy.py",), ("tests/test_estimated_inputs.py",)),
+        "fitting/instruments": (
+            ("tests/test_instrument_errors.py",),
+            ("tests/test_through.py",),
+            ("tests/test_errors_of_values.py",),
+        ),
+    },
+)  # fmt: skip
+READERS = (("tests/test_recordings.py", "tests/test_tables.py", "tests/test_refusals.py"),)
+RECORDINGS = Suite(
+    "recordings",
+    (
+        "fitting/recordings/bag.py", "fitting/recordings/checks.py", "fitting/recordings/experiment.py",
+        "fitting/recordings/inverse_dynamics.py", "fitting/recordings/mat_elements.py",
+        "fitting/recordings/mat_file.py",
+        "fitting/recordings/mat_hdf5.py", "fitting/recordings/mat_variables.py", "fitting/recordings/motion_signals.py",
+        "fitting/recordings/muscle_file.py", "fitting/recordings/plausible.py", "fitting/recordings/readings.py",
+        "fitting/recordings/records.py", "fitting/recordings/runs.py", "fitting/recordings/spikes.py",
+        "fitting/recordings/table_cells.py", "fitting/recordings/table_text.py", "fitting/recordings/tables.py",
+        "fitting/recordings/tdms_file.py", "fitting/recordings/template.py", "fitting/recordings/weightless.py",
+        "fitting/recordings/workbook.py", "fitting/units.py",
+    ),
+    {
+        "fitting/recordings/bag": (("tests/test_bags.py",),),
+        "fitting/recordings/inverse_dynamics": (("tests/test_inverse_dynamics.py",),),
+        "fitting/recordings/mat": (("tests/test_mat_files.py",),),
+        **dict.fromkeys(
+            ("fitting/recordings/motion_signals", "fitting/recordings/weightless"),
+            (("tests/test_signals.py",), ("tests/test_recordings.py",), ("tests/test_inverse_dynamics.py",)),
+        ),
+        "fitting/recordings/spikes": (("tests/test_spikes.py",),),
+        "fitting/recordings/tdms": (("tests/test_tdms_files.py",),),
+        "fitting/recordings/template": (("tests/test_init.py",), ("tests/test_sizes.py",)),
+        "fitting/recordings/workbook": (("tests/test_workbooks.py",),),
+        "fitting/units": (*READERS, ("tests/test_sizes.py", "tests/test_own_units.py")),
+        "fitting/recordings": (*READERS, ("tests/test_signals.py", "tests/test_sizes.py"), ("tests/fuzz",)),
+    },
+)  # fmt: skip
+SUITES = (PHYSICS, DIAGNOSIS, INSTRUMENTS, RECORDINGS)
 
 
 def suite_of(path: Path) -> Suite:
