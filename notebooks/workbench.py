@@ -22,7 +22,7 @@ with app.setup(hide_code=True):
     prepare()
     from fitting.workbench import session as bench
     from fitting.workbench import data as dropping
-    from fitting.workbench import asked, home, preview
+    from fitting.workbench import asked, form as forms, home, preview
     from fitting.workbench.live import follow, live_element, live_of
     from fitting.workbench import text as words
     from fitting.errors import InputError
@@ -40,21 +40,25 @@ with app.setup(hide_code=True):
 @app.cell
 def _():
     session, set_session = mo.state(None, allow_self_loops=True)  # undo is a button of a cell that shows it
-    work, set_work = mo.state(None)  # the job under way and what is done with its result
+    work, set_work = mo.state(None)  # the job under way, and what is done with its result or with its problem
     told, set_told = mo.state("")  # the last message
     dropped, set_dropped = mo.state(None)  # files that still have to be described
+    wrong, set_wrong = mo.state({})  # field of their description -> what is wrong with it
     place = tempfile.TemporaryDirectory(prefix=dropping.PLACE)  # of this session alone
-    return dropped, place, session, set_dropped, set_session, set_told, set_work, told, work
+    return (dropped, place, session, set_dropped, set_session, set_told, set_work, set_wrong, told, work, wrong)
 
 
 @app.cell
-def _(place, set_dropped, set_session, set_told, set_work, work):
-    def start(job, then=set_session):
+def _(place, set_dropped, set_session, set_told, set_work, set_wrong, work):
+    def tell_problem(job):
+        set_told(dropping.without_place(job.problem, place.name))
+
+    def start(job, then=set_session, failed=tell_problem):
         """Begin a job; what is under way is called off."""
         if work() is not None:
             work()[0].cancel()
         set_told("")
-        set_work((job, then))
+        set_work((job, then, failed))
 
     def go(to):
         """Another state of the session; what is under way belongs to the one before and is called off."""
@@ -63,10 +67,15 @@ def _(place, set_dropped, set_session, set_told, set_work, work):
             set_work(None)
         set_session(to)
 
-    def open_folder(request):
-        """Show the data at once; the first fit follows."""
-        set_dropped(None)
-        start(Job("reading", lambda tell: bench.open_session(request)))
+    def open_folder(request, failed=tell_problem):
+        """Show the data at once; the first fit follows. Until they are read the form of dropped files stays."""
+
+        def opened(session):
+            set_dropped(None)
+            set_wrong({})
+            set_session(session)
+
+        start(Job("reading", lambda tell: bench.open_session(request)), opened, failed)
 
     def attempt(action):
         """Do something that the user may have to mend."""
@@ -76,7 +85,7 @@ def _(place, set_dropped, set_session, set_told, set_work, work):
             set_told(dropping.without_place(str(error), place.name))
             return None
 
-    return attempt, go, open_folder, start
+    return attempt, go, open_folder, start, tell_problem
 
 
 # ------------------------------------------------------------------------------------------------- open a data set
@@ -89,7 +98,7 @@ def _():
 
 
 @app.cell
-def _(attempt, open_folder, place, set_dropped):
+def _(attempt, open_folder, place, set_dropped, set_wrong):
     def take(files):
         if not files:
             return
@@ -97,6 +106,7 @@ def _(attempt, open_folder, place, set_dropped):
         kept = attempt(lambda: dropping.keep(given, Path(tempfile.mkdtemp(dir=place.name))))
         if kept is None:
             return
+        set_wrong({})
         if dropping.is_described(kept):
             open_folder(Request(data=(str(kept),)))
         else:
@@ -148,9 +158,9 @@ def _(dropped):
     found, form = dropped(), None
     if found is not None:
         _muscle = {
-            key: mo.ui.text(label=f"{key}: {dropping.muscle_hint(key)[0]}",
-                            placeholder=dropping.muscle_hint(key)[1], full_width=True)
-            for key in dropping.ASKED
+            key: mo.ui.text(label=f"{key}: {forms.muscle_hint(key)[0]}",
+                            placeholder=forms.muscle_hint(key)[1], full_width=True)
+            for key in forms.ASKED
         }  # fmt: skip
         _tests = {
             file: mo.ui.dropdown(dropping.TESTS, value=test, label="kind of test") for file, test in found.tests.items()
@@ -158,7 +168,7 @@ def _(dropped):
         _columns = {
             f"{file}/{k}/{what}": mo.ui.dropdown([dropping.IGNORED, *dropping.COLUMNS], value=c.meaning, label="is")
             if what == "is"
-            else mo.ui.text(value=c.unit, placeholder=dropping.unit_hint(c.meaning), label="unit")
+            else mo.ui.text(value=c.unit, placeholder=forms.unit_hint(c.meaning), label="unit")
             for file, own in found.columns.items()
             for k, c in enumerate(own)
             for what in ("is", "unit")
@@ -170,34 +180,57 @@ def _(dropped):
 
 
 @app.cell
-def _(attempt, form, found, open_folder):
+def _(attempt, form, found, open_folder, set_told, set_wrong, tell_problem):
+    def show_wrong(fields):
+        set_wrong(fields)
+        set_told(words.form_problem(len(fields)))
+
+    def at_its_field(job):
+        """What reading finds wrong is told at the field that it belongs to."""
+        fields = {} if job.error is None else forms.field_of(found, job.error)
+        if fields:
+            show_wrong(fields)
+        else:
+            tell_problem(job)
+
     def describe(_):
         columns = {
             file: [tuple(form.columns[f"{file}/{k}/{what}"].value for what in ("is", "unit")) for k in range(len(own))]
             for file, own in found.columns.items()
         }
         muscle, tests = ({key: one.value for key, one in given.items()} for given in (form.muscle, form.tests))
-        folder = attempt(lambda: dropping.describe(found, found.folder.name, muscle, tests, columns))
+        filled = forms.Filled(muscle, tests, columns)
+        fields = forms.wrong_fields(found, filled)
+        show_wrong(fields)
+        folder = None if fields else attempt(lambda: forms.describe(found, found.folder.name, filled))
         if folder is not None:
-            open_folder(Request(data=(str(folder),)))
+            open_folder(Request(data=(str(folder),)), at_its_field)
 
     described = mo.ui.button(label="Open these data", on_change=describe)
     return (described,)
 
 
 @app.cell
-def _(described, form, found):
+def _(described, form, found, wrong):
     mo.stop(found is None)
-    _shown = [mo.Html(words.heading("What the files do not say")), *form.muscle.values()]
+
+    def _said(field):
+        return [mo.Html(words.wrong_field(wrong()[field]))] if field in wrong() else []
+
+    _shown = [mo.Html(words.heading("What the files do not say"))]
+    for _key, _field in form.muscle.items():
+        _shown += [_field, *_said(_key)]
     for _file in found.columns:
         _shown += [
             mo.Html(words.heading(_file, 3)),
             mo.Html(preview.rows_html(found.previews[_file])),
             form.tests[_file],
+            *_said(_file),
         ]
         for _k, _c in enumerate(found.previews[_file]):
             _row = [form.columns[f"{_file}/{_k}/{what}"] for what in ("is", "unit")]
             _shown.append(mo.hstack([mo.Html(preview.column_html(_c)), *_row], justify="start", wrap=True))
+            _shown += _said(forms.column_field(_file, _k))
     mo.vstack([*_shown, described])
     return
 
@@ -213,16 +246,17 @@ def _(work):
 
 
 @app.cell
-def _(clock, off, place, set_told, set_work, start, work):
+def _(clock, off, set_work, start, work):
     ended = None
     if clock is not None:
         clock.value
-        job, then = work()
+        job, then, tell_failure = work()
         if job.done:
             ended = job
             set_work(None)
-            set_told(dropping.without_place(job.problem or "", place.name))
-            if job.problem is None:
+            if job.problem is not None:
+                tell_failure(job)
+            else:
                 then(job.result)
                 if isinstance(job.result, bench.Session) and job.result.last.comparison is None:
                     start(Job("fitting the model", lambda tell: bench.fit_first(job.result, tell)))

@@ -3,13 +3,18 @@
 import pytest
 
 from fitting.errors import InputError
+from fitting.recordings.experiment import read_experiment
 from fitting.study.request import Request
 from fitting.workbench import data as dropping
+from fitting.workbench import form as forms
 from fitting.workbench import session as bench
 
 ODD = "t;druck;Load cell (N);pos\n" + "".join(
     f"{0.1 * k:.1f};200;{200 - 3 * abs(30 - k % 60):.1f};{abs(30 - k % 60):.2f}\n" for k in range(240)
 )
+
+MUSCLE = {"length": "300 mm", "radius": "7.0 +/- 0.1 mm", "braid_angle": "20 deg"}
+COLUMNS = [("time", "s"), ("pressure", "kPa"), ("force", "N"), ("displacement", "mm")]
 
 
 def test_dropped_files_are_described_column_by_column(tmp_path):
@@ -25,18 +30,71 @@ def test_dropped_files_are_described_column_by_column(tmp_path):
         "110 to 200",
         "0 to 30",
     ]
-    muscle = {"length": "300 mm", "radius": "7.0 +/- 0.1 mm", "braid_angle": "20 deg"}
-    filled = {"odd.csv": [("time", "s"), ("pressure", "kPa"), ("force", "N"), ("displacement", "mm")]}
-    dropping.describe(found, "Odd", muscle, {"odd.csv": "loop"}, filled)
+    muscle = MUSCLE
+    filled = forms.Filled(muscle, {"odd.csv": "loop"}, {"odd.csv": COLUMNS})
+    assert forms.wrong_fields(found, filled) == {}
+    forms.describe(found, "Odd", filled)
     run = bench.open_session(Request(data=(str(tmp_path),))).last.task.experiments[0].recordings[0].runs[0]
     assert run.pressure[0] == pytest.approx(2e5)
     assert run.contraction.max() == pytest.approx(0.1)
 
 
-def test_what_is_not_filled_in_is_named(tmp_path):
+@pytest.fixture
+def odd(tmp_path):
+    """A dropped file that lacks a muscle.toml."""
     dropping.keep([("odd.csv", ODD.encode())], tmp_path)
-    with pytest.raises(InputError, match="length is not filled in"):
-        dropping.describe(dropping.guess(tmp_path), "", {}, {"odd.csv": "loop"}, {"odd.csv": []})
+    return dropping.guess(tmp_path)
+
+
+def filled(muscle=None, columns=(), test="loop"):
+    """The form as it should be, but for some fields."""
+    new = dict(columns)
+    return forms.Filled(
+        MUSCLE | (muscle or {}), {"odd.csv": test}, {"odd.csv": [new.get(k, one) for k, one in enumerate(COLUMNS)]}
+    )
+
+
+@pytest.mark.parametrize(
+    ("muscle", "columns", "wrong"),
+    [
+        ({"length": " "}, {}, {"length": "length is not filled in"}),
+        ({"radius": "7 kg", "wall_thickness": "thin"}, {}, {"radius": "kg", "wall_thickness": "thin"}),
+        ({}, {1: ("pressure", "")}, {"odd.csv/1": "unit of the pressure is not filled in. Cure: write"}),
+        ({}, {1: ("pressure", "furlong")}, {"odd.csv/1": "furlong"}),
+        ({}, {3: ("force", "N")}, {"odd.csv/3": "'Load cell (N)' is the force already"}),
+        ({}, {3: ("not used", "furlong")}, {}),
+        ({}, {2: ("force", "")}, {}),  # its unit stands in the header
+        ({"length": "", "braid_angle": ""}, {0: ("time", "m")}, {"length": "", "braid_angle": "", "odd.csv/0": ""}),
+    ],
+)
+def test_what_is_wrong_is_told_field_by_field_and_all_at_once(odd, muscle, columns, wrong):
+    found = forms.wrong_fields(odd, filled(muscle, columns))
+    assert found.keys() == wrong.keys()
+    assert [words for field, words in wrong.items() if words not in found[field]] == []
+    assert not any("odd.csv" in said or "muscle.toml" in said for said in found.values())
+
+
+@pytest.mark.parametrize(
+    ("given", "field", "words"),
+    [
+        (filled({"radius": "7 m"}), "radius", "radius is not below the length"),
+        (filled(columns={3: ("not used", "")}), "odd.csv", "length or displacement"),
+        (filled(columns={1: ("force", "N"), 2: ("pressure", "MPa")}), "odd.csv/2", "pressure"),
+    ],
+)
+def test_what_only_reading_finds_wrong_is_told_at_its_field(odd, given, field, words):
+    assert forms.wrong_fields(odd, given) == {}
+    with pytest.raises(InputError) as caught:
+        read_experiment(forms.describe(odd, "", given))
+    told = forms.field_of(odd, caught.value)
+    assert list(told) == [field]
+    assert words in told[field]
+    assert not told[field].startswith(("odd.csv", str(odd.folder)))
+
+
+def test_a_problem_of_no_field_is_left_to_others(odd):
+    assert forms.field_of(odd, InputError("the disk is full")) == {}
+    assert forms.field_of(odd, InputError("no such key", odd.folder / "muscle.toml")) == {}
 
 
 @pytest.mark.parametrize(

@@ -66,7 +66,10 @@ def read_muscle_table(table: dict[str, Any], path: Path, raw: bytes) -> tuple[Mu
     for key, value in table.items():
         if key not in known and key not in INSTEAD:
             raise unknown_name("key in [muscle]:", key, (*known, *INSTEAD), path, row=line_of(raw, key))
-        given[key] = _value(key, value, known, path, line_of(raw, key))
+        try:
+            given[key] = measurement(key, value)
+        except InputError as error:
+            raise error.located(path, line_of(raw, key)) from None
     given = _angle_from_cords(_modulus_from_hardness(given, path, raw), path, line_of(raw, "cord_length"))
     for key, example in REQUIRED.items():
         if key not in given:
@@ -77,16 +80,14 @@ def read_muscle_table(table: dict[str, Any], path: Path, raw: bytes) -> tuple[Mu
     return Muscle(**{key: v.value for key, v in given.items()}), priors  # type: ignore[arg-type]
 
 
-def _value(key: str, value: Any, known: dict[str, tuple[str, str]], path: Path, row: int | None) -> Measured:
+def measurement(key: str, value: Any) -> Measured:
+    """One value of `[muscle]`, SI, with its standard error where one is stated; InputError without a place."""
     if isinstance(value, str) and "?" in value:
-        raise InputError(f"{key} is still to be filled in", path, row, value=value, cure="write the value you measured")
+        raise InputError(f"{key} is still to be filled in", value=value, cure="write the value you measured")
     if key == "hardness" and isinstance(value, str):
         value = re.sub(r"\s*(IRHD|[Ss]hore\s*A?)\b", "", value)
-    unit = {"cord_length": "m", "turns": "1", "hardness": "1"}.get(key) or known[key][0]
-    try:
-        return units.measured(value, unit, key)
-    except InputError as error:
-        raise error.located(path, row) from None
+    unit = {"cord_length": "m", "turns": "1", "hardness": "1"}.get(key) or quantities()[key][0]
+    return units.measured(value, unit, key)
 
 
 def _modulus_from_hardness(given: dict[str, Measured], path: Path, raw: bytes) -> dict[str, Measured]:
@@ -144,7 +145,9 @@ def _check_geometry(value: dict[str, float], path: Path, raw: bytes) -> None:
 
     def refuse(key: str, problem: str, cure: str) -> InputError:
         shown = showing.show(value[key], quantities()[key][0])
-        return InputError(f"{key} {problem}", path, line_of(raw, key), value=shown, cure=cure)
+        error = InputError(f"{key} {problem}", path, line_of(raw, key), value=shown, cure=cure)
+        error.key = key
+        return error
 
     may_be_zero = ("wall_outside", "moving_mass", "mooney_c10", "mooney_c01", "strand_poisson")
     for key, number in value.items():

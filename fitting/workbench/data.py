@@ -1,32 +1,22 @@
-"""Files dropped into the workbench become the folder of a data set; what the headers do not say is asked for."""
+"""Files dropped into the workbench become the folder of a data set; what their columns are is guessed."""
 
 import re
 import tomllib
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
 from typing import Any
 
-import tomlkit
-
 from fitting.errors import InputError
 from fitting.recordings.kinds import ENDINGS, INSIDE, is_recording, recordings_in
-from fitting.recordings.muscle_file import REQUIRED
 from fitting.recordings.records import TESTS
-from fitting.recordings.tables import COLUMNS, USUAL, plain_name, read_heads, split_head
+from fitting.recordings.tables import COLUMNS, plain_name, read_heads, split_head
 from fitting.recordings.template import muscle_file
-from fitting.units import example
 from fitting.workbench.preview import ColumnPreview, previews
-from fitting.writing import write_text, write_whole
-from mckibben_jax.muscle import quantities
+from fitting.writing import write_whole
 
 IGNORED = "not used"
-ASKED = (*REQUIRED, "wall_thickness", "shear_modulus")  # of the muscle: needed always, needed by most effects
-WRITTEN = {  # as a caliper's reading is written, with its standard error
-    "length": "300 +/- 1 mm", "radius": "7.0 +/- 0.1 mm", "braid_angle": "20 +/- 1 deg",
-    "wall_thickness": "1.0 +/- 0.1 mm",
-}  # fmt: skip
 SUFFIXES = (*ENDINGS, ".toml")
 PLACE = "mckibben_workbench_"  # how the folder begins in which a session keeps what is dropped
 
@@ -104,62 +94,3 @@ def _columns(path: Path, entry: dict[str, Any], inside: dict[str, str]) -> tuple
         meaning = called.get(head) or (plain_name(head) if plain_name(head) in COLUMNS else IGNORED)
         found.append(Column(head, meaning, split_head(head)[1] or ""))
     return tuple(found)
-
-
-def unit_hint(meaning: str) -> str:
-    """What such a column is mostly given in."""
-    return USUAL.get(COLUMNS.get(meaning) or "", "")
-
-
-def muscle_hint(name: str) -> tuple[str, str]:
-    """What a measurement of the muscle means, and how one writes it."""
-    unit, meaning = quantities()[name]
-    return meaning, WRITTEN.get(name, example(unit))
-
-
-def describe(
-    dropped: Dropped,
-    name: str,
-    muscle: Mapping[str, str],
-    tests: Mapping[str, str],
-    columns: Mapping[str, Sequence[tuple[str, str]]],
-) -> Path:
-    """Write muscle.toml from what was filled in: values of the muscle, and of each column its meaning and unit."""
-    document = tomlkit.document()
-    document["name"] = name or "dropped data"
-    for key in REQUIRED:
-        if not muscle.get(key, "").strip():
-            meaning, how = muscle_hint(key)
-            raise InputError(f"{key} is not filled in: {meaning}", cure=f"write it like {how}")
-    document["muscle"] = {key: text.strip() for key, text in muscle.items() if text.strip()}
-    recordings = tomlkit.aot()
-    for file, found in dropped.columns.items():
-        recordings.append(_recording(file, tests[file], found, columns[file], dropped.inside.get(file, {})))
-    document["recording"] = recordings
-    write_text(dropped.folder / "muscle.toml", tomlkit.dumps(document))
-    return dropped.folder
-
-
-def _recording(
-    file: str, test: str, found: Sequence[Column], filled: Sequence[tuple[str, str]], inside: Mapping[str, str]
-) -> Any:
-    table = tomlkit.table()
-    table["file"], table["test"] = file, test
-    table.update(inside)
-    called, given = {}, {}
-    for column, (meaning, unit) in zip(found, filled, strict=True):
-        if meaning == IGNORED:
-            continue
-        if meaning in called:
-            cure = "choose another meaning for one of them"
-            raise InputError(f"two columns are the {meaning}", file, column=column.head, cure=cure)
-        called[meaning] = column.head
-        if COLUMNS[meaning] is not None and unit.strip() and unit.strip() != (split_head(column.head)[1] or ""):
-            given[meaning] = unit.strip()
-    if called:
-        table["columns"] = tomlkit.inline_table()
-        table["columns"].update(called)
-    if given:
-        table["units"] = tomlkit.inline_table()
-        table["units"].update(given)
-    return table

@@ -23,6 +23,7 @@ class Job:
         self.words, self.share = words, 0.0
         self.result: Any = None
         self.problem: str | None = None
+        self.error: InputError | None = None  # where the problem is one of what the user gave
         self.off = threading.Event()
         self._ended = threading.Event()
         self._thread = threading.Thread(target=self._run, args=(work,), daemon=True)
@@ -56,7 +57,7 @@ class Job:
         except Cancelled:
             pass
         except InputError as error:
-            self.problem = self.problem or str(error)
+            self.problem, self.error = self.problem or str(error), error
         except Exception as error:
             traceback.print_exc(file=sys.stderr)
             self.problem = self.problem or f"This failed: {type(error).__name__}: {error}"

@@ -30,6 +30,7 @@ from fitting.report.text.names import Names, mark, marked
 from fitting.report.text.side_by_side import side_by_side
 from fitting.report.text.stages import stage_text
 from fitting.report.text.study import data_text
+from fitting.showing import counted
 from fitting.workbench.session import Answer, Session, Step, in_own_units, where_we_are
 from fitting.workbench.settings import WORKBENCH
 
@@ -95,6 +96,16 @@ def _told(text: str) -> str:
         else:
             parts.append(f'<pre tabindex="0">{html.escape(chr(10).join(lines))}</pre>')
     return "".join(parts)
+
+
+def wrong_field(said: str) -> str:
+    """What is wrong with an entry of the form, shown below it."""
+    return f'<div class="bench wrong" role="alert">{html.escape(said)}</div>'
+
+
+def form_problem(count: int) -> str:
+    """What is said of a form with this many wrong entries, for each of which the reason stands below it."""
+    return f"There is something to mend in {counted(count, 'field')}: the reason stands below." if count else ""
 
 
 def progress(words: str, share: float) -> str:

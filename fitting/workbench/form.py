@@ -1,0 +1,153 @@
+"""The form for what dropped files do not say: its fields, muscle.toml written from them, and what is wrong in which."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import tomlkit
+
+from fitting import units
+from fitting.errors import InputError
+from fitting.recordings.muscle_file import REQUIRED, measurement
+from fitting.recordings.tables import COLUMNS, USUAL, split_head
+from fitting.units import example
+from fitting.workbench.data import IGNORED, Column, Dropped
+from fitting.writing import write_text
+from mckibben_jax.muscle import quantities
+
+ASKED = (*REQUIRED, "wall_thickness", "shear_modulus")  # of the muscle: needed always, needed by most effects
+WRITTEN = {  # as a caliper's reading is written, with its standard error
+    "length": "300 +/- 1 mm", "radius": "7.0 +/- 0.1 mm", "braid_angle": "20 +/- 1 deg",
+    "wall_thickness": "1.0 +/- 0.1 mm",
+}  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Filled:
+    """What was filled in: of the muscle, the kind of test of each file, meaning and unit of each column of each."""
+
+    muscle: Mapping[str, str]
+    tests: Mapping[str, str]
+    columns: Mapping[str, Sequence[tuple[str, str]]]
+
+
+def unit_hint(meaning: str) -> str:
+    """What such a column is mostly given in."""
+    return USUAL.get(COLUMNS.get(meaning) or "", "")
+
+
+def muscle_hint(name: str) -> tuple[str, str]:
+    """What a measurement of the muscle means, and how one writes it."""
+    unit, meaning = quantities()[name]
+    return meaning, WRITTEN.get(name, example(unit))
+
+
+# What is wrong, and where ---------------------------------------------------------------------------------------------
+
+
+def column_field(file: str, number: int) -> str:
+    """The name of the field of a column; that of a file is the file's, that of a measurement the measurement's."""
+    return f"{file}/{number}"
+
+
+def wrong_fields(dropped: Dropped, filled: Filled) -> dict[str, str]:
+    """Field -> what is wrong with it and the cure, of everything that can be told without reading the recordings."""
+    wrong = {}
+    for key in ASKED:
+        try:
+            _check_measurement(key, filled.muscle.get(key, "").strip())
+        except InputError as error:
+            wrong[key] = _said(error, row=None)
+    for file, columns in dropped.columns.items():
+        wrong |= dict(_wrong_columns(file, columns, filled.columns[file]))
+    return wrong
+
+
+def field_of(dropped: Dropped, error: InputError) -> dict[str, str]:
+    """What is wrong in reading the recordings, at the field that it belongs to; empty where it belongs to none."""
+    file = "" if error.file is None else Path(error.file).name
+    if file == "muscle.toml" and error.key in ASKED:
+        return {error.key: _said(error, row=None)}
+    if file not in dropped.columns:
+        return {}
+    heads = [column.head for column in dropped.columns[file]]
+    if error.column in heads:
+        return {column_field(file, heads.index(error.column)): _said(error, error.row)}
+    return {file: _said(error, error.row)}
+
+
+def _check_measurement(key: str, text: str) -> None:
+    if text:
+        measurement(key, text)
+    elif key in REQUIRED:
+        meaning, how = muscle_hint(key)
+        raise InputError(f"{key} is not filled in: {meaning}", cure=f"write it like {how}")
+
+
+def _wrong_columns(
+    file: str, columns: Sequence[Column], filled: Sequence[tuple[str, str]]
+) -> Iterator[tuple[str, str]]:
+    first: dict[str, str] = {}
+    for number, (column, (meaning, unit)) in enumerate(zip(columns, filled, strict=True)):
+        if meaning == IGNORED:
+            continue
+        try:
+            if meaning in first:
+                cure = "choose another meaning for one of them"
+                raise InputError(f"{first[meaning]!r} is the {meaning} already", cure=cure)
+            _check_unit(meaning, unit.strip() or split_head(column.head)[1] or "")
+        except InputError as error:
+            yield column_field(file, number), _said(error, row=None)
+        first.setdefault(meaning, column.head)
+
+
+def _check_unit(meaning: str, unit: str) -> None:
+    si = COLUMNS[meaning]
+    if si is None:
+        return
+    if not unit:
+        raise InputError(f"the unit of the {meaning} is not filled in", cure=f"write for example {USUAL[si]}")
+    if si == "load":
+        units.load_factor(unit)
+    else:
+        units.factor(unit, si)
+
+
+def _said(error: InputError, row: int | None) -> str:
+    """The message without file and column, which the field shows."""
+    return str(InputError(error.problem, None, row, None, error.value, error.cure))
+
+
+# Written down ---------------------------------------------------------------------------------------------------------
+
+
+def describe(dropped: Dropped, name: str, filled: Filled) -> Path:
+    """Write muscle.toml into the folder of the recordings; of fields in which nothing is wrong."""
+    document = tomlkit.document()
+    document["name"] = name or "dropped data"
+    document["muscle"] = {key: text.strip() for key, text in filled.muscle.items() if text.strip()}
+    recordings = tomlkit.aot()
+    for file in dropped.columns:
+        recordings.append(_recording(dropped, file, filled))
+    document["recording"] = recordings
+    write_text(dropped.folder / "muscle.toml", tomlkit.dumps(document))
+    return dropped.folder
+
+
+def _recording(dropped: Dropped, file: str, filled: Filled) -> Any:
+    table = tomlkit.table()
+    table["file"], table["test"] = file, filled.tests[file]
+    table.update(dropped.inside.get(file, {}))
+    called, given = {}, {}
+    for column, (meaning, unit) in zip(dropped.columns[file], filled.columns[file], strict=True):
+        if meaning == IGNORED:
+            continue
+        called[meaning] = column.head
+        if COLUMNS[meaning] is not None and unit.strip() and unit.strip() != (split_head(column.head)[1] or ""):
+            given[meaning] = unit.strip()
+    for key, texts in (("columns", called), ("units", given)):
+        if texts:
+            table[key] = tomlkit.inline_table()
+            table[key].update(texts)
+    return table
