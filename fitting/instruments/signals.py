@@ -69,7 +69,7 @@ def channel_signals(
     return {
         Channel.PRESSURE: Signal(by_pressure, samples.pressure, samples.pressure_rate, _largest(samples.pressure)),
         Channel.POSITION: Signal(by_position, position, length * samples.rate, _largest(position)),
-        Channel.FORCE: Signal(of_force / samples.sigma, force, rate, _largest(samples.measured)),
+        Channel.FORCE: Signal(np.where(of_force, -1 / samples.sigma, 0.0), force, rate, _largest(samples.measured)),
     }
 
 

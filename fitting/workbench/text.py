@@ -105,7 +105,7 @@ def wrong_field(said: str) -> str:
 
 def form_problem(count: int) -> str:
     """What is said of a form with this many wrong entries, for each of which the reason stands below it."""
-    return f"There is something to mend in {counted(count, 'field')}: the reason stands below." if count else ""
+    return f"There is something to mend in {counted(count, 'field')}: the reason stands with each." if count else ""
 
 
 def progress(words: str, share: float) -> str:

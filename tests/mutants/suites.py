@@ -113,7 +113,7 @@ INSTRUMENTS = Suite(
     {
         "fitting/recordings": (("tests/test_accuracy.py",), ("tests/test_estimated_inputs.py",)),
         "fitting/instruments": (
-            ("tests/test_instrument_errors.py",),
+            ("tests/test_errors_felt.py", "tests/test_instrument_errors.py"),
             ("tests/test_through.py",),
             ("tests/test_errors_of_values.py",),
         ),
