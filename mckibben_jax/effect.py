@@ -40,14 +40,17 @@ class Loss(eqx.Module):
 class Effect(eqx.Module):
     """A physical effect. Subclass one of the four kinds, declare parameters, write the kind's one method.
 
-    `title` is what readers call it; where there is none, its own name in words. `family` names rivals that replace each
-    other; `needs` what must be there (a measurement of the muscle, "rubber", "friction"); `gives` what it provides to
-    others; `suspect` says when to suspect it. `rival` marks printed laws that are unsound: they are candidates only on
-    request; so is an effect that says why in `on_request`. `fixed` names constants with a unit that stand in the law.
+    `title` is what readers call it; where there is none, its own name in words. `formula` is its law in the notation of
+    the review: `a -> b` puts b in the place of a, E is an energy whose pull is dE/dl, F_f the size of dry friction, and
+    what is no parameter stands in `SYMBOLS`. `family` names rivals that replace each other; `needs` what must be there
+    (a measurement of the muscle, "rubber", "friction"); `gives` what it provides to others; `suspect` says when to
+    suspect it. `rival` marks printed laws that are unsound: they are candidates only on request; so is an effect that
+    says why in `on_request`. `fixed` names constants with a unit that stand in the law.
     """
 
     stage: ClassVar[str]
     title: ClassVar[str] = ""
+    formula: ClassVar[str] = ""
     source: ClassVar[str] = ""
     suspect: ClassVar[str] = ""
     family: ClassVar[str | None] = None
@@ -56,6 +59,25 @@ class Effect(eqx.Module):
     rival: ClassVar[bool] = False
     on_request: ClassVar[str] = ""
     fixed: ClassVar[tuple[str, ...]] = ()
+
+
+SYMBOLS = {  # of the formulas; the review's where it has one
+    "F": "pull", "E": "stored energy, F = dE/dl", "F_f": "size of dry friction", "F0": "isometric pull",
+    "F_rubber": "pull of the rubber", "P": "gauge pressure", "P_atm": "1 atm", "P_m": "pressure in the muscle",
+    "P_th": "pressure at contact", "P_free": "pressure in a free tube at this hoop stretch (eq 23F)",
+    "p": "absolute pressure in the muscle", "p0": "100 kPa", "p1": "higher of both absolute pressures",
+    "w": "flow factor of ISO 6358", "V": "volume of the muscle", "V_c": "volume with conical ends",
+    "l": "present length", "l0": "length at rest", "l_c": "length of a cone", "x": "shortening l0 eps",
+    "v": "speed of shortening", "t": "time", "eps": "contraction 1 - l/l0", "eps_top": "largest contraction so far",
+    "r": "present radius of the braid", "r0": "radius at rest", "r_i": "radius of the bore",
+    "alpha": "present braid angle", "alpha0": "braid angle at rest", "alpha_f": "braid angle of unbent strands",
+    "B": "length of a strand", "T": "tension of all strands", "S": "contact surface of the strands (eq 34)",
+    "S_scale": "Hertz's scale factor (eq 38)", "L": "1 kN", "nu": "Poisson's ratio of the strands",
+    "A": "cross-section of the wall at rest", "I1": "first invariant of the stretches", "I2": "second invariant",
+    "lambda1": "hoop stretch", "lambda2": "axial stretch", "t0": "wall thickness at rest", "h0": "t0/r0",
+    "m": "mass", "g": "9.80665 m/s^2", "y": "shortening of the dashpot", "z": "state of the friction, -1 to 1",
+    "z_i": "state of one spring", "X_i": "distance at which it slips", "n": "number of springs, 4", "i": "0 to n - 1",
+}  # fmt: skip
 
 
 class Felt(Effect):

@@ -249,9 +249,12 @@ def test_who_looks_like_whom_stands_in_groups(diagnosis):
 
 def test_the_page_says_what_the_named_effect_is_and_how_to_add_it(study, diagnosis):
     text = page(*study, diagnosis)
-    said = as_read(re.search(r'<p class="meaning">(.*?)</p>', text)[1])
+    told = re.search(r'<p class="meaning">(.*?)</p>', text)[1]
+    before, law = told.split(' <span class="law"')
+    said = as_read(before)
     meaning = "A spring in parallel pulls back in proportion to the stroke: K l0 eps."
     assert said == f"Spring in parallel linear_spring: {meaning}"
+    assert "<mfrac><mi>K</mi><mn>2</mn></mfrac>" in law  # of the energy, drawn
     assert f"mckibben add {study[0].experiments[0].folder} linear_spring" in text
     assert f"mckibben diagnose {study[0].experiments[0].folder}" in page(*study)
 

@@ -93,6 +93,15 @@ def test_effects_that_the_pages_name_exist():
         assert {effect for effect in re.findall(r"([a-z_]+)\.[a-zA-Z]\w*=", text) if "_" in effect} <= known
 
 
+def test_links_of_pages_that_stand_elsewhere_in_the_project_lead_to_pages(pages):
+    """What a builder of the site would refuse, where none is installed."""
+    known = set(pages) | {page.name for page in WRITTEN}
+    for name, text in pages.items():
+        if "/" not in name:
+            found = re.findall(r"\]\((?!https?:|#)([^)#]+)", text)
+            assert [link for link in found if link not in known] == [], name
+
+
 def test_the_site_builds_with_every_link_checked_and_fetches_nothing(tmp_path):
     if not all(importlib.util.find_spec(name) for name in ("mkdocs", "material", "mkdocstrings")):
         pytest.skip("the extra 'docs' is not installed: the site is not built")

@@ -125,7 +125,7 @@ def headline(session: Session) -> str:
     lines.append(f'<p class="verdict">{named(where_we_are(session))}</p>')
     if step.diagnosis is not None:
         told = meanings(step.diagnosis, step.task)
-        lines += [f"<p><b>{named(name)}</b>: {html.escape(words)}</p>" for name, words in told]
+        lines += [f"<p><b>{named(each.name)}</b>: {html.escape(each.words)}{_law(each.law)}</p>" for each in told]
     if step.diagnosis is not None and step.comparison is not None:
         found = step.diagnosis
         still = open_text(found, UNIT)
@@ -136,6 +136,10 @@ def headline(session: Session) -> str:
     if step.fit is not None:
         lines += [f"<p>{named(text)}</p>" for text in fit_warnings(step.fit)]
     return f'<div class="bench" role="status">{"".join(lines)}</div>'
+
+
+def _law(drawn: str) -> str:
+    return f'<span class="law" tabindex="0">{drawn}</span>' if drawn else ""
 
 
 @in_own_units

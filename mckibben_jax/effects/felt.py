@@ -21,6 +21,7 @@ class PressureOffset(Felt):
     """The pressure gauge reads P_off too high: true pressure = reading - P_off."""
 
     title = "Wrong zero of the pressure gauge"
+    formula = "P -> P - P_off"
     source = "instrument"
     suspect = "even misfit that follows the force per pressure; a vented muscle does not read zero"
     P_off: jax.Array = parameter(1e3, "Pa", "reading at zero pressure", range=(-5e4, 5e4), starts=(0.0,))
@@ -33,6 +34,7 @@ class PressureGain(Felt):
     """The pressure gauge reads too much in proportion: true pressure = reading / (1 + g)."""
 
     title = "Wrong gain of the pressure gauge"
+    formula = "P -> P/(1 + g)"
     source = "instrument"
     suspect = "even misfit proportional to the force of the gas; hides in the radius and the braid angle"
     g: jax.Array = parameter(0.01, "1", "relative error of the gauge", range=(-0.3, 0.3), starts=(0.0,))
@@ -45,6 +47,7 @@ class ContractionOffset(Felt):
     """The muscle was not at rest where its length was set to zero: true contraction = reading - eps_off."""
 
     title = "Wrong zero of the rest length"
+    formula = "eps -> eps - eps_off"
     source = "instrument"
     suspect = "even misfit proportional to pressure and to the slope of the force over contraction"
     eps_off: jax.Array = parameter(2e-3, "1", "reading at rest", range=(-0.05, 0.05), starts=(0.0,))
@@ -59,6 +62,7 @@ class SupplyLag(Felt, Memory):
     states_rates = True
     family = "supply"
     title = "Lag of the supply pressure"
+    formula = "P -> P_m, tau dP_m/dt = P - P_m"
     source = "first-order filling of a volume through a line; the time constant of Richer & Hurmuzlu 2000, linearised"
     suspect = "inflating and deflating differ although the muscle stands still, the more the faster the pressure moves"
     tau: jax.Array = parameter(0.05, "s", "time constant of filling", range=(1e-4, 5.0), starts=(0.02, 0.3))
@@ -81,6 +85,7 @@ class PressureDrop(Felt):
     """
 
     title = "Pressure drop in the supply"
+    formula = "P -> P - tau (P + P_atm) (1/V) dV/dt, V = pi r^2 l"
     source = "Richer & Hurmuzlu 2000, linearised about the port pressure"
     suspect = "odd misfit that grows with speed and does not vanish with the gauge pressure"
     fixed = (f"{constants.atmosphere:g} Pa",)
@@ -96,6 +101,7 @@ class DeadBand(Felt):
     """The first P_th of the pressure only brings the bladder to the braid: max(P - P_th, 0)."""
 
     title = "Dead band of the bladder"
+    formula = "P -> max(P - P_th, 0)"
     source = "Colbrunn et al. 2001; Sangian et al. 2015; Tondu 2012, 'working pressure'"
     suspect = "too much force at every pressure, by the same amount of pressure"
     P_th: jax.Array = parameter(1e4, "Pa", "threshold pressure", range=(0.0, 2e5))
@@ -111,6 +117,7 @@ class RadialGap(Felt):
     """
 
     title = "Gap between bladder and braid"
+    formula = "P -> max(P - P_th, 0), P_th = P_free(1/(1 - gap))"
     source = "Delson et al. 2005; Davis et al. 2003; Tondu 2012, beside fig. 8(a)"
     suspect = "as a dead band, where the bladder at rest is known to be loose in the braid"
     needs = ("wall_thickness", "shear_modulus")
@@ -133,6 +140,7 @@ class SeriesCompliance(Felt):
     """
 
     title = "Compliant fittings and rig"
+    formula = "eps -> eps + F/(k_s l0)"
     source = "rig property; statics of a spring in series"
     suspect = "misfit that grows with the square of the pressure and is largest near rest"
     states_rates = True
@@ -219,6 +227,7 @@ class Tip(Felt):
     """
 
     title = "Tip correction"
+    formula = "eps -> k eps"
     source = "Tondu & Lopez 2000; Tondu 2012, 'Tip effects'"
     suspect = "even misfit proportional to pressure that grows with contraction; less stroke than the ideal law"
     family = "tip"
@@ -235,6 +244,7 @@ class TipPressure(Felt):
     """
 
     title = "Tip correction that depends on pressure"
+    formula = "eps -> [b_k + a_k exp(-P/P_k)] eps"
     source = "Tondu & Lopez 2000; Tondu 2012, 'Tip effects'"
     suspect = "as a tip correction that differs from pressure to pressure, most below 1 bar"
     family = "tip"
@@ -254,6 +264,7 @@ class StrandStretch(Felt):
     """
 
     title = "Strands that stretch"
+    formula = "B -> B (1 + T/EA), T = 2 pi r^2 P/[tan^2(alpha) cos(alpha)]"
     source = "Davis et al. 2003; Tondu 2012, eqs 14 and 17"
     suspect = "even misfit that grows with the square of the pressure and hardly with contraction"
     EA: jax.Array = parameter(2e5, "N", "stiffness of all strands together", range=(1e4, 1e8))

@@ -19,6 +19,7 @@ class Slack(Read):
     """
 
     title = "Slack muscle"
+    formula = "F -> max(F, F_s)"
     source = "Timoshenko & Gere 1961, clamped column and its load beyond buckling"
     suspect = "a model that pushes at low pressure and large contraction, where the reading stays near zero"
     needs = ("rubber",)  # nothing else pushes within the stroke
@@ -34,6 +35,7 @@ class ForceGain(Read):
     """The load cell reads too much in proportion: F (1 + g)."""
 
     title = "Wrong gain of the load cell"
+    formula = "F -> F (1 + g)"
     source = "instrument"
     suspect = "misfit proportional to the whole force, friction included; hides in the radius"
     g: jax.Array = parameter(0.01, "1", "relative error of the load cell", range=(-0.3, 0.3), starts=(0.0,))
@@ -46,6 +48,7 @@ class ForceOffset(Read):
     """The load cell does not read zero: F + F_off."""
 
     title = "Wrong zero of the load cell"
+    formula = "F -> F + F_off"
     source = "instrument"
     suspect = "even misfit that is the same everywhere"
     F_off: jax.Array = parameter(2.0, "N", "reading at zero force", range=(-500.0, 500.0), starts=(0.0,))
@@ -58,6 +61,7 @@ class TimeDelay(Read):
     """The force channel lags the others: it shows F(t - tau), straight between samples, the first one before them."""
 
     title = "Delay of the force channel"
+    formula = "F(t) -> F(t - tau)"
     source = "instrument"
     suspect = "loops that open with speed, their two branches crossing where the force turns"
     tau: jax.Array = parameter(0.01, "s", "delay of the force channel", range=(0.0, 1.0), starts=(2e-3, 0.03, 0.2))

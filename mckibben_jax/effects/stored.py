@@ -17,6 +17,7 @@ class IdealCylinder(Energy):
     """The gas does work as the braided cylinder's volume grows: E = -P V, which is the ideal law (eq 10)."""
 
     title = "Ideal cylinder"
+    formula = "E = -P V, V = pi r^2 l, F = pi r0^2 P [3 (1 - eps)^2/tan^2(alpha0) - 1/sin^2(alpha0)]"
     source = "Tondu & Lopez 1995, 2000; Tondu 2012, eqs 6, 7 and 10"
     suspect = "always there"
     family = "gas"
@@ -29,6 +30,7 @@ class ConicalEnds(Energy):
     """The ends are cones, not a cylinder, and hold less gas: E = -P (V_cones - V_cylinder), cones k_c l0 eps long."""
 
     title = "Conical ends"
+    formula = "E = -P (V_c - pi r^2 l), V_c = pi r^2 (l - 2 l_c) + (2/3) pi l_c (r^2 + r r0 + r0^2), l_c = k_c l0 eps"
     source = "shape of Tondu 2012, eq 25, by its volume"
     suspect = "even misfit proportional to pressure that grows with contraction, alike a tip correction"
     family = "ends"
@@ -44,6 +46,7 @@ class ReducedLength(Energy):
     """The rounded ends take away active length as the muscle widens: V = pi r^2 (l - factor (r - r0))."""
 
     title = "Rounded ends"
+    formula = "E = P pi r^2 factor (r - r0)"
     source = "Kothera et al. 2009; Tondu 2012, 'Tip effects'"
     suspect = "even misfit proportional to pressure, already at rest, larger in short muscles"
     family = "ends"
@@ -59,6 +62,7 @@ class BladderNeoHookean(Energy):
     """The rubber wall is strained: a thick incompressible neo-Hookean tube, by its energy."""
 
     title = "Rubber wall, neo-Hookean"
+    formula = "E = (G/2) l0 int (I1 - 3) dA"
     source = "Treloar 1975; Klute & Hannaford 2000; Tondu 2012, eqs 21 and 29-32, exact thick wall"
     suspect = "even misfit that does not depend on pressure, zero at rest and growing with contraction"
     family = "bladder"
@@ -74,6 +78,7 @@ class BladderMooneyRivlin(Energy):
     """The rubber wall is strained: a thick incompressible Mooney-Rivlin tube, by its energy."""
 
     title = "Rubber wall, Mooney-Rivlin"
+    formula = "E = l0 int [C10 (I1 - 3) + C01 (I2 - 3)] dA"
     source = "Klute & Hannaford 2000; Kothera et al. 2009; Tondu 2012, eqs 29-32, exact thick wall"
     suspect = "as the neo-Hookean bladder, with a wide range of contraction"
     family = "bladder"
@@ -90,6 +95,7 @@ class BladderThinMooneyRivlin(Energy):
     """The rubber wall is strained: a Mooney-Rivlin wall that follows the braid through its whole thickness."""
 
     title = "Rubber wall, thin Mooney-Rivlin"
+    formula = "E = l0 A [C10 (I1 - 3) + C01 (I2 - 3)], lambda1 = r/r0, lambda2 = 1 - eps"
     source = "Kothera et al. 2009; Hocking & Wereley 2013; Tondu 2012, eq 32 corrected"
     suspect = "as the thick Mooney-Rivlin bladder, for thin walls"
     family = "bladder"
@@ -108,6 +114,7 @@ class BladderSchulte(Pulling):
     """The wall resists shortening and widening by two linear tensions, which have no common energy."""
 
     title = "Rubber wall, Schulte"
+    formula = "F -> F + 2 pi k_e r (l - l0) - 4 pi^2 k_e r (r - r0)/tan^2(alpha)"
     source = "Schulte 1961; Tondu 2012, eq 26 with l - l0 for l"
     suspect = "as the neo-Hookean bladder, when neither wall nor rubber were measured"
     family = "bladder"
@@ -127,6 +134,7 @@ class StrandBending(Energy):
     """
 
     title = "Bending of the strands"
+    formula = "E = (c_b/2) B [sin(alpha) - sin(alpha_f)]^2"
     source = "bending energy of a helix, (1/2) n EI L (change of curvature)^2"
     suspect = "even misfit without pressure, where there is hardly any rubber"
     c_b: jax.Array = parameter(20.0, "N", "bending stiffness n EI / r90^2", range=(0.0, 1e3))
@@ -143,6 +151,7 @@ class LinearSpring(Energy):
     """A spring in parallel pulls back in proportion to the stroke: K l0 eps."""
 
     title = "Spring in parallel"
+    formula = "E = (K/2) (l0 eps)^2, F -> F - K l0 eps"
     source = "Hooke's law; Tondu 2012, eq 41"
     suspect = "even misfit without pressure that grows in a straight line from rest"
     K: jax.Array = parameter(300.0, "N/m", "stiffness in parallel", range=(0.0, 1e6))
@@ -155,6 +164,7 @@ class Weight(Energy):
     """Dead weight hangs between the muscle and the load cell: m g less."""
 
     title = "Dead weight"
+    formula = "E = m g l0 eps, F -> F - m g"
     source = "rig property; standard gravity"
     suspect = "even misfit that is the same everywhere, and changes sides when the rig is turned over"
     fixed = (f"{constants.g:g} m/s^2",)
@@ -168,6 +178,7 @@ class EndStop(Energy):
     """The bladder jams near the end of the stroke: a spring K that acts beyond the contraction eps_s."""
 
     title = "End stop"
+    formula = "E = (K/2) l0^2 max(eps - eps_s, 0)^2, F -> F - K l0 max(eps - eps_s, 0)"
     source = "Davis et al. 2003 (minimum angle); Delson et al. 2005"
     suspect = "even misfit without pressure that starts sharply late in the stroke"
     K: jax.Array = parameter(5e3, "N/m", "stiffness of the stop", range=(0.0, 1e6))
@@ -182,6 +193,7 @@ class WallShielding(Pulling):
     """The printed law of a wall that carries nothing, as a difference to the ideal cylinder (eq 18); breaks energy."""
 
     title = "Wall that carries nothing (as printed)"
+    formula = "F = P [2 pi r_i r/tan^2(alpha) - pi r_i^2]"
     source = "Ferraresi et al. 2001; Tondu 2012, eq 18"
     suspect = "only to compare with the review: less force near rest in proportion to pressure and wall"
     needs = ("wall_thickness",)
@@ -200,6 +212,7 @@ class ConicalEndsPrinted(Pulling):
     """The printed law of conical ends, as a difference to the ideal cylinder (eq 25); breaks energy conservation."""
 
     title = "Conical ends (as printed)"
+    formula = "F = pi r0^2 P {-1 + 2 (1 - eps)/tan^2(alpha0) [1 - eps + (k_c eps/3) (r0/r - 4)]}"
     source = "Tondu 2012, eq 25"
     suspect = "only to compare with the review"
     family = "ends"
@@ -218,6 +231,7 @@ class BladderAxialPrinted(Pulling):
     """The printed law of a thin wall, axial stress alone and of the wrong sign (eq 28); not the slope of its energy."""
 
     title = "Thin wall under axial stress (as printed)"
+    formula = "F -> F - pi t0^2 G [1 - 1/(lambda1^2 (1 - eps)^4)] [1/lambda1^2 + 2 (1 - h0) (1 - eps)/h0]"
     source = "Tondu 2012, eqs 27 and 28"
     suspect = "only to compare with the review"
     family = "bladder"

@@ -213,8 +213,8 @@ EQUATIONS: tuple[Equation, ...] = (
     Equation(
         "32", "elastic force of a Mooney-Rivlin wall that follows the braid", rubber.concise_elastic_force, "misprint",
         "Divide by l0 (printed: joules), + before the last term, and x is the axial stretch.",
-        "F = (V_b/l0) {C10 [2x (1-c) - 2x (1+c-2cx^2)/(x^2+cx^2(1-x^2))^2] "
-        "+ C01 [2x (1+c-2cx^2) - 2/x^3 + 2cx/(1+c(1-x^2))^2]}",
+        "F = (V_b/l0) {C10 [2 x (1 - c) - 2 x (1 + c - 2 c x^2)/(x^2 + c x^2 (1 - x^2))^2] "
+        "+ C01 [2 x (1 + c - 2 c x^2) - 2/x^3 + 2 c x/(1 + c (1 - x^2))^2]}",
         "x = l/l0, c = (l0/(2 pi r0 N))^2 = 1/tan^2(alpha0), V_b volume of the wall",
         rubber.concise_elastic_force_printed,
     ),
@@ -242,7 +242,7 @@ EQUATIONS: tuple[Equation, ...] = (
     Equation(
         "36", "friction of the braid", textile.hertz_friction, "questionable",
         "No transmission from the slip of strands to the stroke; proportional to l0 by construction.",
-        "F = (f_s/S_scale) S P, against the motion", "f_s coefficient, S contact surface, S_scale of 38",
+        "F = (f_s/S_scale) S P", "F acts against the motion, f_s coefficient, S contact surface, S_scale of 38",
     ),
     Equation(
         "37", "contact radius of two strands (Hertz)", textile.sphere_contact_radius, "ok", "",

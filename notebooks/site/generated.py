@@ -6,7 +6,7 @@ A hook of MkDocs. Effects and equations come from their declarations, commands f
 
 import ast
 import re
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -14,9 +14,11 @@ import click
 
 from fitting import showing
 from fitting.cli.main import COMMANDS, main
-from fitting.report.text.catalogue import STAGES, first_sentence, meaning
+from fitting.report.formula import formula_html
+from fitting.report.text.catalogue import STAGES, first_sentence, meaning, symbols
 from fitting.report.text.equations import STATUS, function_name
 from mckibben_jax import LIBRARY, SUPPLIES, Effect, name_of, parameters
+from mckibben_jax.effect import title_of
 from mckibben_jax.laws.review import EQUATIONS
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -73,7 +75,10 @@ def effects_page() -> str:
 
 def effect_page(kind: type[Effect]) -> str:
     """One effect in full, as it declares itself."""
-    told = [f"# {name_of(kind)}", cell(meaning(kind))]
+    told = [f"# {title_of(kind)}", f"`{name_of(kind)}`", cell(meaning(kind))]
+    if kind.formula:
+        told += [typeset(kind.formula, [p.name for p in parameters(kind)])]
+        told += [f"*{cell('; '.join(symbols(kind)))}*"] if symbols(kind) else []
     if kind.suspect:
         told += [f"**When to suspect it:** {cell(kind.suspect)}"]
     own = parameters(kind)
@@ -114,7 +119,7 @@ def errata_page() -> str:
     for e in EQUATIONS:
         told += [
             f"## {e.number}: {cell(e.quantity)} {{ #{anchor(e.number)} }}",
-            f"`{e.formula}`",
+            typeset(e.formula) + (" (as printed)" if e.formula_printed else ""),
             f"*{cell(e.symbols)}*",
         ]
         told += [f"**In print: {STATUS[e.status] or 'correct'}.** {cell(e.correction)}"]
@@ -122,6 +127,11 @@ def errata_page() -> str:
             f"Call `{function_name(e.function)}`" + (f"; as printed `{function_name(e.printed)}`" if e.printed else "")
         ]
     return "\n\n".join(told) + "\n"
+
+
+def typeset(formula: str, names: Collection[str] = ()) -> str:
+    """A formula as browsers draw it, and below it the text, which can be copied."""
+    return f'<div class="formula">{formula_html(formula, names)}</div>\n\n`{formula}`'
 
 
 def anchor(number: str) -> str:

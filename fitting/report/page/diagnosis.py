@@ -1,6 +1,7 @@
 """The parts of the page that show a diagnosis: what was named, the evidence for each effect, who looks like whom."""
 
 from collections.abc import Mapping
+from typing import NamedTuple
 
 import numpy as np
 
@@ -8,6 +9,7 @@ from fitting import showing
 from fitting.comparison.compare import Comparison
 from fitting.diagnosis.outcomes import NOTHING_MISSING
 from fitting.diagnosis.record import Diagnosis, Evidence
+from fitting.report.formula import formula_html
 from fitting.report.page.names import PageNames
 from fitting.report.page.parts import Grid, Line, Section
 from fitting.report.page.similar_groups import groups, groups_html, named_by
@@ -31,6 +33,8 @@ from fitting.report.text.limits import SEEN, open_text, would_have_shown
 from fitting.report.text.names import mark, marked
 from fitting.report.text.reasons import why_text
 from fitting.study.task import Task
+from mckibben_jax.effect import Effect
+from mckibben_jax.parameter import parameters
 
 DETECTABLE = "smallest detectable size"
 ABSORBED = "absorbed by other parameters"
@@ -49,10 +53,23 @@ TERMS = (
 )  # fmt: skip
 
 
-def meanings(d: Diagnosis, task: Task) -> list[tuple[str, str]]:
+class Meaning(NamedTuple):
+    """What an effect is: its marked name, a sentence, and its law as HTML, empty where it states none."""
+
+    name: str
+    words: str
+    law: str
+
+
+def meanings(d: Diagnosis, task: Task) -> list[Meaning]:
     """What the effects are that the verdict names."""
     known = [name for name in named_by(d) if name in task.library][: SHOWN.explained]
-    return [(mark(name), f"{first_sentence(meaning(task.library[name]))}.") for name in known]
+    return [_meaning(name, task.library[name]) for name in known]
+
+
+def _meaning(name: str, kind: type[Effect]) -> Meaning:
+    law = formula_html(kind.formula, [p.name for p in parameters(kind)]) if kind.formula else ""
+    return Meaning(mark(name), f"{first_sentence(meaning(kind))}.", law)
 
 
 def effects(d: Diagnosis, c: Comparison, names: PageNames, models: Mapping[frozenset[str], str]) -> Section:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from fitting.comparison.compare import Comparison
 from fitting.diagnosis.outcomes import Verdict
 from fitting.diagnosis.record import Diagnosis
-from fitting.report.page.diagnosis import meanings
+from fitting.report.page.diagnosis import Meaning, meanings
 from fitting.report.page.models import ShownModel
 from fitting.report.settings import ERROR_TEXT
 from fitting.report.text.amounts import amount, percent
@@ -31,7 +31,7 @@ class Head:
     number: int
     effects: str
     verdict: str
-    meanings: tuple[tuple[str, str], ...]  # names of effects, and what each is
+    meanings: tuple[Meaning, ...]  # what the effects are that the verdict names
     lead: tuple[str, ...]
     cards: tuple[tuple[str, str], ...]  # numbers as text, and what each is
     warnings: tuple[str, ...]

@@ -9,8 +9,9 @@ from rich.padding import Padding
 from rich.text import Text
 
 from fitting import showing
+from fitting.report.formula import names_in, statements
 from fitting.report.text.layout import line, lines
-from mckibben_jax.effect import Effect, name_of, title_of
+from mckibben_jax.effect import SYMBOLS, Effect, name_of, title_of
 from mckibben_jax.memory import Memory
 from mckibben_jax.parameter import Declaration, parameters
 
@@ -54,6 +55,8 @@ def effect_report(kind: type[Effect]) -> list[RenderableType]:
     """One effect in full: meaning, parameters, when to suspect it, source."""
     heading = Text.assemble((title_of(kind), "bold"), f" ({name_of(kind)})")
     shown: list[RenderableType] = [heading, line("", meaning(kind))]
+    shown += lines("LAW", statements(kind.formula))
+    shown += lines("WHERE", ["; ".join(symbols(kind))] if kind.formula else [])
     shown += lines("SUSPECT", [kind.suspect] if kind.suspect else [])
     shown.append(line("STAGE", f"{kind.stage}: {STAGES[kind.stage]}"))
     shown += lines("MEMORY", [BEGINS] if issubclass(kind, Memory) else [])
@@ -64,6 +67,12 @@ def effect_report(kind: type[Effect]) -> list[RenderableType]:
     shown += lines("CONSTANT", [", ".join(kind.fixed)] if kind.fixed else [])
     shown += lines("VALUES", (_parameter(p) for p in parameters(kind)))
     return [*shown, *lines("SOURCE", [kind.source] if kind.source else []), Text()]
+
+
+def symbols(kind: type[Effect]) -> list[str]:
+    """What stands in an effect's formula beside its parameters: "P gauge pressure"."""
+    own = {p.name for p in parameters(kind)}
+    return [f"{name} {SYMBOLS[name]}" for name in names_in(kind.formula) if name not in own and name in SYMBOLS]
 
 
 def _parameter(p: Declaration) -> str:
@@ -83,6 +92,7 @@ def effects_result(kinds: Sequence[type[Effect]]) -> dict[str, Any]:
             "title": title_of(kind),
             "stage": kind.stage,
             "meaning": meaning(kind),
+            "formula": kind.formula,
             "suspect": kind.suspect,
             "source": kind.source,
             "family": kind.family,
