@@ -40,16 +40,18 @@ class Loss(eqx.Module):
 class Effect(eqx.Module):
     """A physical effect. Subclass one of the four kinds, declare parameters, write the kind's one method.
 
-    `title` is what readers call it; where there is none, its own name in words. `formula` is its law in the notation of
-    the review: `a -> b` puts b in the place of a, E is an energy whose pull is dE/dl, F_f the size of dry friction, and
-    what is no parameter stands in `SYMBOLS`. `family` names rivals that replace each other; `needs` what must be there
-    (a measurement of the muscle, "rubber", "friction"); `gives` what it provides to others; `suspect` says when to
-    suspect it. `rival` marks printed laws that are unsound: they are candidates only on request; so is an effect that
-    says why in `on_request`. `fixed` names constants with a unit that stand in the law.
+    `title` is what readers call it; where there is none, its own name in words. `part` is one of `PARTS`, where it has
+    its seat. `formula` is its law in the notation of the review: `a -> b` puts b in the place of a, E is an energy
+    whose pull is dE/dl, F_f the size of dry friction, and what is no parameter stands in `SYMBOLS`. `family` names
+    rivals that replace each other; `needs` what must be there (a measurement of the muscle, "rubber", "friction");
+    `gives` what it provides to others; `suspect` says when to suspect it. `rival` marks printed laws that are unsound:
+    they are candidates only on request; so is an effect that says why in `on_request`. `fixed` names constants with a
+    unit that stand in the law.
     """
 
     stage: ClassVar[str]
     title: ClassVar[str] = ""
+    part: ClassVar[str] = ""
     formula: ClassVar[str] = ""
     source: ClassVar[str] = ""
     suspect: ClassVar[str] = ""
@@ -77,6 +79,14 @@ SYMBOLS = {  # of the formulas; the review's where it has one
     "lambda1": "hoop stretch", "lambda2": "axial stretch", "t0": "wall thickness at rest", "h0": "t0/r0",
     "m": "mass", "g": "9.80665 m/s^2", "y": "shortening of the dashpot", "z": "state of the friction, -1 to 1",
     "z_i": "state of one spring", "X_i": "distance at which it slips", "n": "number of springs, 4", "i": "0 to n - 1",
+}  # fmt: skip
+
+
+PARTS = {  # of a muscle in its rig
+    "gas": "the gas in the muscle", "bladder": "the rubber wall of the bladder", "strands": "the strands of the braid",
+    "ends": "the ends of the muscle", "muscle": "the muscle as a whole", "fittings": "fittings, cable and rig",
+    "supply": "the supply of pressure", "pressure gauge": "the pressure gauge", "position gauge": "the position gauge",
+    "load cell": "the load cell",
 }  # fmt: skip
 
 

@@ -125,7 +125,9 @@ def headline(session: Session) -> str:
     lines.append(f'<p class="verdict">{named(where_we_are(session))}</p>')
     if step.diagnosis is not None:
         told = meanings(step.diagnosis, step.task)
-        lines += [f"<p><b>{named(each.name)}</b>: {html.escape(each.words)}{_law(each.law)}</p>" for each in told]
+        lines += [
+            f"<p><b>{named(each.name)}</b>: {html.escape(each.words)}{_law(each.law)}{each.seat}</p>" for each in told
+        ]
     if step.diagnosis is not None and step.comparison is not None:
         found = step.diagnosis
         still = open_text(found, UNIT)

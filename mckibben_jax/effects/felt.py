@@ -21,6 +21,7 @@ class PressureOffset(Felt):
     """The pressure gauge reads P_off too high: true pressure = reading - P_off."""
 
     title = "Wrong zero of the pressure gauge"
+    part = "pressure gauge"
     formula = "P -> P - P_off"
     source = "instrument"
     suspect = "even misfit that follows the force per pressure; a vented muscle does not read zero"
@@ -34,6 +35,7 @@ class PressureGain(Felt):
     """The pressure gauge reads too much in proportion: true pressure = reading / (1 + g)."""
 
     title = "Wrong gain of the pressure gauge"
+    part = "pressure gauge"
     formula = "P -> P/(1 + g)"
     source = "instrument"
     suspect = "even misfit proportional to the force of the gas; hides in the radius and the braid angle"
@@ -47,6 +49,7 @@ class ContractionOffset(Felt):
     """The muscle was not at rest where its length was set to zero: true contraction = reading - eps_off."""
 
     title = "Wrong zero of the rest length"
+    part = "position gauge"
     formula = "eps -> eps - eps_off"
     source = "instrument"
     suspect = "even misfit proportional to pressure and to the slope of the force over contraction"
@@ -62,6 +65,7 @@ class SupplyLag(Felt, Memory):
     states_rates = True
     family = "supply"
     title = "Lag of the supply pressure"
+    part = "supply"
     formula = "P -> P_m, tau dP_m/dt = P - P_m"
     source = "first-order filling of a volume through a line; the time constant of Richer & Hurmuzlu 2000, linearised"
     suspect = "inflating and deflating differ although the muscle stands still, the more the faster the pressure moves"
@@ -85,6 +89,7 @@ class PressureDrop(Felt):
     """
 
     title = "Pressure drop in the supply"
+    part = "supply"
     formula = "P -> P - tau (P + P_atm) (1/V) dV/dt, V = pi r^2 l"
     source = "Richer & Hurmuzlu 2000, linearised about the port pressure"
     suspect = "odd misfit that grows with speed and does not vanish with the gauge pressure"
@@ -101,6 +106,7 @@ class DeadBand(Felt):
     """The first P_th of the pressure only brings the bladder to the braid: max(P - P_th, 0)."""
 
     title = "Dead band of the bladder"
+    part = "bladder"
     formula = "P -> max(P - P_th, 0)"
     source = "Colbrunn et al. 2001; Sangian et al. 2015; Tondu 2012, 'working pressure'"
     suspect = "too much force at every pressure, by the same amount of pressure"
@@ -117,6 +123,7 @@ class RadialGap(Felt):
     """
 
     title = "Gap between bladder and braid"
+    part = "bladder"
     formula = "P -> max(P - P_th, 0), P_th = P_free(1/(1 - gap))"
     source = "Delson et al. 2005; Davis et al. 2003; Tondu 2012, beside fig. 8(a)"
     suspect = "as a dead band, where the bladder at rest is known to be loose in the braid"
@@ -140,6 +147,7 @@ class SeriesCompliance(Felt):
     """
 
     title = "Compliant fittings and rig"
+    part = "fittings"
     formula = "eps -> eps + F/(k_s l0)"
     source = "rig property; statics of a spring in series"
     suspect = "misfit that grows with the square of the pressure and is largest near rest"
@@ -227,6 +235,7 @@ class Tip(Felt):
     """
 
     title = "Tip correction"
+    part = "ends"
     formula = "eps -> k eps"
     source = "Tondu & Lopez 2000; Tondu 2012, 'Tip effects'"
     suspect = "even misfit proportional to pressure that grows with contraction; less stroke than the ideal law"
@@ -244,6 +253,7 @@ class TipPressure(Felt):
     """
 
     title = "Tip correction that depends on pressure"
+    part = "ends"
     formula = "eps -> [b_k + a_k exp(-P/P_k)] eps"
     source = "Tondu & Lopez 2000; Tondu 2012, 'Tip effects'"
     suspect = "as a tip correction that differs from pressure to pressure, most below 1 bar"
@@ -264,6 +274,7 @@ class StrandStretch(Felt):
     """
 
     title = "Strands that stretch"
+    part = "strands"
     formula = "B -> B (1 + T/EA), T = 2 pi r^2 P/[tan^2(alpha) cos(alpha)]"
     source = "Davis et al. 2003; Tondu 2012, eqs 14 and 17"
     suspect = "even misfit that grows with the square of the pressure and hardly with contraction"

@@ -31,6 +31,7 @@ class CoulombFriction(Lost):
     """Strands rub on each other in proportion to the load between them: friction grows by f_s S P."""
 
     title = "Coulomb friction of the strands"
+    part = "strands"
     formula = "F_f -> F_f + f_s S P, S = 2 pi r0 l0 sin(2 alpha0)/sin(2 alpha)"
     source = "Davis & Caldwell 2006; Tondu 2012, eq 36 with f_s standing for f_s/S_scale"
     suspect = "odd misfit proportional to pressure, the same at every speed"
@@ -46,6 +47,7 @@ class TextileFriction(Lost):
     """Textile strands: friction grows less than the load, by f_s L (S P / L)^beta with L = 1 kN."""
 
     title = "Textile friction of the strands"
+    part = "strands"
     formula = "F_f -> F_f + f_s L (S P/L)^beta, S = 2 pi r0 l0 sin(2 alpha0)/sin(2 alpha)"
     source = "Howell, Mieszkis & Tabor 1959; Tondu 2012, eq 40"
     suspect = "hysteresis that is too wide at low pressure and too narrow at high pressure under Coulomb's law"
@@ -64,6 +66,7 @@ class HertzFriction(Lost):
     """Strands touch on small round spots that grow with the load: friction grows by f_s S P / S_scale, as P^(4/3)."""
 
     title = "Hertz friction of the strands"
+    part = "strands"
     formula = "F_f -> F_f + f_s S P/S_scale, S_scale = (1/2) (8/3)^(1/3) [E/((1 - nu^2) P)]^(1/3)"
     source = "Davis & Caldwell 2006; Tondu 2012, eqs 36-39"
     suspect = "hysteresis that is too narrow at high pressure under Coulomb's law"
@@ -84,6 +87,7 @@ class SchulteFriction(Lost):
     """The whole cylinder rubs, strand on strand and strand on bladder: friction grows by 2 pi r l P (f_s + f_st)."""
 
     title = "Schulte's friction of the cylinder"
+    part = "strands"
     formula = "F_f -> F_f + 2 pi r l P f"
     source = "Schulte 1961; Tondu 2012, eq 33"
     suspect = "odd misfit proportional to pressure that follows the cylinder's surface over contraction"
@@ -100,6 +104,7 @@ class CrossingFriction(Lost):
     """Strands turn on each other where they cross: friction grows by (4/3) pi mu_R P r / tan(alpha) at any length."""
 
     title = "Friction at the crossings of strands"
+    part = "strands"
     formula = "F_f -> F_f + (4/3) pi mu_R P r/tan(alpha)"
     source = "virtual work of discs that turn on each other, derived here"
     suspect = "odd misfit proportional to pressure that does not grow with the muscle's length"
@@ -117,6 +122,7 @@ class ConstantFriction(Lost):
     """Friction that does not know the pressure: F_c more than whatever friction is there."""
 
     title = "Constant friction"
+    part = "strands"
     formula = "F_f -> F_f + F_c"
     source = "Chou & Hannaford 1996"
     suspect = "odd misfit that is the same at every pressure, contraction and speed"
@@ -131,6 +137,7 @@ class BladderHysteresis(Lost):
     """The rubber gives back less than it took, at any speed: friction grows by eta_b |pull of the rubber|."""
 
     title = "Rubber hysteresis"
+    part = "bladder"
     formula = "F_f -> F_f + eta_b |F_rubber|"
     source = "Vo-Minh et al. 2011; structural damping"
     suspect = "odd misfit without pressure, zero at rest, that follows the rubber over contraction"
@@ -146,6 +153,7 @@ class KineticFriction(Lost):
     """Friction changes with speed: it is multiplied by ratio + (1 - ratio) exp(-|v|/v_s)."""
 
     title = "Friction that depends on speed"
+    part = "strands"
     formula = "F_f -> F_f [ratio + (1 - ratio) exp(-|v|/v_s)]"
     source = "Tondu & Lopez 2000; Tondu 2012, eq 48 with |v|"
     suspect = "the width of the loops changes with speed"
@@ -161,6 +169,7 @@ class Presliding(Lost, Memory):
     """After a reversal the strands first bend before they slip: direction z with dz/dx = (1 - sgn(dx) z)/x_s (Dahl)."""
 
     title = "Presliding of the strands"
+    part = "strands"
     formula = "F_f sign(v) -> F_f z, dz/dx = [1 - z sign(v)]/x_s"
     source = "Canudas de Wit et al. 1995; Vo-Minh et al. 2011 (presliding in McKibben muscles)"
     suspect = "rounded corners after each reversal; minor loops thinner than major ones"
@@ -188,6 +197,7 @@ class MaxwellSlip(Lost, Memory):
     """
 
     title = "Stick and slip of the strands"
+    part = "strands"
     formula = "F_f sign(v) -> (F_f/n) sum z_i, dz_i/dx = 1/X_i, |z_i| <= 1, X_i = x_s spread^((2 i - n + 1)/(n - 1))"
     source = "Al-Bender, Lampaert & Swevers 2005; Vo-Minh et al. 2011"
     suspect = "rounded corners after each reversal; minor loops that close on themselves"
@@ -213,6 +223,7 @@ class ViscousDamping(Lost):
     """Drag in proportion to speed: B v."""
 
     title = "Viscous damping"
+    part = "muscle"
     formula = "F -> F - B v"
     source = "Reynolds et al. 2003; Tondu 2012, eq 41"
     suspect = "odd misfit that grows with speed"
@@ -226,6 +237,7 @@ class Hill(Lost):
     """Shortening costs force as in skeletal muscle: (F0 + a) v/(v + b), only while contracting."""
 
     title = "Hill's law of shortening"
+    part = "muscle"
     formula = "F -> F - F0 (1 + a_over_F0) v/(v + b), v > 0"
     source = "Hill 1938; Kerscher et al. 2006; Tondu 2012, eqs 43-46"
     suspect = "misfit of the contracting branch alone that grows with speed and levels off"
@@ -244,6 +256,7 @@ class Creep(Lost, Memory):
     """A Maxwell branch: drag K1 (x - y) whose dashpot follows, tau dy/dt = x - y."""
 
     title = "Creep"
+    part = "bladder"
     formula = "F -> F - K1 (x - y), tau dy/dt = x - y"
     source = "Minh et al. 2010; the standard linear solid"
     suspect = "force drifts during a hold; the loop depends on speed, most at one speed"
@@ -268,6 +281,7 @@ class Mullins(Lost, Memory):
     """
 
     title = "Mullins effect of the rubber"
+    part = "bladder"
     formula = "F -> F - m F_rubber {1 - exp[-(eps_top - eps)/w]}"
     source = "Mullins 1969; Ogden & Roxburgh 1999, after their damage function"
     suspect = "the first cycle differs from the next ones up to the same contraction"

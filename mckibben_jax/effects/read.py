@@ -19,6 +19,7 @@ class Slack(Read):
     """
 
     title = "Slack muscle"
+    part = "muscle"
     formula = "F -> max(F, F_s)"
     source = "Timoshenko & Gere 1961, clamped column and its load beyond buckling"
     suspect = "a model that pushes at low pressure and large contraction, where the reading stays near zero"
@@ -35,6 +36,7 @@ class ForceGain(Read):
     """The load cell reads too much in proportion: F (1 + g)."""
 
     title = "Wrong gain of the load cell"
+    part = "load cell"
     formula = "F -> F (1 + g)"
     source = "instrument"
     suspect = "misfit proportional to the whole force, friction included; hides in the radius"
@@ -48,6 +50,7 @@ class ForceOffset(Read):
     """The load cell does not read zero: F + F_off."""
 
     title = "Wrong zero of the load cell"
+    part = "load cell"
     formula = "F -> F + F_off"
     source = "instrument"
     suspect = "even misfit that is the same everywhere"
@@ -61,6 +64,7 @@ class TimeDelay(Read):
     """The force channel lags the others: it shows F(t - tau), straight between samples, the first one before them."""
 
     title = "Delay of the force channel"
+    part = "load cell"
     formula = "F(t) -> F(t - tau)"
     source = "instrument"
     suspect = "loops that open with speed, their two branches crossing where the force turns"

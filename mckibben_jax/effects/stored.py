@@ -17,6 +17,7 @@ class IdealCylinder(Energy):
     """The gas does work as the braided cylinder's volume grows: E = -P V, which is the ideal law (eq 10)."""
 
     title = "Ideal cylinder"
+    part = "gas"
     formula = "E = -P V, V = pi r^2 l, F = pi r0^2 P [3 (1 - eps)^2/tan^2(alpha0) - 1/sin^2(alpha0)]"
     source = "Tondu & Lopez 1995, 2000; Tondu 2012, eqs 6, 7 and 10"
     suspect = "always there"
@@ -30,6 +31,7 @@ class ConicalEnds(Energy):
     """The ends are cones, not a cylinder, and hold less gas: E = -P (V_cones - V_cylinder), cones k_c l0 eps long."""
 
     title = "Conical ends"
+    part = "ends"
     formula = "E = -P (V_c - pi r^2 l), V_c = pi r^2 (l - 2 l_c) + (2/3) pi l_c (r^2 + r r0 + r0^2), l_c = k_c l0 eps"
     source = "shape of Tondu 2012, eq 25, by its volume"
     suspect = "even misfit proportional to pressure that grows with contraction, alike a tip correction"
@@ -46,6 +48,7 @@ class ReducedLength(Energy):
     """The rounded ends take away active length as the muscle widens: V = pi r^2 (l - factor (r - r0))."""
 
     title = "Rounded ends"
+    part = "ends"
     formula = "E = P pi r^2 factor (r - r0)"
     source = "Kothera et al. 2009; Tondu 2012, 'Tip effects'"
     suspect = "even misfit proportional to pressure, already at rest, larger in short muscles"
@@ -62,6 +65,7 @@ class BladderNeoHookean(Energy):
     """The rubber wall is strained: a thick incompressible neo-Hookean tube, by its energy."""
 
     title = "Rubber wall, neo-Hookean"
+    part = "bladder"
     formula = "E = (G/2) l0 int (I1 - 3) dA"
     source = "Treloar 1975; Klute & Hannaford 2000; Tondu 2012, eqs 21 and 29-32, exact thick wall"
     suspect = "even misfit that does not depend on pressure, zero at rest and growing with contraction"
@@ -78,6 +82,7 @@ class BladderMooneyRivlin(Energy):
     """The rubber wall is strained: a thick incompressible Mooney-Rivlin tube, by its energy."""
 
     title = "Rubber wall, Mooney-Rivlin"
+    part = "bladder"
     formula = "E = l0 int [C10 (I1 - 3) + C01 (I2 - 3)] dA"
     source = "Klute & Hannaford 2000; Kothera et al. 2009; Tondu 2012, eqs 29-32, exact thick wall"
     suspect = "as the neo-Hookean bladder, with a wide range of contraction"
@@ -95,6 +100,7 @@ class BladderThinMooneyRivlin(Energy):
     """The rubber wall is strained: a Mooney-Rivlin wall that follows the braid through its whole thickness."""
 
     title = "Rubber wall, thin Mooney-Rivlin"
+    part = "bladder"
     formula = "E = l0 A [C10 (I1 - 3) + C01 (I2 - 3)], lambda1 = r/r0, lambda2 = 1 - eps"
     source = "Kothera et al. 2009; Hocking & Wereley 2013; Tondu 2012, eq 32 corrected"
     suspect = "as the thick Mooney-Rivlin bladder, for thin walls"
@@ -114,6 +120,7 @@ class BladderSchulte(Pulling):
     """The wall resists shortening and widening by two linear tensions, which have no common energy."""
 
     title = "Rubber wall, Schulte"
+    part = "bladder"
     formula = "F -> F + 2 pi k_e r (l - l0) - 4 pi^2 k_e r (r - r0)/tan^2(alpha)"
     source = "Schulte 1961; Tondu 2012, eq 26 with l - l0 for l"
     suspect = "as the neo-Hookean bladder, when neither wall nor rubber were measured"
@@ -134,6 +141,7 @@ class StrandBending(Energy):
     """
 
     title = "Bending of the strands"
+    part = "strands"
     formula = "E = (c_b/2) B [sin(alpha) - sin(alpha_f)]^2"
     source = "bending energy of a helix, (1/2) n EI L (change of curvature)^2"
     suspect = "even misfit without pressure, where there is hardly any rubber"
@@ -151,6 +159,7 @@ class LinearSpring(Energy):
     """A spring in parallel pulls back in proportion to the stroke: K l0 eps."""
 
     title = "Spring in parallel"
+    part = "fittings"
     formula = "E = (K/2) (l0 eps)^2, F -> F - K l0 eps"
     source = "Hooke's law; Tondu 2012, eq 41"
     suspect = "even misfit without pressure that grows in a straight line from rest"
@@ -164,6 +173,7 @@ class Weight(Energy):
     """Dead weight hangs between the muscle and the load cell: m g less."""
 
     title = "Dead weight"
+    part = "fittings"
     formula = "E = m g l0 eps, F -> F - m g"
     source = "rig property; standard gravity"
     suspect = "even misfit that is the same everywhere, and changes sides when the rig is turned over"
@@ -178,6 +188,7 @@ class EndStop(Energy):
     """The bladder jams near the end of the stroke: a spring K that acts beyond the contraction eps_s."""
 
     title = "End stop"
+    part = "bladder"
     formula = "E = (K/2) l0^2 max(eps - eps_s, 0)^2, F -> F - K l0 max(eps - eps_s, 0)"
     source = "Davis et al. 2003 (minimum angle); Delson et al. 2005"
     suspect = "even misfit without pressure that starts sharply late in the stroke"
@@ -193,6 +204,7 @@ class WallShielding(Pulling):
     """The printed law of a wall that carries nothing, as a difference to the ideal cylinder (eq 18); breaks energy."""
 
     title = "Wall that carries nothing (as printed)"
+    part = "bladder"
     formula = "F = P [2 pi r_i r/tan^2(alpha) - pi r_i^2]"
     source = "Ferraresi et al. 2001; Tondu 2012, eq 18"
     suspect = "only to compare with the review: less force near rest in proportion to pressure and wall"
@@ -212,6 +224,7 @@ class ConicalEndsPrinted(Pulling):
     """The printed law of conical ends, as a difference to the ideal cylinder (eq 25); breaks energy conservation."""
 
     title = "Conical ends (as printed)"
+    part = "ends"
     formula = "F = pi r0^2 P {-1 + 2 (1 - eps)/tan^2(alpha0) [1 - eps + (k_c eps/3) (r0/r - 4)]}"
     source = "Tondu 2012, eq 25"
     suspect = "only to compare with the review"
@@ -231,6 +244,7 @@ class BladderAxialPrinted(Pulling):
     """The printed law of a thin wall, axial stress alone and of the wrong sign (eq 28); not the slope of its energy."""
 
     title = "Thin wall under axial stress (as printed)"
+    part = "bladder"
     formula = "F -> F - pi t0^2 G [1 - 1/(lambda1^2 (1 - eps)^4)] [1/lambda1^2 + 2 (1 - h0) (1 - eps)/h0]"
     source = "Tondu 2012, eqs 27 and 28"
     suspect = "only to compare with the review"

@@ -30,6 +30,7 @@ class SupplyOrifice(Felt, Memory):
 
     states_rates = True
     title = "Supply of gas through a valve"
+    part = "supply"
     formula = "P -> p - P_atm, (V + V_d) dp/dt = n (C p0 p1 w(b) - p dV/dt)"
     source = "ISO 6358-1:2013; Richer & Hurmuzlu 2000 (polytropic gas in a changing volume)"
     suspect = "after a step of the set-point the muscle fills at a steady rate at first, the longer the larger it is"
@@ -70,6 +71,7 @@ class LiquidLine(Felt):
     """The muscle is filled with a liquid through a line that resists: P - R dV/dt, no gas law."""
 
     title = "Supply line filled with liquid"
+    part = "supply"
     formula = "P -> P - R dV/dt"
     source = "Hagen-Poiseuille flow; virtual work of an incompressible filling"
     suspect = "a muscle filled with liquid that moves as if damped, more so where its volume changes faster"
@@ -85,6 +87,7 @@ class SupplyDelay(Read):
     """Valve and line have a dead time: the muscle gets the pressure that was set tau earlier."""
 
     title = "Delay of the supply"
+    part = "supply"
     formula = "P(t) -> P(t - tau)"
     source = "instrument"
     suspect = "nothing happens for a while after the set-point has jumped"

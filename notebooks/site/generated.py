@@ -15,6 +15,7 @@ import click
 from fitting import showing
 from fitting.cli.main import COMMANDS, main
 from fitting.report.formula import formula_html
+from fitting.report.pictures.seat import seat_svg, seat_text
 from fitting.report.text.catalogue import STAGES, first_sentence, meaning, symbols
 from fitting.report.text.equations import STATUS, function_name
 from mckibben_jax import LIBRARY, SUPPLIES, Effect, name_of, parameters
@@ -31,18 +32,24 @@ def on_files(files: Any, config: Any) -> Any:
     """Add the generated pages to those that are written."""
     from mkdocs.structure.files import File  # the pages themselves can be made, and tested, without the generator
 
-    for place, text in pages():
+    for place, text in pages(drawn=True):
         files.append(File.generated(config, place, content=text))
     picture = ROOT / "notebooks" / "error_falling.svg"
     files.append(File.generated(config, "error_falling.svg", content=picture.read_text(encoding="utf-8")))
     return files
 
 
-def pages() -> Iterator[tuple[str, str]]:
-    """Every generated page: its place and its Markdown."""
+def pages(drawn: bool = False) -> Iterator[tuple[str, str]]:
+    """Every generated page: its place and its Markdown; what effects leave in data is `drawn` only where that is asked.
+
+    The drawings take half a second each: the effects are computed for them.
+    """
     yield "effects/index.md", effects_page()
     for kind in EFFECTS:
-        yield f"effects/{name_of(kind)}.md", f"---\nsearch:\n  boost: 2\n---\n\n{effect_page(kind)}"
+        yield (
+            f"effects/{name_of(kind)}.md",
+            f"---\nsearch:\n  boost: 2\n---\n\n{effect_page(kind)}{fingerprint_of(kind) if drawn else ''}",
+        )
     yield "errata.md", errata_page()
     yield "commands.md", commands_page()
     yield "python.md", python_page()
@@ -86,6 +93,7 @@ def effect_page(kind: type[Effect]) -> str:
         rows = [f"| `{p.name}` | {cell(p.meaning)} | {showing.show(p.default, p.unit)} | {showing.show(p.lower, p.unit)} to "
                 f"{showing.show(p.upper, p.unit)} |" for p in own]  # fmt: skip
         told += ["| parameter | meaning | unless fitted | range |\n|---|---|---|---|\n" + "\n".join(rows)]
+    told += [f"{seat_text(kind)}\n\n{seat_svg(kind)}"] if kind.part else []
     told += [f"**Stage:** {kind.stage}, {STAGES[kind.stage]}"]
     if kind.family:
         rivals = [name_of(k) for k in EFFECTS if k.family == kind.family and k is not kind]
@@ -98,6 +106,20 @@ def effect_page(kind: type[Effect]) -> str:
     told += [f"**Source:** {cell(kind.source)}"] if kind.source else []
     told += [f"```sh\nmckibben effects {name_of(kind)}\n```", f"In Python: `mckibben_jax.{kind.__name__}`"]
     return "\n\n".join(told) + "\n"
+
+
+def fingerprint_of(kind: type[Effect]) -> str:
+    """What an effect leaves in the test that shows it, as a drawing of its page; empty where it leaves nothing."""
+    from fitting.compiled.prepare import prepare
+    from fitting.report.pictures.effect import fingerprint
+    from fitting.report.pictures.figures import as_svg
+
+    prepare()
+    caption, figure = fingerprint(kind)
+    if figure is None:
+        return ""
+    drawing = as_svg(figure, f"fingerprint-{name_of(kind)}")
+    return f'\n## In the data\n\nThe muscle is the same for all effects: {caption}.\n\n<div class="fingerprint">{drawing}</div>\n'
 
 
 # Equations -------------------------------------------------------------------------------------------------------------
