@@ -6,6 +6,7 @@ from folders import isometric_columns, loop_csv, release_columns, table
 from fitting.errors import InputError
 from fitting.recordings.experiment import read_experiment
 from fitting.recordings.template import muscle_file, write_muscle_file
+from mckibben_jax.muscle import quantities
 
 pytestmark = pytest.mark.filterwarnings("error")
 
@@ -23,6 +24,7 @@ def test_init_writes_a_file_to_fill_in_and_never_overwrites(tmp_path):
         'columns = { force = "Load cell" }',
     ):
         assert expected in text
+    assert [key for key in quantities() if f"{key} = " not in text] == []
     with pytest.raises(InputError, match="still to be filled in"):
         read_experiment(tmp_path)
     path.write_text(

@@ -72,6 +72,19 @@ def test_an_isometric_recording(tmp_path, runs):
         assert np.sign(run.pressure_rate[run.weight > 0]).tolist() == run.branch[run.weight > 0].tolist()
 
 
+def test_readings_while_the_length_is_changed_belong_to_no_run(tmp_path):
+    columns = isometric_columns()
+    between = {
+        name: np.insert(np.asarray(values, float), [160, 160, 160], values[0]) for name, values in columns.items()
+    }
+    lengths = next(name for name in between if name.startswith("length"))
+    between[lengths][160:163] = [295.0, 290.0, 285.0]
+    between["time [s]"] = np.arange(len(between[lengths])) * 0.1
+    data = read_experiment(folder_of(tmp_path, table(between), test="isometric")).recordings[0]
+    assert [len(run.time) for run in data.runs] == [160, 160, 160]
+    assert any("3 of 483 samples carry no weight: between two lengths" in note for note in data.notes)
+
+
 def test_stated_branches_win(tmp_path):
     columns = isometric_columns((300,)) | {"branch": ["inflate"] * 100 + ["deflate"] * 60}
     _, run = only_run(folder_of(tmp_path, table(columns), test="isometric"))

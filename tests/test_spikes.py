@@ -9,6 +9,7 @@ from hidden.simulator import EVERY_NOISE, Recording, Truth, dataset, isometric, 
 from hidden.study.protocols import WHOLE
 
 from fitting import read_experiment
+from fitting.recordings.settings import SPIKES
 from fitting.recordings.spikes import spikes
 
 TRUTH = Truth(WHOLE, with_baseline())
@@ -62,6 +63,18 @@ def test_steps_turning_points_and_overshoot_are_no_spikes():
     for signal in (step, overshoot, triangle, jump_at_turn):
         assert not spikes(signal).any()
     assert np.flatnonzero(spikes(triangle + 5.0 * (time == 60))).tolist() == [60]
+
+
+def test_a_reading_as_far_off_as_noise_goes_is_no_spike():
+    """White noise of one unit: readings are off their neighbours by 1.1 (rms), and step by 0.95 (median)."""
+    noise = np.random.default_rng(1).normal(size=4000)
+    noise[2000] = 0.0
+    bound = SPIKES.beyond_noise * 1.1 + SPIKES.beyond_steps * 0.95
+
+    def found(share):
+        return np.flatnonzero(spikes(noise + share * bound * (np.arange(4000) == 2000))).tolist()
+
+    assert (found(0.75), found(1.25)) == ([], [2000])
 
 
 def test_many_are_noise_and_stay():

@@ -157,6 +157,13 @@ def test_merged_head_cells_are_noticed(tmp_path):
     assert "merged" in said
 
 
+def test_columns_are_called_as_the_spreadsheet_calls_them(tmp_path):
+    """Behind Z comes AA: readings without a head in the 28th column."""
+    rows = [[*row[:3], *([f"note {k}" for k in range(24)] if at == 0 else ["-"] * 24), None if at == 0 else 1.0]
+            for at, row in enumerate(rows_of())]  # fmt: skip
+    assert "the head of column AB is empty" in refused(tmp_path, workbook({"loops": rows}))
+
+
 @pytest.mark.parametrize(
     ("sheets", "words"),
     [

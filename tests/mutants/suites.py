@@ -111,6 +111,7 @@ INSTRUMENTS = Suite(
         "fitting/recordings/noise.py", "fitting/recordings/presumed.py", "fitting/recordings/smoother.py",
     ),
     {
+        "fitting/recordings/contrasts": (("tests/test_contrasts.py",), ("tests/test_estimated_inputs.py",)),
         "fitting/recordings": (("tests/test_accuracy.py",), ("tests/test_estimated_inputs.py",)),
         "fitting/instruments": (
             ("tests/test_errors_felt.py", "tests/test_instrument_errors.py"),
