@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import time
 
 import pytest
@@ -67,7 +68,11 @@ def test_rivals_answer_the_same_cases(diagnosed):
     """Forward selections name the effect that is plainly there, or more; sparse regression may take one like it."""
     for name in ("bic", "ar1"):
         assert "bladder_neo_hookean" in diagnosed["known"]["rivals"][name]
-    assert set(TYPICAL) >= {n for r in diagnosed.values() for names in r["rivals"].values() for n in names}
+    named = [(rival, names) for r in diagnosed.values() for rival, names in r["rivals"].items()]
+    assert set(TYPICAL) >= {name for rival, names in named if rival != "sindy" for name in names}
+    terms = diagnosed["known"]["rivals"]["sindy"]
+    assert terms
+    assert all(re.fullmatch(r"(sign\(v\) |v |\|v\| )?x\^[0-3] P\^[0-2]", term) for term in terms)
 
 
 def test_a_tip_is_named_though_the_length_is_held():

@@ -3,6 +3,7 @@
 Each sees the same candidates. Forward selection refits every set jointly with hidden shapes free, by the program's own
 fits, and starts from those that the diagnosis has made; sparse regression chooses among linear signatures at several
 shapes, beside slopes of the baseline's parameters that cost nothing, and what it chooses is refitted and pruned by BIC.
+Identification of sparse dynamics (SINDy, Brunton et al. 2016) knows no effects: it chooses among products of powers.
 Whatever is left is the answer: none of these can say "one of" or "not in the library".
 """
 
@@ -21,6 +22,7 @@ NAMES = {
     "ar1": "forward selection, BIC of AR(1) errors",
     "lasso": "sparse regression, lasso path by BIC",
     "omp": "sparse regression, matching pursuit by loops left out",
+    "sindy": "thresholded least squares on products of powers (SINDy), by BIC",
 }
 
 
@@ -31,6 +33,7 @@ def answers(search: Any) -> dict[str, list[str]]:
         "ar1": forward(search, autoregressive),
         "lasso": sparse(search, lasso),
         "omp": sparse(search, pursuit),
+        "sindy": terms(search),
     }
 
 
@@ -151,6 +154,49 @@ def regression(search: Any) -> tuple[list[str], np.ndarray, np.ndarray, np.ndarr
     left = -(base.rows - basis @ (basis.T @ base.rows))
     loops = np.unique(np.stack([world.samples.run, world.samples.loop]), axis=1, return_inverse=True)[1]
     return [name for name, kept in zip(names, seen, strict=True) if kept], rest, left, loops
+
+
+POWERS = [(i, j) for i in range(4) for j in range(3)]  # of contraction and pressure
+THRESHOLDS = np.geomspace(0.01, 0.5, 12)  # of the largest weight of a unit column, below which it is dropped
+
+
+def terms(search: Any) -> list[str]:
+    """The terms of a general language that SINDy keeps: powers of contraction and pressure, with and without motion."""
+    world, base = search.world, search.base
+    names, columns = language(world.samples)
+    slopes = base.slopes[:, np.linalg.norm(base.slopes, axis=0) > 0]
+    basis = np.linalg.qr(slopes)[0]
+    rest = columns - basis @ (basis.T @ columns)
+    size = np.linalg.norm(rest, axis=0)
+    seen = size > 1e-3 * np.linalg.norm(columns, axis=0)
+    left = -(base.rows - basis @ (basis.T @ base.rows))
+    paths = [thresholded(rest[:, seen] / size[seen], left, share) for share in THRESHOLDS]
+    nothing = (len(left) * np.log(np.sum(left**2) / len(left)), np.zeros(0, int))
+    kept = min([nothing, *paths], key=lambda each: each[0])[1]
+    return [np.array(names)[seen][k] for k in kept]
+
+
+def language(samples: Any) -> tuple[list[str], np.ndarray]:
+    """The terms and what they are in force over its noise (rows, terms)."""
+    x, p = samples.contraction / samples.contraction.max(), samples.pressure / samples.pressure.max()
+    speed = samples.rate / max(np.abs(samples.rate).max(), 1e-300)
+    ways = {"": np.ones(len(x)), "sign(v) ": samples.branch, "v ": speed, "|v| ": np.abs(speed)}
+    made = {f"{way}x^{i} P^{j}": by * x**i * p**j / samples.sigma for way, by in ways.items() for i, j in POWERS}
+    made = {name: column for name, column in made.items() if np.any(column)}
+    return list(made), np.stack(list(made.values()), axis=1)
+
+
+def thresholded(columns: np.ndarray, left: np.ndarray, share: float) -> tuple[float, np.ndarray]:
+    """Least squares, the small dropped, again until none is small: the BIC and the columns that are left."""
+    kept = np.arange(columns.shape[1])
+    while len(kept):
+        weights = np.linalg.lstsq(columns[:, kept], left, rcond=1e-10)[0]
+        large = np.abs(weights) >= share * np.abs(weights).max()
+        if large.all():
+            break
+        kept = kept[large]
+    rest = left - columns[:, kept] @ np.linalg.lstsq(columns[:, kept], left, rcond=1e-10)[0] if len(kept) else left
+    return len(left) * np.log(np.sum(rest**2) / len(left)) + len(kept) * np.log(len(left)), kept
 
 
 def lasso(columns: np.ndarray, left: np.ndarray, _groups: np.ndarray) -> np.ndarray:
