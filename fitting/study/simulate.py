@@ -178,7 +178,7 @@ def write_data_set(
 ) -> SimulatedData:
     """Write muscle.toml and one CSV; files that are there already are left alone, with an error that says so."""
     file = folder / f"{test.replace(' ', '_')}.csv"
-    for path in (folder / "muscle.toml", file, band_file(file)):
+    for path in (folder / "muscle.toml", file, band_file(file), models_file(file)):
         if path.exists():
             raise InputError("the file is there already and is left alone", path, cure="name another folder")
     clean = [record_course(model, course, test) for course in courses]
@@ -206,6 +206,11 @@ def write_data_set(
 def band_file(file: Path) -> Path:
     """Where the band of a simulated recording stands."""
     return file.with_name(f"{file.stem}_band.csv")
+
+
+def models_file(file: Path) -> Path:
+    """Where what several models say of a simulated recording stands."""
+    return file.with_name(f"{file.stem}_models.csv")
 
 
 def _position(model: Model, course: Course, shown: np.ndarray) -> np.ndarray:

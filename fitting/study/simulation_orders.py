@@ -18,6 +18,11 @@ from fitting.study.stored_model import stored_model
 def simulate_request(folder: Path, options: dict[str, Any]) -> SimulatedData:
     """Simulate the recordings that the options describe, and write them."""
     test = kind_of(options["test"])
+    if options["also"] and test not in FORCE_TESTS:
+        cure = f"choose one of {', '.join(FORCE_TESTS)}"
+        raise InputError("--also compares forces, and this test imposes the force", value=test, cure=cure)
+    for other in options["also"]:  # a file that is not there is told before anything is written
+        stored_model(other, options["muscle"], options["effect_file"], options["of"])
     whole, _ = stored_model(options["model"], options["muscle"], options["effect_file"], options["of"])
     noise = None
     if options["noise"]:
