@@ -296,6 +296,47 @@ def test_ten_thousand_samples_follow_a_slider_at_once(visit, tmp_path):
     assert not slow
 
 
+@pytest.mark.slow
+def test_a_slider_that_moves_in_every_frame_leaves_no_queue_behind(visit, tmp_path):
+    """Ten thousand samples, a second of keys, one a frame: prints how many models were drawn and what came late."""
+    big = write(tmp_path, loops(points=420, repeats=4), name="Big")
+    page = visit()
+    page.locator("input[type=file]").first.set_input_files([big / "muscle.toml", big / "loops.csv"])
+    page.locator(".now", has_text="As fitted").wait_for()
+    page.get_by_role("slider").nth(1).focus()
+    told = page.evaluate(SECOND_OF_KEYS)
+    drawn = [moment for moment in told["drawn"] if moment <= told["end"]]
+    late = [moment - told["end"] for moment in told["drawn"] if moment > told["end"]]
+    lag = max(late, default=0.0)
+    print(f"{told['keys']} keys, {len(drawn)} models drawn in 1 s; {len(late)} after it, the last by {lag:.0f} ms")
+    assert told["keys"] > 10
+    assert len(drawn) > told["keys"] / 2
+    assert len(late) <= 3  # what was on its way, and no queue
+
+
+SECOND_OF_KEYS = """async () => {
+  const inside = root => root.activeElement?.shadowRoot ? inside(root.activeElement.shadowRoot) : root.activeElement;
+  const find = root => root.querySelector(".now")
+    || [...root.querySelectorAll("*")].filter(one => one.shadowRoot).map(one => find(one.shadowRoot)).find(Boolean);
+  const slider = inside(document), drawn = [], begin = performance.now();
+  let place = find(document), shown = place.textContent, keys = 0, end = null;
+  await new Promise(done => {
+    const frame = () => {
+      const now = performance.now();
+      place = place.isConnected ? place : find(document);
+      if (place && place.textContent !== shown) { shown = place.textContent; drawn.push(now); }
+      if (now - begin < 1000) {
+        keys++;
+        const key = now - begin < 500 ? "ArrowLeft" : "ArrowRight";
+        slider.dispatchEvent(new KeyboardEvent("keydown", { key, bubbles: true, composed: true }));
+      } else { end ??= now; }
+      if (now - begin > 4000) { done(); } else { requestAnimationFrame(frame); }
+    };
+    frame();
+  });
+  return { keys, drawn, end };
+}"""
+
 # milliseconds from a key that is pressed to the frame in which the error, and with it the loops, has changed
 STOPWATCH = """() => {
   window.addEventListener("keydown", () => { window.pressed = performance.now(); }, true);
