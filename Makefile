@@ -46,7 +46,12 @@ clean:
 wheel: $(READY)
 	$(BIN)/python -m hatchling build -d dist
 
-# The documentation into build/site, every link checked; opens from disk.
-docs: $(READY)
+# The documentation into build/site, every link checked; opens from disk. The notebooks for people who start are run (minutes).
+WORKED := $(patsubst notebooks/%.py,build/notebooks/%.ipynb,$(wildcard notebooks/[0-9]_*.py))
+docs: $(READY) $(WORKED)
 	$(BIN)/python -m pip install --quiet --editable '.[docs]' --constraint constraints.txt
 	NO_MKDOCS_2_WARNING=1 $(BIN)/python -m mkdocs build --quiet --config-file notebooks/site/mkdocs.yml
+
+build/notebooks/%.ipynb: notebooks/%.py $(READY)
+	mkdir -p build/notebooks
+	$(BIN)/marimo export ipynb $< --include-outputs --sort top-down --force --output $@

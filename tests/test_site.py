@@ -1,6 +1,7 @@
 """The documentation is complete: every effect, equation and command, and nothing that the program does not have."""
 
 import importlib.util
+import json
 import os
 import re
 import shlex
@@ -98,8 +99,34 @@ def test_links_of_pages_that_stand_elsewhere_in_the_project_lead_to_pages(pages)
     known = set(pages) | {page.name for page in WRITTEN}
     for name, text in pages.items():
         if "/" not in name:
-            found = re.findall(r"\]\((?!https?:|#)([^)#]+)", text)
+            found = re.findall(r"\]\((?!https?:|#|notebooks/)([^)#]+)", text)
             assert [link for link in found if link not in known] == [], name
+
+
+def test_a_notebook_that_was_run_becomes_a_page_with_its_results(tmp_path):
+    pytest.importorskip("latex2mathml", reason="the extra 'docs' is not installed")
+    place = importlib.util.spec_from_file_location("worked", SITE / "worked.py")
+    worked = importlib.util.module_from_spec(place)
+    place.loader.exec_module(worked)
+    drawn = {"data": {"image/png": "aGVsbG8="}, "output_type": "display_data"}
+    told = {"data": {"text/markdown": ["It is **12 N** at $P_0$."]}, "output_type": "display_data"}
+    cells = [
+        {"cell_type": "markdown", "source": ["# One\n", "costs 5 $ and $a/b$\n", "$$F = P$$"]},
+        {"cell_type": "code", "source": "plot()", "outputs": [drawn]},
+        {"cell_type": "code", "source": 'mo.md(f"It is")', "outputs": [told]},
+        {"cell_type": "code", "source": "print(1)", "outputs": [{"data": {"text/plain": "1\n"}}]},
+    ]
+    (tmp_path / "1_one.ipynb").write_text(json.dumps({"cells": cells}), encoding="utf-8")
+    pages = dict(worked.worked_notebooks(tmp_path))
+    assert pages["notebooks/1_one_1_0.png"] == b"hello"
+    page = pages["notebooks/1_one.md"]
+    assert "# One\ncosts 5 $ and <math" in page
+    assert '<div class="formula"><math' in page
+    assert "```python\nplot()\n```\n\n![What the code above draws](1_one_1_0.png)" in page
+    assert "mo.md" not in page
+    assert "It is **12 N** at <math" in page
+    assert "```text\n1\n```" in page
+    assert "`notebooks/1_one.py`" in page
 
 
 def test_the_site_builds_with_every_link_checked_and_fetches_nothing(tmp_path):

@@ -222,7 +222,9 @@ def notebooks_page() -> str:
     for path in sorted((ROOT / "notebooks").glob("*.py")):
         title, words = first_words(path)
         if title:
-            told += [f"## {title}", words, f"`notebooks/{path.name}`"]
+            was_run = (ROOT / "build" / "notebooks" / f"{path.stem}.ipynb").exists()  # `worked` makes its page
+            page = f": [read it with its results](notebooks/{path.stem}.md)" if was_run else ""
+            told += [f"## {title}", words, f"`notebooks/{path.name}`{page}"]
     return "\n\n".join(told) + "\n"
 
 
