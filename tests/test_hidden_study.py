@@ -66,7 +66,7 @@ def test_a_few_cases_of_the_plan(diagnosed):
 
 def test_rivals_answer_the_same_cases(diagnosed):
     """Forward selections name the effect that is plainly there, or more; sparse regression may take one like it."""
-    for name in ("bic", "ar1"):
+    for name in ("bic", "ar1", "told"):
         assert "bladder_neo_hookean" in diagnosed["known"]["rivals"][name]
     named = [(rival, names) for r in diagnosed.values() for rival, names in r["rivals"].items()]
     assert set(TYPICAL) >= {name for rival, names in named if rival != "sindy" for name in names}

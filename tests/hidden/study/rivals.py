@@ -20,6 +20,7 @@ FOLDS = 5
 NAMES = {
     "bic": "forward selection, BIC of independent samples",
     "ar1": "forward selection, BIC of AR(1) errors",
+    "told": "forward selection, BIC, told of noise and instruments as the program is",
     "lasso": "sparse regression, lasso path by BIC",
     "omp": "sparse regression, matching pursuit by loops left out",
     "sindy": "thresholded least squares on products of powers (SINDy), by BIC",
@@ -31,6 +32,7 @@ def answers(search: Any) -> dict[str, list[str]]:
     return {
         "bic": forward(search, independent),
         "ar1": forward(search, autoregressive),
+        "told": forward(search, told(search)),
         "lasso": sparse(search, lasso),
         "omp": sparse(search, pursuit),
         "sindy": terms(search),
@@ -59,6 +61,24 @@ def autoregressive(fit: Any, samples: Any) -> float:
         residual = rows + slopes @ step
     left = float(np.sum(innovations(residual, fresh, phi) ** 2))
     return criterion(left, -float(fresh.sum()) * np.log(1 - phi**2), fit, len(rows), len(fit.free) + 1)
+
+
+def told(search: Any) -> Callable[[Any, Any], float]:
+    """BIC of rows free of what the program takes for noise and for errors of instruments, each fit at its optimum.
+
+    No rival uses this today; it shows what the rest of the program adds to that knowledge.
+    """
+    ground = search.examiner.ground(search.base)
+    felt = ground.errors
+    instruments = felt.changed(ground.without_noise(felt.per_run), ground.without_noise(felt.shared)).whitener()
+
+    def score(fit: Any, samples: Any) -> float:
+        both = instruments(ground.without_noise(np.column_stack([fit.rows, fit.slopes])))
+        rows, slopes = both[:, 0], both[:, 1:]
+        left = rows - slopes @ np.linalg.lstsq(slopes, rows, rcond=1e-10)[0]
+        return criterion(float(np.sum(left**2)), 0.0, fit, len(rows), len(fit.free))
+
+    return score
 
 
 def innovations(values: np.ndarray, fresh: np.ndarray, phi: float) -> np.ndarray:
