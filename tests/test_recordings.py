@@ -2,6 +2,7 @@
 
 import hashlib
 import math
+import re
 from pathlib import Path
 
 import numpy as np
@@ -313,3 +314,21 @@ def test_a_folder_of_folders_without_muscle_says_where_to_begin(tmp_path):
     with pytest.raises(InputError) as error:
         read_experiment(tmp_path)
     assert f"mckibben init {folder}" in error.value.cure
+
+
+VALID = 'valid = { force = ["2 N", "900 N"] }'
+
+
+@pytest.mark.parametrize(("slack_below", "valid", "noted"), [(200, "", True), (10, "", False), (200, VALID, False)])
+def test_a_muscle_under_pressure_that_hardly_pulls_is_noticed(tmp_path, slack_below, valid, noted):
+    columns = isometric_columns()
+    pull = np.maximum(columns["pressure [kPa]"] - slack_below, 0.0) * 0.5
+    columns["force [N]"] = np.round(pull + 0.1 * np.sin(np.arange(len(pull))), 3)
+    notes = read_experiment(folder_of(tmp_path, table(columns), test="isometric", more=valid)).recordings[0].notes
+    said = [note for note in notes if "the muscle hangs slack there" in note]
+    assert len(said) == noted
+    if noted:
+        assert "samples pull by less than 1.5 N above 50 kPa" in said[0]
+        count, whole = (int(word) for word in re.findall(r"(\d+) of (\d+)", said[0])[0])
+        pressure, force = (np.asarray(columns[name]) for name in ("pressure [kPa]", "force [N]"))
+        assert 0.9 * np.sum((pressure > 50) & (force < 1.5)) < count <= np.sum((pressure > 50) & (force < 1.5)) < whole

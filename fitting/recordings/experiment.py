@@ -16,10 +16,11 @@ from fitting.recordings.accuracy_table import ACCURATE, accuracy_of
 from fitting.recordings.again import runs_of
 from fitting.recordings.channel_errors import found_errors
 from fitting.recordings.kinds import INSIDE, is_recording
+from fitting.recordings.limits import TURNED_BY, limits_of
 from fitting.recordings.muscle_file import muscle_of, name_of, read_muscle, read_toml, source_of
 from fitting.recordings.noise import one_load_cell
 from fitting.recordings.plausible import check_plausible, without_copies
-from fitting.recordings.readings import FEWEST_SAMPLES, POSITIONS, read_runs
+from fitting.recordings.readings import POSITIONS, read_runs
 from fitting.recordings.records import FORCE_TESTS, TESTS, Experiment, Recording, Run
 from fitting.recordings.tables import COLUMNS, Table, read_table
 from fitting.recordings.toml_rows import row_in_recording
@@ -27,9 +28,7 @@ from mckibben_jax.muscle import Muscle
 
 __all__ = ["read_experiment", "read_muscle", "read_recording", "read_single"]
 
-TURNED_BY = {"loop": "length", "isometric": "pressure", "isotonic": "pressure"}
 MOST_NAMED = 8  # data sets in a message
-ONE_PRESSURE = 0.05  # share by which pressures differ that are one
 OWN_UNITS = ("set_pressure", "pressure", "length", "displacement", "force")  # columns that say what units people use
 OPTIONS = ("file", "test", "noise", "columns", "units", "valid", "pressure", "force_sign", "accuracy", *INSIDE)
 
@@ -162,7 +161,7 @@ def _checked_runs(
         raise InputError(
             f"no sample is left that carries weight: {why}", table.file, cure="widen `valid`, or record more"
         )
-    notes = (*_notes(counts, table, test, runs), *_smoothed(parts, runs, test), *odd, *alone, *_limits_of(runs, test))
+    notes = (*_notes(counts, table, test, runs), *_smoothed(parts, runs, test), *odd, *alone, *limits_of(runs, test))
     return runs, notes, found_errors(parts, test, float(muscle.length))
 
 
@@ -260,26 +259,3 @@ def _notes(counts: Counter[str], table: Table, test: str, runs: tuple[Run, ...])
     if test in ("loop", "isotonic"):
         notes.append("speed derived from the position by local parabolas that stop at turning points")
     return tuple(notes)
-
-
-def _limits_of(runs: tuple[Run, ...], test: str) -> list[str]:
-    """What these data cannot say whatever the model: one direction, one pressure."""
-    notes = []
-    signs = {int(sign) for run in runs for sign in np.unique(run.branch[run.weight > 0])} - {0}
-    if test in TURNED_BY and len(signs) == 1:
-        way = "inflating" if test != "loop" else "contracting"
-        back = "deflating" if test != "loop" else "elongating"
-        notes.append(
-            f"only {way if 1 in signs else back} was recorded: friction cannot be told from a force that does not "
-            "depend on the direction; record the way back too"
-        )
-    pressures = np.concatenate([run.pressure[run.weight > 0] for run in runs])
-    if len(pressures) < FEWEST_SAMPLES:
-        notes.append(f"only {len(pressures)} readings count: any model with that many parameters meets them")
-    lowest, highest = float(pressures.min()), float(pressures.max())
-    if test in ("loop", "static") and highest - lowest < ONE_PRESSURE * abs(highest):
-        notes.append(
-            f"one pressure only, {showing.show(float(np.median(pressures)), 'Pa')}: how anything depends on the "
-            "pressure is the model's word; record a second one"
-        )
-    return notes
