@@ -151,6 +151,16 @@ def test_an_error_of_which_no_accuracy_is_known_begins_small():
     assert widths[Channel.TIME, ErrorKind.SKEW] == INSTRUMENTS.least_skew
 
 
+def test_a_drift_is_steady_or_dies_away_as_what_warms_up_does():
+    """Both from the first reading on, each with its share of the variance: t, and T (1 - exp(-t / 0.2 T))."""
+    found = felt(*[Accuracy(pressure=ChannelAccuracy(drift=3.0))] * 2)
+    since = clock_time(S) - clock_time(S)[0]
+    whole = since[-1]
+    dying = whole * (1 - np.exp(-since / (INSTRUMENTS.warming_share * whole)))
+    expected = 3.0 / np.sqrt(2) * BY_PRESSURE[:, None] * np.column_stack([since, dying])
+    np.testing.assert_allclose(found.shared, expected, rtol=1e-6, atol=1e-9)
+
+
 def test_one_source_is_widened_and_no_other():
     found = felt(*[Accuracy(pressure=ChannelAccuracy(zero=100.0, gain=0.01), skew=0.001)] * 2)
     zero = found.sources_shared[0]

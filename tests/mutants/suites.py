@@ -98,6 +98,20 @@ DIAGNOSIS = Suite(
             ("tests/test_flips.py",),
             ("tests/test_static_maps.py",),
         ),
+        "fitting/diagnosis/similarity": (("tests/test_similarity.py",), ("tests/test_diagnose.py",)),
+        "fitting/diagnosis/substitutes": (("tests/test_substitutes.py",), ("tests/test_diagnose.py",)),
+        "fitting/diagnosis/odd_runs": (("tests/test_odd_runs.py",),),
+        "fitting/diagnosis/larger_sets": (("tests/test_larger_sets.py",),),
+        **dict.fromkeys(("fitting/diagnosis/dropping", "fitting/diagnosis/course"), (("tests/test_dropping.py",),)),
+        **dict.fromkeys(
+            ("fitting/diagnosis/discover", "fitting/diagnosis/step_rules", "fitting/diagnosis/findings"),
+            (("tests/test_discover.py",), ("tests/test_practice.py", "tests/test_path.py")),
+        ),
+        "fitting/diagnosis/among_all": (("tests/test_searches.py",), ("tests/test_discover.py",)),
+        **dict.fromkeys(
+            ("fitting/diagnosis/candidate_fit", "fitting/diagnosis/instrument_answers", "fitting/diagnosis/nuisance"),
+            (("tests/test_instrument_errors.py", "tests/test_projected.py"), ("tests/test_diagnose.py",)),
+        ),
         "fitting/diagnosis": (("tests/test_flips.py",), ("tests/test_diagnose.py",)),
     },
 )
