@@ -7,6 +7,8 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 import sympy
+from hypothesis import given
+from hypothesis import strategies as st
 from sympy.parsing.sympy_parser import (
     convert_xor,
     function_exponentiation,
@@ -209,6 +211,34 @@ def test_fractions_powers_and_roots_are_drawn_as_such():
 def test_text_that_is_no_formula_is_refused(formula):
     with pytest.raises(NotAFormula):
         mathml(formula)
+
+
+PIECES = [
+    *"()[]{}|^/+-,=~<>'*_ $",
+    " ",
+    "->",
+    "<=",
+    "2",
+    "1.5",
+    "x",
+    "P_m",
+    "eps",
+    "sin",
+    "sqrt",
+    "dV",
+    "dt",
+    "d ",
+    "int",
+    "F0",
+]
+
+
+@given(st.lists(st.sampled_from(PIECES), max_size=25).map("".join))
+def test_any_text_becomes_well_formed_mathml_or_is_refused(text):
+    try:
+        assert ET.fromstring(mathml(text)).tag == "math"
+    except NotAFormula:
+        assert formula_html(text).startswith("<code>")
 
 
 def test_text_of_an_own_effect_is_shown_as_it_stands():
