@@ -118,11 +118,11 @@ def test_recordings_of_one_accuracy_were_read_by_the_same_instruments_and_others
     np.testing.assert_allclose(other.shared, expected, rtol=1e-6)
 
 
-def test_what_is_read_by_other_instruments_does_not_feel_a_skew_either():
-    found = felt(Accuracy(skew=0.01), Accuracy())
-    assert found.per_run.shape[1] == 1
+def test_what_is_read_by_other_instruments_does_not_feel_a_skew_or_another_friction_either():
+    found = felt(Accuracy(skew=0.01, friction_per_run=0.02), Accuracy())
+    assert found.per_run.shape[1] == 3
     np.testing.assert_array_equal(found.per_run[S.recording == 1], 0.0)
-    assert np.abs(found.per_run[S.recording == 0]).max() > 0
+    assert np.all(np.abs(found.per_run[S.recording == 0]).max(axis=0) > 0)
 
 
 def test_no_more_columns_are_reserved_than_an_accuracy_can_need():
@@ -149,6 +149,15 @@ def test_an_error_of_which_no_accuracy_is_known_begins_small():
     assert widths[Channel.PRESSURE, ErrorKind.ZERO] == pytest.approx(small * scale)
     assert widths[Channel.PRESSURE, ErrorKind.DRIFT] == pytest.approx(small * scale / (clock[-1] - clock[0]))
     assert widths[Channel.TIME, ErrorKind.SKEW] == INSTRUMENTS.least_skew
+
+
+def test_a_cell_lags_in_every_width_with_its_share_of_the_variance():
+    found = felt(*[Accuracy(force=ChannelAccuracy(hysteresis=0.001))] * 2)
+    force, widths = signals()[Channel.FORCE], INSTRUMENTS.hysteresis_widths
+    lags = force.lags(S.run, widths)
+    expected = 0.001 * force.slope[:, None] * 60.0 * lags / np.sqrt(len(widths))
+    np.testing.assert_allclose(found.shared, expected, rtol=1e-6, atol=1e-9)
+    assert np.any((np.abs(lags) > 0.1) & (np.abs(lags) < 0.9))  # not only cells that are fully turned
 
 
 def test_a_drift_is_steady_or_dies_away_as_what_warms_up_does():
