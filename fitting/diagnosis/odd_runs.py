@@ -20,9 +20,6 @@ from fitting.diagnosis.search import SearchResult
 from fitting.diagnosis.settings import ODD_RUNS, OddRunSettings
 from fitting.instruments.sources import Source
 from fitting.least_squares.decomposed import svd
-from fitting.recordings.accuracy import Channel
-
-INPUTS = (Channel.PRESSURE, Channel.POSITION)  # readings that the prediction is made from
 
 
 def odd_runs(search: SearchResult, named: Sequence[frozenset[str]]) -> tuple[OddRun, ...]:
@@ -58,7 +55,7 @@ def _odd(examiner: Examiner, fit: CandidateFit, settings: OddRunSettings = ODD_R
             worst = int(np.argmax(np.abs(widths)))
             if abs(widths[worst]) > settings.widths:
                 source = errors.sources_per_run[worst]
-                sign = 1.0 if source.channel in INPUTS else -1.0  # rows are predicted less measured
+                sign = -1.0 if source.channel is None else 1.0  # its column is what friction does to the prediction
                 found.append((int(run), source, sign * float(widths[worst]) * source.width))
     return found if len(found) <= settings.most * len(runs) else []
 
