@@ -11,7 +11,8 @@ from small_muscle import loops, write
 
 from fitting.cli.main import main
 from fitting.recordings.experiment import read_experiment
-from fitting.workbench.data import describe, guess, keep
+from fitting.workbench.data import guess, keep
+from fitting.workbench.form import Filled, describe
 
 
 def as_mat(folder):
@@ -55,6 +56,6 @@ def test_files_that_are_dropped_into_the_workbench_may_be_of_any_kind(tmp_path):
     dropped = guess(keep([("loops.xlsx", content)], tmp_path / "place"))
     columns = {file: [(c.meaning, c.unit) for c in found] for file, found in dropped.columns.items()}
     muscle = {"length": "300 mm", "radius": "7 mm", "braid_angle": "20 deg"}
-    folder = describe(dropped, "A", muscle, dropped.tests, columns)
+    folder = describe(dropped, "A", Filled(muscle, dropped.tests, columns))
     assert 'sheet = "Monday"' in (folder / "muscle.toml").read_text()
     assert len(read_experiment(folder).recordings[0].runs[0]) == 202
