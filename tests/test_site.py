@@ -11,6 +11,7 @@ from pathlib import Path
 
 import click
 import pytest
+from browser import Watched, browser
 
 from fitting.cli.main import COMMANDS, main
 from mckibben_jax.effect import name_of
@@ -129,17 +130,39 @@ def test_a_notebook_that_was_run_becomes_a_page_with_its_results(tmp_path):
     assert "`notebooks/1_one.py`" in page
 
 
-def test_the_site_builds_with_every_link_checked_and_fetches_nothing(tmp_path):
+@pytest.fixture(scope="module")
+def built(tmp_path_factory):
+    """The site, every link checked."""
     if not all(importlib.util.find_spec(name) for name in ("mkdocs", "material", "mkdocstrings")):
         pytest.skip("the extra 'docs' is not installed: the site is not built")
+    folder = tmp_path_factory.mktemp("site")
     run = subprocess.run(
-        [sys.executable, "-m", "mkdocs", "build", "--strict", "-f", str(SITE / "mkdocs.yml"), "-d", str(tmp_path)],
+        [sys.executable, "-m", "mkdocs", "build", "--strict", "-f", str(SITE / "mkdocs.yml"), "-d", str(folder)],
         capture_output=True, text=True, timeout=300, env={**os.environ, "PYTHONPATH": str(ROOT)},
     )  # fmt: skip
     assert run.returncode == 0, run.stderr[-3000:]
-    for page in tmp_path.rglob("*.html"):
+    return folder
+
+
+def test_the_site_builds_with_every_link_checked_and_fetches_nothing(built):
+    for page in built.rglob("*.html"):
         text = page.read_text(encoding="utf-8")
         assert not re.search(r"<(script|img|iframe)[^>]+src=[\"']?(https?:)?//", text), page
         assert not re.search(r"<link[^>]+stylesheet[^>]+https?:", text), page
-    for sheet in tmp_path.rglob("*.css"):
+    for sheet in built.rglob("*.css"):
         assert not re.search(r"(@import|url\()\s*[\"']?(https?:)?//", sheet.read_text(encoding="utf-8")), sheet
+
+
+def test_the_search_works_from_disk(built):
+    """A click on what it finds first leads to the effect's page; nothing is asked of a server."""
+    with browser() as chromium:
+        watched = Watched(chromium.new_page(viewport={"width": 1280, "height": 900}))
+        watched.page.set_default_timeout(30_000)
+        watched.page.goto((built / "index.html").as_uri())
+        watched.page.locator(".md-search").wait_for()
+        watched.page.keyboard.press("/")
+        watched.page.keyboard.type("textile friction")
+        watched.page.locator(".md-search-result__link").first.click()
+        watched.page.locator("h1", has_text="Textile friction of the strands").last.wait_for()
+        assert watched.page.url.endswith("effects/textile_friction.html")
+        watched.check()
