@@ -2,9 +2,11 @@
 
 import numpy as np
 import pytest
+from hidden.study import rival_table
 from hidden.study import scores as tables
 from hidden.study.kinds import ALL, kind_scores
 from hidden.study.page import write_page
+from hidden.study.rivals import NAMES
 from hidden.study.worth import mix, worth
 
 
@@ -152,3 +154,18 @@ def test_what_a_verdict_is_worth_is_counted_over_all_of_which_it_is_said():
     )
     found = [answer.split(":")[0] for *_, answer in worth(told)]
     assert found == ["1 of 3", "2 of 3", "1 of 2", "never said", "1 of 1", "0 of 2", "1 of 2"]
+
+
+def test_the_table_of_rivals_counts_ties_for_the_program_and_sets_for_the_rest():
+    answers = {"bic": ["tip"], "told": ["hill", "tip"]}
+    told = [
+        record("instruments", ["tip"], "one of", [["tip"], ["creep"]], rivals=answers),
+        record("instruments", [], "nothing detectable", rivals=answers),
+        record("instruments", ["strain_bump"], "not in the library", rivals=answers),
+    ]
+    rows = {name: rival_table.compared(told, answer) for name, answer in rival_table.answers_of(told).items()}
+    counts = {name: [cell.split(":")[0] for cell in cells] for name, cells in rows.items()}
+    never = "never said"
+    assert counts["this program"] == ["0 of 1", "1 of 1", "1 of 1", "0 of 1", never, "0 of 1"]
+    assert counts[NAMES["bic"]] == ["1 of 1", "1 of 1", "1 of 1", "1 of 1", never, "1 of 1"]
+    assert counts[NAMES["told"]] == ["1 of 1", "1 of 1", "0 of 1", "0 of 1", never, "1 of 1"]
