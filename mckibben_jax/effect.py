@@ -40,8 +40,8 @@ class Loss(eqx.Module):
 class Effect(eqx.Module):
     """A physical effect. Subclass one of the four kinds, declare parameters, write the kind's one method.
 
-    `title` is what readers call it; where there is none, its own name in words. `part` is one of `PARTS`, where it has
-    its seat. `formula` is its law in the notation of the review: `a -> b` puts b in the place of a, E is an energy
+    `title` is what readers call it; where there is none, its own name in words. `part` is one of `PARTS`, where it
+    acts. `formula` is its law in the notation of the review: `a -> b` puts b in the place of a, E is an energy
     whose pull is dE/dl, F_f the size of dry friction, and what is no parameter stands in `SYMBOLS`. `family` names
     rivals that replace each other; `needs` what must be there (a measurement of the muscle, "rubber", "friction");
     `gives` what it provides to others; `suspect` says when to suspect it. `rival` marks printed laws that are unsound:

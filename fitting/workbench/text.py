@@ -126,7 +126,8 @@ def headline(session: Session) -> str:
     if step.diagnosis is not None:
         told = meanings(step.diagnosis, step.task)
         lines += [
-            f"<p><b>{named(each.name)}</b>: {html.escape(each.words)}{_law(each.law)}{each.seat}</p>" for each in told
+            f"<p><b>{named(each.name)}</b>: {html.escape(each.words)}{_law(each.law)}{each.drawing}</p>"
+            for each in told
         ]
     if step.diagnosis is not None and step.comparison is not None:
         found = step.diagnosis

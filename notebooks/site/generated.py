@@ -15,7 +15,7 @@ import click
 from fitting import showing
 from fitting.cli.main import COMMANDS, main
 from fitting.report.formula import formula_html
-from fitting.report.pictures.seat import seat_svg, seat_text
+from fitting.report.pictures.rig_drawing import rig_svg, acts_where
 from fitting.report.text.catalogue import STAGES, first_sentence, meaning, symbols
 from fitting.report.text.equations import STATUS, function_name
 from mckibben_jax import LIBRARY, SUPPLIES, Effect, name_of, parameters
@@ -93,7 +93,7 @@ def effect_page(kind: type[Effect]) -> str:
         rows = [f"| `{p.name}` | {cell(p.meaning)} | {showing.show(p.default, p.unit)} | {showing.show(p.lower, p.unit)} to "
                 f"{showing.show(p.upper, p.unit)} |" for p in own]  # fmt: skip
         told += ["| parameter | meaning | unless fitted | range |\n|---|---|---|---|\n" + "\n".join(rows)]
-    told += [f"{seat_text(kind)}\n\n{seat_svg(kind)}"] if kind.part else []
+    told += [f"{acts_where(kind)}\n\n{rig_svg(kind)}"] if kind.part else []
     told += [f"**Stage:** {kind.stage}, {STAGES[kind.stage]}"]
     if kind.family:
         rivals = [name_of(k) for k in EFFECTS if k.family == kind.family and k is not kind]

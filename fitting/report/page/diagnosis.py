@@ -15,7 +15,7 @@ from fitting.report.page.parts import Grid, Line, Section
 from fitting.report.page.similar_groups import groups, groups_html, named_by
 from fitting.report.pictures import figures, maps
 from fitting.report.pictures.effect_bars import effect_bars
-from fitting.report.pictures.seat import seat_svg
+from fitting.report.pictures.rig_drawing import rig_svg
 from fitting.report.settings import ADVICE, SHOWN
 from fitting.report.text.amounts import amount
 from fitting.report.text.catalogue import first_sentence, meaning
@@ -63,7 +63,7 @@ class Meaning(NamedTuple):
     name: str
     words: str
     law: str
-    seat: str
+    drawing: str
 
 
 def meanings(d: Diagnosis, task: Task) -> list[Meaning]:
@@ -74,7 +74,7 @@ def meanings(d: Diagnosis, task: Task) -> list[Meaning]:
 
 def _meaning(name: str, kind: type[Effect]) -> Meaning:
     law = formula_html(kind.formula, [p.name for p in parameters(kind)]) if kind.formula else ""
-    return Meaning(mark(name), f"{first_sentence(meaning(kind))}.", law, seat_svg(kind))
+    return Meaning(mark(name), f"{first_sentence(meaning(kind))}.", law, rig_svg(kind))
 
 
 def effects(d: Diagnosis, c: Comparison, names: PageNames, models: Mapping[frozenset[str], str]) -> Section:

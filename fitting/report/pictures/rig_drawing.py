@@ -1,4 +1,4 @@
-"""A muscle in its rig, drawn in lines, with the part lit in which an effect has its seat."""
+"""A muscle in its rig, drawn in lines, with the part lit in which an effect acts."""
 
 import html
 import math
@@ -12,19 +12,19 @@ PITCH, STRANDS = 96.0, 6  # of the strands, and how many wind each way
 STEP = 6.0
 
 
-def seat_svg(kind: type[Effect]) -> str:
-    """The drawing for an effect as SVG; empty for one that does not say where its seat is."""
+def rig_svg(kind: type[Effect]) -> str:
+    """The drawing for an effect as SVG; empty for one that does not say where it acts."""
     if kind.part not in PARTS:
         return ""
     drawn = "".join(_group(part, part == kind.part) for part in sorted(SHAPES, key=lambda part: part == kind.part))
     return (
-        f'<svg class="seat" viewBox="0 0 470 132" role="img" aria-label="{html.escape(seat_text(kind))}">'
-        f"<title>{html.escape(seat_text(kind))}</title>{drawn}</svg>"
+        f'<svg class="rig" viewBox="0 0 470 132" role="img" aria-label="{html.escape(acts_where(kind))}">'
+        f"<title>{html.escape(acts_where(kind))}</title>{drawn}</svg>"
     )
 
 
-def seat_text(kind: type[Effect]) -> str:
-    """Where an effect has its seat, in words."""
+def acts_where(kind: type[Effect]) -> str:
+    """Where an effect acts, in words."""
     return f"Where it acts: {PARTS[kind.part]}" if kind.part in PARTS else ""
 
 

@@ -4,14 +4,14 @@ import xml.etree.ElementTree as ET
 
 import pytest
 
-from fitting.report.pictures.seat import LIT, SHAPES, seat_svg, seat_text
+from fitting.report.pictures.rig_drawing import LIT, SHAPES, acts_where, rig_svg
 from mckibben_jax.effect import PARTS, Energy, name_of
 from mckibben_jax.effects import LIBRARY, SUPPLIES
 
 
 @pytest.mark.parametrize("kind", [*LIBRARY, *SUPPLIES], ids=name_of)
 def test_the_part_of_every_effect_is_lit_and_no_other(kind):
-    drawn = ET.fromstring(seat_svg(kind))
+    drawn = ET.fromstring(rig_svg(kind))
     lit = [group for group in drawn.iter("g") if group.get("stroke") == LIT]
     assert len(lit) == 1
     assert lit[0] is drawn.findall("g")[-1]  # above all others
@@ -28,7 +28,7 @@ def test_nothing_is_drawn_of_an_effect_that_does_not_say_where_it_acts():
     class Own(Energy):
         """Somewhere."""
 
-    assert seat_svg(Own) == seat_text(Own) == ""
+    assert rig_svg(Own) == acts_where(Own) == ""
 
 
 def test_the_drawing_stays_within_its_frame():
