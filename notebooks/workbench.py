@@ -22,7 +22,7 @@ with app.setup(hide_code=True):
     prepare()
     from fitting.workbench import session as bench
     from fitting.workbench import data as dropping
-    from fitting.workbench import asked, form as forms, home, preview
+    from fitting.workbench import asked, form as forms, form_text, home, preview
     from fitting.workbench.live import follow, live_element, live_of
     from fitting.workbench import text as words
     from fitting.errors import InputError
@@ -154,14 +154,29 @@ def _(files, path, session, shipped):
 
 
 @app.cell
-def _(dropped):
+def _():
+    entries, set_entries = mo.state(0)  # in the fields of the muscle, counted: the fields have no names of their own
+
+    def entered(_):
+        set_entries(lambda count: count + 1)
+
+    def sizes_of(form):
+        return {key: forms.Size(*(one.value for one in three)) for key, three in form.muscle.items()}
+
+    return entered, entries, sizes_of
+
+
+@app.cell
+def _(dropped, entered):
     found, form = dropped(), None
     if found is not None:
         _muscle = {
-            key: mo.ui.text(label=f"{key}: {forms.muscle_hint(key)[0]}",
-                            placeholder=forms.muscle_hint(key)[1], full_width=True)
+            key: tuple(
+                mo.ui.text(label=label, placeholder=like, value=given, full_width=True, on_change=entered)
+                for label, like, given in form_text.size_fields(key)
+            )
             for key in forms.ASKED
-        }  # fmt: skip
+        }
         _tests = {
             file: mo.ui.dropdown(dropping.TESTS, value=test, label="kind of test") for file, test in found.tests.items()
         }
@@ -180,10 +195,10 @@ def _(dropped):
 
 
 @app.cell
-def _(attempt, form, found, open_folder, set_told, set_wrong, tell_problem):
+def _(attempt, form, found, open_folder, set_told, set_wrong, sizes_of, tell_problem):
     def show_wrong(fields):
         set_wrong(fields)
-        set_told(words.form_problem(len(fields)))
+        set_told(form_text.form_problem(len(fields)))
 
     def at_its_field(job):
         """What reading finds wrong is told at the field that it belongs to."""
@@ -198,8 +213,8 @@ def _(attempt, form, found, open_folder, set_told, set_wrong, tell_problem):
             file: [tuple(form.columns[f"{file}/{k}/{what}"].value for what in ("is", "unit")) for k in range(len(own))]
             for file, own in found.columns.items()
         }
-        muscle, tests = ({key: one.value for key, one in given.items()} for given in (form.muscle, form.tests))
-        filled = forms.Filled(muscle, tests, columns)
+        tests = {file: one.value for file, one in form.tests.items()}
+        filled = forms.Filled(sizes_of(form), tests, columns)
         fields = forms.wrong_fields(found, filled)
         show_wrong(fields)
         folder = None if fields else attempt(lambda: forms.describe(found, found.folder.name, filled))
@@ -211,15 +226,23 @@ def _(attempt, form, found, open_folder, set_told, set_wrong, tell_problem):
 
 
 @app.cell
+def _(entries, form, sizes_of):
+    entries()
+    mo.stop(form is None)
+    mo.Html(words.heading("What the files do not say") + form_text.sketch(forms.muscle_of(sizes_of(form))))
+    return
+
+
+@app.cell
 def _(described, form, found, wrong):
     mo.stop(found is None)
 
     def _said(field):
-        return [mo.Html(words.wrong_field(wrong()[field]))] if field in wrong() else []
+        return [mo.Html(form_text.wrong_field(wrong()[field]))] if field in wrong() else []
 
-    _shown = [mo.Html(words.heading("What the files do not say"))]
-    for _key, _field in form.muscle.items():
-        _shown += [_field, *_said(_key)]
+    _shown = []
+    for _key, _three in form.muscle.items():
+        _shown += [mo.hstack(_three, widths=[4, 1, 1], align="end"), *_said(_key)]
     for _file in found.columns:
         _shown += [
             mo.Html(words.heading(_file, 3)),
@@ -301,7 +324,7 @@ def _(candidates, examine, last, now, undo):
     some = [mo.accordion({"Look for some effects only": candidates})] if fitted else []
     mo.vstack(
         [
-            mo.Html(words.headline(now) + words.fall(now) + words.models(now)),
+            mo.Html(words.headline(now) + words.fall(now) + words.drawn_muscle(last) + words.models(now)),
             mo.hstack(buttons, justify="start", wrap=True),
             *some,
         ]

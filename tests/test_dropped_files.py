@@ -1,5 +1,7 @@
 """Files dropped into the workbench: described column by column, and none that is no recording."""
 
+import tomllib
+
 import pytest
 
 from fitting.errors import InputError
@@ -7,13 +9,19 @@ from fitting.recordings.experiment import read_experiment
 from fitting.study.request import Request
 from fitting.workbench import data as dropping
 from fitting.workbench import form as forms
+from fitting.workbench import form_text
 from fitting.workbench import session as bench
 
 ODD = "t;druck;Load cell (N);pos\n" + "".join(
     f"{0.1 * k:.1f};200;{200 - 3 * abs(30 - k % 60):.1f};{abs(30 - k % 60):.2f}\n" for k in range(240)
 )
 
-MUSCLE = {"length": "300 mm", "radius": "7.0 +/- 0.1 mm", "braid_angle": "20 deg"}
+MUSCLE = {
+    "length": forms.Size("300", "", "mm"),
+    "radius": forms.Size("7.0", "0.1", "mm"),
+    "braid_angle": forms.Size("20", "", "deg"),
+    "wall_thickness": forms.Size("", "", "mm"),  # as the form has it where nothing is filled in
+}
 COLUMNS = [("time", "s"), ("pressure", "kPa"), ("force", "N"), ("displacement", "mm")]
 
 
@@ -49,22 +57,37 @@ def odd(tmp_path):
 def filled(muscle=None, columns=(), test="loop"):
     """The form as it should be, but for some fields."""
     new = dict(columns)
+    sizes = {name: forms.Size(*three) for name, three in (muscle or {}).items()}
     return forms.Filled(
-        MUSCLE | (muscle or {}), {"odd.csv": test}, {"odd.csv": [new.get(k, one) for k, one in enumerate(COLUMNS)]}
+        MUSCLE | sizes, {"odd.csv": test}, {"odd.csv": [new.get(k, one) for k, one in enumerate(COLUMNS)]}
     )
 
 
 @pytest.mark.parametrize(
     ("muscle", "columns", "wrong"),
     [
-        ({"length": " "}, {}, {"length": "length is not filled in"}),
-        ({"radius": "7 kg", "wall_thickness": "thin"}, {}, {"radius": "kg", "wall_thickness": "thin"}),
+        ({"length": (" ", "", "mm")}, {}, {"length": "the value of length is not filled in"}),
+        (
+            {"radius": ("7", "", "kg"), "wall_thickness": ("thin", "", "mm")},
+            {},
+            {"radius": "kg", "wall_thickness": "thin"},
+        ),
+        ({"radius": ("7.0 mm", "0.1", "mm")}, {}, {"radius": "the value of radius is not a number"}),
+        ({"radius": ("7,0", "0.1", "mm")}, {}, {"radius": "decimal point"}),
+        ({"radius": ("7.0", "0.1 mm", "mm")}, {}, {"radius": "the error of radius is not a number"}),
+        ({"radius": ("nan", "", "mm")}, {}, {"radius": ""}),
+        ({"radius": ("7.0", "", "")}, {}, {"radius": "unit"}),
+        ({"wall_thickness": ("", "0.1", "mm")}, {}, {"wall_thickness": "the value of wall_thickness is not filled in"}),
         ({}, {1: ("pressure", "")}, {"odd.csv/1": "unit of the pressure is not filled in. Cure: write"}),
         ({}, {1: ("pressure", "furlong")}, {"odd.csv/1": "furlong"}),
         ({}, {3: ("force", "N")}, {"odd.csv/3": "'Load cell (N)' is the force already"}),
         ({}, {3: ("not used", "furlong")}, {}),
         ({}, {2: ("force", "")}, {}),  # its unit stands in the header
-        ({"length": "", "braid_angle": ""}, {0: ("time", "m")}, {"length": "", "braid_angle": "", "odd.csv/0": ""}),
+        (
+            {"length": ("",), "braid_angle": ("",)},
+            {0: ("time", "m")},
+            {"length": "", "braid_angle": "", "odd.csv/0": ""},
+        ),
     ],
 )
 def test_what_is_wrong_is_told_field_by_field_and_all_at_once(odd, muscle, columns, wrong):
@@ -77,7 +100,7 @@ def test_what_is_wrong_is_told_field_by_field_and_all_at_once(odd, muscle, colum
 @pytest.mark.parametrize(
     ("given", "field", "words"),
     [
-        (filled({"radius": "7 m"}), "radius", "radius is not below the length"),
+        (filled({"radius": ("7", "", "m")}), "radius", "radius is not below the length"),
         (filled(columns={3: ("not used", "")}), "odd.csv", "length or displacement"),
         (filled(columns={1: ("force", "N"), 2: ("pressure", "MPa")}), "odd.csv/2", "pressure"),
     ],
@@ -90,6 +113,19 @@ def test_what_only_reading_finds_wrong_is_told_at_its_field(odd, given, field, w
     assert list(told) == [field]
     assert words in told[field]
     assert not told[field].startswith(("odd.csv", str(odd.folder)))
+
+
+def test_a_size_is_written_with_its_error_and_its_unit(odd):
+    written = forms.describe(odd, "", filled({"wall_thickness": ("1.0", " 0.1 ", "mm")})) / "muscle.toml"
+    assert tomllib.loads(written.read_text(encoding="utf-8"))["muscle"] == {
+        "length": "300 mm", "radius": "7.0 +/- 0.1 mm", "braid_angle": "20 deg", "wall_thickness": "1.0 +/- 0.1 mm",
+    }  # fmt: skip
+
+
+def test_the_muscle_is_drawn_as_soon_as_it_can_be():
+    assert "svg" not in form_text.sketch(forms.muscle_of({"length": forms.Size("300", "", "mm")}))
+    assert "300 mm long, radius 7 mm" in form_text.sketch(forms.muscle_of(MUSCLE))
+    assert forms.muscle_of(MUSCLE | {"radius": forms.Size("7", "", "m")}) is None
 
 
 def test_a_problem_of_no_field_is_left_to_others(odd):

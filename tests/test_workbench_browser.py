@@ -204,21 +204,25 @@ def test_a_bare_csv_is_described_by_hand_and_can_be_taken_home(visit, tmp_path):
     assert page.get_by_role("img", name=re.compile("^Course of ")).count() == 4
     press(page, "Open these data")
     page.get_by_text("something to mend in 5 fields").wait_for()  # also pressure and druck: one has no unit
-    for name, value in (("length", "300 mm"), ("radius", "7.0 m"), ("braid_angle", "20 deg")):
+    for name, value in (("length", "300"), ("radius", "7.0"), ("braid_angle", "20")):
         page.get_by_role("textbox", name=f"{name}:").fill(value)
+    page.get_by_role("textbox", name="± of radius").fill("0.1")
+    page.get_by_role("img", name="300 mm long, radius 7 mm").wait_for()  # drawn from the entries
+    page.get_by_role("textbox", name="unit of radius").fill("m")
     for row, (meaning, unit) in enumerate((("time", "s"), ("pressure", "kPa"), ("force", "N"), ("displacement", "mm"))):
         page.get_by_role("combobox", name="is").nth(row).select_option(meaning)
-        page.get_by_role("textbox", name="unit").nth(row).fill(unit)
+        page.get_by_role("textbox", name="unit", exact=True).nth(row).fill(unit)
     press(page, "Open these data")
     page.locator(".wrong", has_text="radius is not below the length").wait_for()  # found in reading: the form stays
     assert page.locator(".wrong").count() == 1
-    assert page.get_by_role("textbox", name="length:").input_value() == "300 mm"
-    assert page.get_by_role("textbox", name="unit").nth(1).input_value() == "kPa"
-    page.get_by_role("textbox", name="radius:").fill("7.0 +/- 0.1 mm")
+    assert page.get_by_role("textbox", name="length:").input_value() == "300"
+    assert page.get_by_role("textbox", name="unit", exact=True).nth(1).input_value() == "kPa"
+    page.get_by_role("textbox", name="unit of radius").fill("mm")
     press(page, "Open these data")
     page.locator(".loops figure, .live canvas").first.wait_for()
     page.locator(".now", has_text="As fitted").wait_for()
-    assert 'length = "300 mm"' in download(page, "muscle.toml", tmp_path).read_text(encoding="utf-8")
+    written = download(page, "muscle.toml", tmp_path).read_text(encoding="utf-8")
+    assert 'length = "300 mm"\nradius = "7.0 +/- 0.1 mm"' in written
 
 
 def test_the_keyboard_alone_is_enough(visit, folder):

@@ -3,23 +3,38 @@
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import tomlkit
 
 from fitting import units
 from fitting.errors import InputError
-from fitting.recordings.muscle_file import REQUIRED, measurement
+from fitting.recordings.muscle_file import REQUIRED, measurement, read_muscle_table
 from fitting.recordings.tables import COLUMNS, USUAL, split_head
-from fitting.units import example
 from fitting.workbench.data import IGNORED, Column, Dropped
 from fitting.writing import write_text
-from mckibben_jax.muscle import quantities
+from mckibben_jax.muscle import Muscle, quantities
 
 ASKED = (*REQUIRED, "wall_thickness", "shear_modulus")  # of the muscle: needed always, needed by most effects
-WRITTEN = {  # as a caliper's reading is written, with its standard error
-    "length": "300 +/- 1 mm", "radius": "7.0 +/- 0.1 mm", "braid_angle": "20 +/- 1 deg",
-    "wall_thickness": "1.0 +/- 0.1 mm",
+
+
+class Size(NamedTuple):
+    """A measurement of the muscle as it is filled in: its value, its standard error, and the unit of both."""
+
+    value: str = ""
+    error: str = ""
+    unit: str = ""
+
+    @property
+    def text(self) -> str:
+        """As muscle.toml has it; empty where no value is filled in."""
+        error = f" +/- {self.error.strip()}" if self.error.strip() else ""
+        return f"{self.value.strip()}{error} {self.unit.strip()}".strip() if self.value.strip() else ""
+
+
+LIKE = {  # what is written into the fields, for example; the unit stands there from the start
+    "length": Size("300", "1", "mm"), "radius": Size("7.0", "0.1", "mm"), "braid_angle": Size("20", "1", "deg"),
+    "wall_thickness": Size("1.0", "0.1", "mm"), "shear_modulus": Size("0.5", "0.05", "MPa"),
 }  # fmt: skip
 
 
@@ -27,7 +42,7 @@ WRITTEN = {  # as a caliper's reading is written, with its standard error
 class Filled:
     """What was filled in: of the muscle, the kind of test of each file, meaning and unit of each column of each."""
 
-    muscle: Mapping[str, str]
+    muscle: Mapping[str, Size]
     tests: Mapping[str, str]
     columns: Mapping[str, Sequence[tuple[str, str]]]
 
@@ -37,10 +52,9 @@ def unit_hint(meaning: str) -> str:
     return USUAL.get(COLUMNS.get(meaning) or "", "")
 
 
-def muscle_hint(name: str) -> tuple[str, str]:
-    """What a measurement of the muscle means, and how one writes it."""
-    unit, meaning = quantities()[name]
-    return meaning, WRITTEN.get(name, example(unit))
+def meaning_of(name: str) -> str:
+    """What a measurement of the muscle is."""
+    return quantities()[name][1]
 
 
 # What is wrong, and where ---------------------------------------------------------------------------------------------
@@ -56,7 +70,7 @@ def wrong_fields(dropped: Dropped, filled: Filled) -> dict[str, str]:
     wrong = {}
     for key in ASKED:
         try:
-            _check_measurement(key, filled.muscle.get(key, "").strip())
+            _check_measurement(key, filled.muscle.get(key, Size()))
         except InputError as error:
             wrong[key] = _said(error, row=None)
     for file, columns in dropped.columns.items():
@@ -77,12 +91,23 @@ def field_of(dropped: Dropped, error: InputError) -> dict[str, str]:
     return {file: _said(error, error.row)}
 
 
-def _check_measurement(key: str, text: str) -> None:
-    if text:
-        measurement(key, text)
-    elif key in REQUIRED:
-        meaning, how = muscle_hint(key)
-        raise InputError(f"{key} is not filled in: {meaning}", cure=f"write it like {how}")
+def _check_measurement(key: str, size: Size) -> None:
+    if not size.text:
+        if key in REQUIRED or size.error.strip():
+            problem = f"the value of {key} is not filled in: {meaning_of(key)}"
+            raise InputError(problem, cure=f"write it like {LIKE[key].value}")
+        return
+    for what, text in (("value", size.value), ("error", size.error)):
+        _check_number(f"the {what} of {key}", text.strip())
+    measurement(key, size.text)
+
+
+def _check_number(what: str, text: str) -> None:
+    try:
+        float(text or "0")
+    except ValueError:
+        cure = "write a number with a decimal point here, and its unit in the field for it"
+        raise InputError(f"{what} is not a number", value=text, cure=cure) from None
 
 
 def _wrong_columns(
@@ -119,6 +144,15 @@ def _said(error: InputError, row: int | None) -> str:
     return str(InputError(error.problem, None, row, None, error.value, error.cure))
 
 
+def muscle_of(sizes: Mapping[str, Size]) -> Muscle | None:
+    """The muscle that is filled in; None as long as something of it is missing or wrong."""
+    texts = {key: size.text for key, size in sizes.items() if size.text}
+    try:
+        return read_muscle_table(texts, Path("muscle.toml"), b"")[0]
+    except InputError:
+        return None
+
+
 # Written down ---------------------------------------------------------------------------------------------------------
 
 
@@ -126,7 +160,7 @@ def describe(dropped: Dropped, name: str, filled: Filled) -> Path:
     """Write muscle.toml into the folder of the recordings; of fields in which nothing is wrong."""
     document = tomlkit.document()
     document["name"] = name or "dropped data"
-    document["muscle"] = {key: text.strip() for key, text in filled.muscle.items() if text.strip()}
+    document["muscle"] = {key: size.text for key, size in filled.muscle.items() if size.text}
     recordings = tomlkit.aot()
     for file in dropped.columns:
         recordings.append(_recording(dropped, file, filled))

@@ -12,6 +12,7 @@ from fitting.report.page.diagnosis import ABSORBED, DETECTABLE, TERMS, UNEXPLAIN
 from fitting.report.page.names import PageNames
 from fitting.report.page.parts import pictures_style
 from fitting.report.pictures.fall import fall_html
+from fitting.report.pictures.muscle_drawing import DRAWN, model_html
 from fitting.report.text.amounts import amount
 from fitting.report.text.diagnosis import (
     effect_set,
@@ -30,7 +31,6 @@ from fitting.report.text.names import Names, mark, marked
 from fitting.report.text.side_by_side import side_by_side
 from fitting.report.text.stages import stage_text
 from fitting.report.text.study import data_text
-from fitting.showing import counted
 from fitting.workbench.session import Answer, Session, Step, in_own_units, where_we_are
 from fitting.workbench.settings import WORKBENCH
 
@@ -98,14 +98,12 @@ def _told(text: str) -> str:
     return "".join(parts)
 
 
-def wrong_field(said: str) -> str:
-    """What is wrong with an entry of the form, shown below it."""
-    return f'<div class="bench wrong" role="alert">{html.escape(said)}</div>'
-
-
-def form_problem(count: int) -> str:
-    """What is said of a form with this many wrong entries, for each of which the reason stands below it."""
-    return f"There is something to mend in {counted(count, 'field')}: the reason stands with each." if count else ""
+@in_own_units
+def drawn_muscle(step: Step) -> str:
+    """The muscle of the step's model to scale, beside what was measured."""
+    laid = step.laid_out
+    drawn = model_html(step.task.experiments, laid.layout, laid.vector, laid.switches)
+    return f'<figure class="bench answer">{drawn}<figcaption>{DRAWN}</figcaption></figure>'
 
 
 def progress(words: str, share: float) -> str:

@@ -8,6 +8,7 @@ from fitting.comparison.compare import Comparison
 from fitting.diagnosis.outcomes import NOTHING_MISSING
 from fitting.diagnosis.record import Diagnosis
 from fitting.least_squares.record import Fit
+from fitting.recordings.records import Experiment
 from fitting.report.page import misfit, steps, top
 from fitting.report.page.diagnosed import of_diagnoses
 from fitting.report.page.diagnosis import errors_grid, tried_table
@@ -16,6 +17,7 @@ from fitting.report.page.models import ShownModel, models_of, short_name
 from fitting.report.page.names import PageNames
 from fitting.report.page.parts import Grid, Line, Section, as_sentence, pictures_style, render_page
 from fitting.report.pictures import figures
+from fitting.report.pictures.muscle_drawing import DRAWN, model_html
 from fitting.report.pictures.readings import estimated_channels, readings_picture
 from fitting.report.results import provenance, shown_names
 from fitting.report.text.comparison import error_text
@@ -83,7 +85,7 @@ def page(
         misfit.loops(models, task),
         *(misfit.tables(model, len(models)) for model in models),
         *of_diagnoses(models, names),
-        *_of_each(models, lambda m: _parameters(m.comparison.fit)),
+        *_of_each(models, lambda m: _parameters(m.comparison.fit, task.experiments)),
         *_side_by_side(models, names),
         *_of_each(models, lambda m: _instruments(m.comparison, m.diagnosis)),
         _estimates(task),
@@ -118,7 +120,7 @@ def _planned(planned: "NextMeasurement") -> Section:
     return Section("What to measure next", sentences=sentences, rail="Next")
 
 
-def _parameters(fit: Fit) -> Section:
+def _parameters(fit: Fit, experiments: Sequence[Experiment]) -> Section:
     heads = ("parameter", "value", "± robust", "± if independent", "measured", "how far", "range", "state", "tied with")
     rows = tuple(Line(_parameter(fit, name)) for name in shown_names(fit))
     words = (
@@ -127,7 +129,8 @@ def _parameters(fit: Fit) -> Section:
         *rests_on_texts(fit),
     )
     grid = Grid(heads, rows, words=(0, 7, 8))
-    return Section("Parameters", sentences=words, tables=(grid,), rail="Parameters")
+    drawn = model_html(experiments, fit.layout, fit.vector, fit.switches)
+    return Section("Parameters", sentences=words, picture=drawn, caption=DRAWN, tables=(grid,), rail="Parameters")
 
 
 def _side_by_side(models: Sequence[ShownModel], names: PageNames) -> list[Section]:

@@ -1,0 +1,35 @@
+"""What the form for dropped files says: its labels, the muscle that it describes, and what is wrong."""
+
+import html
+
+from fitting.report.pictures.muscle_drawing import muscle_html
+from fitting.showing import counted
+from fitting.workbench.form import LIKE, meaning_of
+from mckibben_jax.muscle import Muscle
+
+
+def size_fields(name: str) -> tuple[tuple[str, str, str], ...]:
+    """Label, example and what stands there from the start, of the three fields of a measurement of the muscle."""
+    like = LIKE[name]
+    return (
+        (f"{name}: {meaning_of(name)}", like.value, ""),
+        (f"± of {name}", like.error, ""),
+        (f"unit of {name}", like.unit, like.unit),
+    )
+
+
+def sketch(muscle: Muscle | None) -> str:
+    """The muscle that the form describes, to scale; until it can be drawn, why there is none."""
+    if muscle is None:
+        return '<p class="bench about">The muscle is drawn here as soon as its sizes are filled in.</p>'
+    return muscle_html(muscle)
+
+
+def wrong_field(said: str) -> str:
+    """What is wrong with an entry of the form, shown below it."""
+    return f'<div class="bench wrong" role="alert">{html.escape(said)}</div>'
+
+
+def form_problem(count: int) -> str:
+    """What is said of a form with this many wrong entries, for each of which the reason stands below it."""
+    return f"There is something to mend in {counted(count, 'field')}: the reason stands with each." if count else ""
