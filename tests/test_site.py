@@ -24,12 +24,17 @@ SITE = ROOT / "notebooks" / "site"
 WRITTEN = sorted((SITE / "pages").glob("*.md"))
 
 
-@pytest.fixture(scope="module")
-def pages():
-    place = importlib.util.spec_from_file_location("generated", SITE / "generated.py")
+def script(name):
+    """A script of the site as a module."""
+    place = importlib.util.spec_from_file_location(name, SITE / f"{name}.py")
     module = importlib.util.module_from_spec(place)
     place.loader.exec_module(module)
-    return dict(module.pages())
+    return module
+
+
+@pytest.fixture(scope="module")
+def pages():
+    return dict(script("generated").pages())
 
 
 @pytest.mark.parametrize("kind", [*LIBRARY, *SUPPLIES], ids=name_of)
@@ -40,6 +45,28 @@ def test_every_effect_has_a_page_that_says_what_it_declares(pages, kind):
     assert f"]({name_of(kind)}.md)" in pages["effects/index.md"]
     assert not kind.source or "**Source:**" in page
     assert not kind.suspect or "**When to suspect it:**" in page
+
+
+FELL = re.compile(r"error ([\d.]+) N -> ([\d.]+) N")
+
+
+@pytest.mark.parametrize("kind", [*LIBRARY, *SUPPLIES], ids=name_of)
+def test_in_the_example_of_every_effect_the_error_falls_to_the_noise(pages, kind):
+    """The two effects of the first model have no example: they cannot be missing from it."""
+    kept = json.loads((SITE / "examples.json").read_text(encoding="utf-8"))[name_of(kind)]
+    assert (kept is None) == (name_of(kind) in ("ideal_cylinder", "coulomb_friction"))
+    if kept is not None:
+        before, after = map(float, FELL.search(kept["said"][-1][1]).groups())
+        assert after == pytest.approx(0.5, rel=0.02)
+        assert before > 1.05 * after
+        assert all(command in pages[f"effects/{name_of(kind)}.md"] for command, _ in kept["said"])
+
+
+def test_an_example_says_today_what_its_page_says():
+    kept = json.loads((SITE / "examples.json").read_text(encoding="utf-8"))["weight"]
+    kind = next(kind for kind in LIBRARY if name_of(kind) == "weight")
+    now = script("examples").example(kind)
+    assert (now["model"], now["said"]) == (kept["model"], [tuple(each) for each in kept["said"]])
 
 
 def test_every_equation_is_there_with_its_erratum(pages):

@@ -5,6 +5,7 @@ A hook of MkDocs. Effects and equations come from their declarations, commands f
 """
 
 import ast
+import json
 import re
 from collections.abc import Collection, Iterator
 from pathlib import Path
@@ -24,6 +25,7 @@ from mckibben_jax.laws.review import EQUATIONS
 
 ROOT = Path(__file__).resolve().parents[2]
 EFFECTS = (*LIBRARY, *SUPPLIES)
+EXAMPLES = Path(__file__).with_name("examples.json")  # written by examples.py
 BORROWED = {"contributing.md": "CONTRIBUTING.md", "changes.md": "CHANGELOG.md", "data.md": "data/README.md",
             "benchmarks.md": "tests/benchmarks/README.md"}  # fmt: skip
 
@@ -48,7 +50,7 @@ def pages(drawn: bool = False) -> Iterator[tuple[str, str]]:
     for kind in EFFECTS:
         yield (
             f"effects/{name_of(kind)}.md",
-            f"---\nsearch:\n  boost: 2\n---\n\n{effect_page(kind)}{fingerprint_of(kind) if drawn else ''}",
+            f"---\nsearch:\n  boost: 2\n---\n\n{effect_page(kind)}{fingerprint_of(kind) if drawn else ''}{example_of(kind)}",
         )
     yield "errata.md", errata_page()
     yield "commands.md", commands_page()
@@ -120,6 +122,23 @@ def fingerprint_of(kind: type[Effect]) -> str:
         return ""
     drawing = as_svg(figure, f"fingerprint-{name_of(kind)}")
     return f'\n## In the data\n\nThe muscle is the same for all effects: {caption}.\n\n<div class="fingerprint">{drawing}</div>\n'
+
+
+def example_of(kind: type[Effect]) -> str:
+    """The worked example of an effect's page; empty where there is nothing to see."""
+    kept = json.loads(EXAMPLES.read_text(encoding="utf-8")).get(name_of(kind))
+    if kept is None:
+        return ""
+    told = [
+        "## Try it",
+        "The effect is hidden in a simulated recording; the first model lacks it. Save this as `model.toml`:",
+        f"```toml\n{kept['model'].rstrip()}\n```",
+        "Then type what follows. What each command says of its result stands below it.",
+    ]
+    for command, words in kept["said"]:
+        told += [f"```sh\n{command}\n```", *([f"> {cell(words)}"] if words else [])]
+    told += ["`mckibben diagnose` in place of `compare` looks for it among all effects."]
+    return "\n" + "\n\n".join(told) + "\n"
 
 
 # Equations -------------------------------------------------------------------------------------------------------------

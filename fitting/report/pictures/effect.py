@@ -43,11 +43,12 @@ class Trace:
     at: np.ndarray
     added: np.ndarray
     contracting: np.ndarray  # or inflating
+    effect: Effect  # with the values of its parameters
 
 
 def trace(kind: type[Effect]) -> Trace | None:
     """What an effect leaves in the test that shows it; None where it leaves nothing in any."""
-    without = model(MUSCLE, *(host() for host in _hosts(kind)))
+    without = model(MUSCLE, *(host() for host in hosts_of(kind)))
     for effect in _instances(kind):
         found = [_added(without, effect, *test) for test in _tests()]
         sizes = [float(np.ptp(each.added)) + float(np.abs(each.added).max()) for each in found]
@@ -65,8 +66,8 @@ def _instances(kind: type[Effect]) -> list[Effect]:
     return [kind(), kind(**away), kind(**middle)]
 
 
-def _hosts(kind: type[Effect]) -> tuple[type[Effect], ...]:
-    """The gas, and the first effects of the library that give what this one needs."""
+def hosts_of(kind: type[Effect]) -> tuple[type[Effect], ...]:
+    """The gas, and the first effects of the library that give what this one needs: it is tested beside them."""
     gas = next(other for other in LIBRARY if other.family == "gas")
     needed = [need for need in kind.needs if need not in quantities()]
     givers = [next(other for other in LIBRARY if need in other.gives and not other.rival) for need in needed]
@@ -77,7 +78,7 @@ def _added(without: Model, effect: Effect, test: str, over: str, states: State, 
     force = eqx.filter_jit(lambda given, run: given.force(run))
     added = np.asarray(force(model(MUSCLE, *without.effects, effect), states) - force(without, states))
     moving = np.asarray(states.rate) if over == "contraction" else np.asarray(states.pressure_rate)
-    return Trace(test, over, at, np.where(np.isfinite(added), added, 0.0), moving > 0)
+    return Trace(test, over, at, np.where(np.isfinite(added), added, 0.0), moving > 0, effect)
 
 
 def _tests() -> list[tuple[str, str, State, np.ndarray]]:
