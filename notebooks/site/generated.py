@@ -25,6 +25,7 @@ from mckibben_jax.laws.review import EQUATIONS
 
 ROOT = Path(__file__).resolve().parents[2]
 EFFECTS = (*LIBRARY, *SUPPLIES)
+ESCAPED = "\\+"  # a plus that begins no list
 EXAMPLES = Path(__file__).with_name("examples.json")  # written by examples.py
 BORROWED = {"contributing.md": "CONTRIBUTING.md", "changes.md": "CHANGELOG.md", "data.md": "data/README.md",
             "benchmarks.md": "tests/benchmarks/README.md"}  # fmt: skip
@@ -136,7 +137,8 @@ def example_of(kind: type[Effect]) -> str:
         "Then type what follows. What each command says of its result stands below it.",
     ]
     for command, words in kept["said"]:
-        told += [f"```sh\n{command}\n```", *([f"> {cell(words)}"] if words else [])]
+        lines = command.replace(" --noise", " \\\n  --noise").replace(" --turns", " \\\n  --turns")
+        told += [f"```sh\n{lines}\n```", *([f"> {cell(words).replace('+', ESCAPED)}"] if words else [])]
     told += ["`mckibben diagnose` in place of `compare` looks for it among all effects."]
     return "\n" + "\n\n".join(told) + "\n"
 
