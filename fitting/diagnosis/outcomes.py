@@ -36,6 +36,7 @@ class Reason(Enum):
     BETTERED = auto()  # one more effect brings the error far down
     PREDICTS_WORSE = auto()  # an adequate set predicts held-out runs worse than others
     RIVAL_SEEN = auto()  # others are seen in what an adequate set leaves
+    LESS_LIKELY = auto()  # an adequate set leaves so much more than another that it is out of the question
     SPECIAL_CASE = auto()  # an adequate set contains the named one, which does as well
     FEW_READINGS = auto()  # too few readings for the fitted numbers
     TEST_BLIND = auto()  # an added effect lowers the error, but the test sees nothing missing

@@ -10,6 +10,7 @@ from fitting.diagnosis.candidate_fit import CandidateFit
 from fitting.diagnosis.equivalent import best_predicting, leading_of, plausible, simplest, unrivalled
 from fitting.diagnosis.estimates import estimate, estimates
 from fitting.diagnosis.instrument_answers import instrument_answers
+from fitting.diagnosis.likelihood import likeliest
 from fitting.diagnosis.odd_runs import odd_runs
 from fitting.diagnosis.outcomes import NOTHING_MISSING, Reason, Verdict, Why
 from fitting.diagnosis.record import Diagnosis, Evidence, Explanation
@@ -89,14 +90,17 @@ def _chosen(
     """The adequate sets that are named, the classes of exact equals, and why the others are not named."""
     fits, examiner = search.fits, search.examiner
     predicting = best_predicting(search.adequate, fits, examiner, examiner.settings.verdict)
-    adequacy = unrivalled(predicting, fits, examiner, examiner.settings.verdict)
+    standing = unrivalled(predicting, fits, examiner, examiner.settings.verdict)
+    likely = likeliest(standing, fits, examiner, examiner.settings.verdict)
     kept, classes, wider = simplest(
-        search.world, adequacy, fits, search.missing_effect_test.noise_rms, examiner.settings.verdict
+        search.world, likely, fits, search.missing_effect_test.noise_rms, examiner.settings.verdict
     )
     passed = dict.fromkeys(search.adequate, Why(Reason.PREDICTS_WORSE))
     passed |= dict.fromkeys(predicting, Why(Reason.RIVAL_SEEN))
+    passed |= dict.fromkeys(standing, Why(Reason.LESS_LIKELY))
     for added, host in wider.items():
         passed[added] = Why(Reason.SPECIAL_CASE, tuple(sorted(host)))
+    kept = [added for added in likely if added in kept]  # the likeliest first
     return kept, classes, {added: why for added, why in passed.items() if added not in kept}
 
 

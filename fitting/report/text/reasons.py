@@ -16,6 +16,7 @@ SENTENCES = {
     Reason.BETTERED: "one more effect brings the error far down",
     Reason.PREDICTS_WORSE: "explains the data, but predicts held-out runs worse than others",
     Reason.RIVAL_SEEN: "explains the data, but others are seen in what it leaves",
+    Reason.LESS_LIKELY: "explains the data, but another is more than a hundred times likelier",
     Reason.TEST_BLIND: "an added effect lowers the error, but the test does not see that one is missing",
     Reason.FEW_LOOPS: "too few loops to flip, and the noise model alone says that something is missing",
     Reason.ONLY_MOTIONS: "these motions do not show a break-away or a standstill: record a loop as well",

@@ -1,0 +1,61 @@
+"""How likely each of several adequate sets is, with the same noise and the same errors of instruments for all.
+
+An adequate set leaves nothing that the test can see. Of two adequate sets one may still leave so much less that the
+other is out of the question: a test asks of each set whether it can stand, a ratio of likelihoods compares two.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+
+import numpy as np
+
+from fitting.diagnosis.candidate_fit import CandidateFit
+from fitting.diagnosis.examine import Examiner
+from fitting.diagnosis.settings import VERDICT, VerdictSettings
+from fitting.least_squares.decomposed import lstsq
+
+
+def criteria(
+    adequate: Sequence[frozenset[str]], fits: Mapping[frozenset[str], CandidateFit], examiner: Examiner
+) -> dict[frozenset[str], float]:
+    """Schwarz's criterion of each set; half a difference is the logarithm of how much likelier the smaller one is.
+
+    Noise and what instruments may err by are those of the set that leaves least: it is the best guess at what is no
+    misfit. Every set is moved to its optimum under them, to first order.
+    """
+    if len(adequate) < 2:
+        return dict.fromkeys(adequate, 0.0)
+    best = min(adequate, key=lambda added: examiner.left(fits[added]))
+    free = free_of_noise(examiner, fits[best])
+    return {added: criterion(fits[added], free) for added in adequate}
+
+
+def free_of_noise(examiner: Examiner, fit: CandidateFit) -> Callable[[np.ndarray], np.ndarray]:
+    """What takes noise and the errors of instruments out of columns (rows, q), as they are for this fit."""
+    ground = examiner.ground(fit)
+    felt = ground.errors
+    instruments = felt.changed(ground.without_noise(felt.per_run), ground.without_noise(felt.shared)).whitener()
+    return lambda columns: instruments(ground.without_noise(columns))
+
+
+def criterion(fit: CandidateFit, free: Callable[[np.ndarray], np.ndarray]) -> float:
+    """n log(left/n) + what stated sizes leave + k log n, of n readings and k parameters."""
+    both = free(np.column_stack([fit.rows, fit.slopes]))
+    whole = np.vstack([both[:, 1:], fit.prior_slopes])
+    target = np.concatenate([both[:, 0], fit.prior_rows])
+    squares = (target - whole @ lstsq(whole, target, 1e-12)) ** 2
+    count = len(fit.rows)
+    left, stated = float(np.sum(squares[:count])), float(np.sum(squares[count:]))
+    return count * np.log(left / count) + stated + len(fit.free) * np.log(count)
+
+
+def likeliest(
+    adequate: Sequence[frozenset[str]],
+    fits: Mapping[frozenset[str], CandidateFit],
+    examiner: Examiner,
+    settings: VerdictSettings = VERDICT,
+) -> list[frozenset[str]]:
+    """Adequate sets, the likeliest first, without those that are out of the question beside it."""
+    found = criteria(adequate, fits, examiner)
+    least = min(found.values(), default=0.0)
+    order = sorted(adequate, key=lambda added: found[added])
+    return [added for added in order if found[added] - least <= 2 * np.log(settings.likelier)]
