@@ -185,6 +185,16 @@ def test_another_kind_of_test_has_no_band_and_it_is_said_why(stored, tmp_path):
     assert "there are no data beside the model file" in said
 
 
+def test_a_model_that_was_written_by_hand_has_no_band(stored, tmp_path):
+    """Though data of some muscle lie beside it."""
+    shutil.copytree(stored, tmp_path / "by_hand")
+    text = (stored / "model.toml").read_text(encoding="utf-8")
+    (tmp_path / "by_hand" / "model.toml").write_text(text.split("[fitted_to]")[0], encoding="utf-8")
+    said, record, _ = simulated(tmp_path / "by_hand", tmp_path / "nothing")
+    assert "the model was fitted to no data" in said
+    assert record["file"] is None
+
+
 def test_an_export_takes_its_misfit_from_runs_that_were_left_out(stored, tmp_path):
     """The misfit is the 99 % quantile of the left-out readings, which a fit to all of them would understate."""
     record = tmp_path / "told.json"

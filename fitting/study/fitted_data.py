@@ -19,6 +19,8 @@ def fitted_data(given: dict[str, Any]) -> tuple[Task, Fit, Path]:
     if given["muscle"]:
         cure = "leave --muscle out; or take the model without draws"
         raise InputError("the muscle of --muscle is not the one that was measured", given["muscle"], cure=cure)
+    if not stored.data:
+        raise InputError("the model was fitted to no data", model, cure="fit it: 'mckibben fit DATASET --model FILE'")
     folders = [Path(each) for each in given["data"]] or [model.parent]
     cure = "name the folder of the data that the model was fitted to: --data my_muscle/"
     for folder in folders:

@@ -38,7 +38,7 @@ def band_of_request(data: SimulatedData, options: dict[str, Any]) -> SimulatedBa
     try:
         task, fit, _ = fitted_data(options)
     except InputError as error:
-        return SimulatedBand(why=error.problem)
+        return SimulatedBand(why=str(InputError(error.problem, error.file)))
     if not options["of"]:
         return write_band(data, fit)
     names = [experiment.name for experiment in task.experiments]
