@@ -66,7 +66,11 @@ def test_the_terminal_says_what_is_missing_what_is_not_and_what_cannot_be_seen(d
     ("verdict", "explanations", "words"),
     [
         ("nothing detectable", (), "Nothing is missing that these data could show."),
-        ("one of", (("tip",), ("dead_band", "weight")), "cannot tell which: ⟦tip⟧; ⟦dead_band⟧ + ⟦weight⟧."),
+        (
+            "one of",
+            (("tip",), ("dead_band", "weight")),
+            "cannot tell which (the likeliest first): ⟦tip⟧; ⟦dead_band⟧ + ⟦weight⟧.",
+        ),
         ("not in the library", (), "no effect of the library explains all of it"),
         ("inconclusive", (), "cannot say"),
         ("within the instruments", (), "Errors of the instruments within their accuracy explain all of the misfit."),

@@ -70,7 +70,7 @@ def _verdict(d: Diagnosis) -> str:
     if d.verdict == "missing":
         return f"{sets[0]} {'is' if len(d.explanations[0]) == 1 else 'are'} missing."
     if d.verdict == "one of":
-        return f"One of these is missing, and these data cannot tell which: {'; '.join(sets)}."
+        return f"One of these is missing, and these data cannot tell which (the likeliest first): {'; '.join(sets)}."
     if d.verdict == "not in the library":
         return "Something is missing, and no effect of the library explains all of it."
     return f"These data cannot say whether something is missing: {why_text(d.why) or 'too little shows'}."
