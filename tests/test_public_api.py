@@ -199,7 +199,7 @@ OPTIONS = {
     "export": (
         "--contraction --effect-file --html --json --muscle --out --points --pressure --quiet --seed --to --without"
     ),
-    "design": "--effect-file --html --json --picture --posterior --quiet --save --seed",
+    "design": "--also --effect-file --html --json --picture --posterior --quiet --save --seed",
     "sweep": "--effect-file --html --json --out --quiet --scheduler --seed --to",
     "effects": "--effect-file --html --json --quiet --seed",
     "equations": "--html --json --quiet --seed",

@@ -14,17 +14,19 @@ from mckibben_jax.design.best import Design, Task, design
 from mckibben_jax.design.merit import built
 from mckibben_jax.design.pareto import front
 from mckibben_jax.design.scatter import Odds, design_cautiously, odds, one_sided, scatter_of
+from mckibben_jax.design.several import OneSays, design_for_all
 from mckibben_jax.muscle import quantities as muscle_quantities
 from mckibben_jax.parameter import parameters
 
 
 @dataclass(frozen=True)
 class Answer:
-    """What was found; `odds` where tolerances or draws were given."""
+    """What was found; `odds` where tolerances or draws were given, `said` what each of several models says of it."""
 
     order: DesignOrder
     designs: tuple[Design, ...]
     odds: Odds | None = None
+    said: tuple[OneSays, ...] = ()
 
     @property
     def first(self) -> Design:
@@ -55,6 +57,9 @@ def answer(order: DesignOrder, draws: dict[str, np.ndarray], seed: int = 0) -> A
     task = order.task
     if order.second is not None:
         return Answer(order, tuple(front(task, order.second)))
+    if order.models:
+        found, said = design_for_all(task, list(order.models.values()))
+        return Answer(order, (found,), said=said)
     if not order.tolerances and not draws:
         return Answer(order, (design(task),))
     scatter = scatter_of(order.tolerances, draws, seed=seed)

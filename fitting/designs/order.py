@@ -1,33 +1,56 @@
 """What a design file asks for besides the best design: tolerances, a chance, a trade-off; and draws of a posterior."""
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
 
-from fitting.designs.file import File, Known, conditions, open_file, quantity_named, task_of, whole_number
+from fitting.designs.file import File, Known, check_needs, conditions, open_file, quantity_named, task_of, whole_number
 from fitting.errors import InputError, unknown_name
-from mckibben_jax.design.best import Task
+from fitting.model_files.model_file import read_model
+from mckibben_jax.design.best import Task, wanted_of
 from mckibben_jax.design.pareto import Second
-from mckibben_jax.effect import name_of
+from mckibben_jax.effect import Effect, name_of
 from mckibben_jax.muscle import quantities as muscle_quantities
 from mckibben_jax.parameter import parameters
 
 
 @dataclass(frozen=True)
 class DesignOrder:
-    """A task; tolerances by dimension (SI); the chance with which limits are to hold; the other end of a trade-off."""
+    """A task; tolerances by dimension (SI); the chance with which limits are to hold; the other end of a trade-off.
+
+    `models` are the effects of every model that the design is for, by the name of its file; empty where it is for one.
+    """
 
     task: Task
     tolerances: dict[str, float]
     chance: float | None
     second: Second | None
+    models: dict[str, tuple[Effect, ...]] = field(default_factory=dict)
 
 
-def read_order(path: Path | str, known: Known | None = None) -> DesignOrder:
-    """Read all that a design file asks for."""
+def read_order(path: Path | str, known: Known | None = None, also: Sequence[str] = ()) -> DesignOrder:
+    """Read all that a design file asks for; `also` names model files for which the design has to do as well."""
     file = open_file(path, known)
-    return DesignOrder(task_of(file), _tolerances(file), _chance(file), _second(file))
+    order = DesignOrder(task_of(file), _tolerances(file), _chance(file), _second(file))
+    return replace(order, models=_models(file, order, also)) if also else order
+
+
+def _models(file: File, order: DesignOrder, also: Sequence[str]) -> dict[str, tuple[Effect, ...]]:
+    """The model of the design file, then the others; each has to find what it needs in the muscle."""
+    if order.tolerances or order.chance is not None or order.second is not None:
+        cure = "leave [tolerance], [uncertainty] and [pareto] out of it"
+        raise InputError("a design for several models is made without tolerances and trade-offs", file.path, cure=cure)
+    own = file.table.get("model", {}).get("file")
+    models = {str(own or f"the model of {file.path.name}"): order.task.effects}
+    for name in also:
+        stored = read_model(name, file.known)
+        check_needs(file, order.task.muscle, stored.effects, [quantity for quantity, _ in wanted_of(order.task)])
+        models[name] = stored.effects
+    if len(models) <= len(also):
+        raise InputError("a model is named twice", also[0], cure="name each model once")
+    return models
 
 
 def _tolerances(file: File) -> dict[str, float]:

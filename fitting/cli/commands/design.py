@@ -15,25 +15,36 @@ from fitting.compiled.prepare import prepare
 @click.argument("spec", metavar="SPEC.toml")
 @effect_file_option
 @click.option("--posterior", metavar="FILE", help="Draws of `posterior --netcdf`: design on all of them.")
+@click.option(
+    "--also", multiple=True, metavar="FILE", help="Another model of the same muscle; give it for each of a tie."
+)
 @click.option("--picture", metavar="FILE", help="The muscle to scale (or the trade-off): .svg, .pdf or .png.")
 @click.option("--save", metavar="FILE", help="The design as a model file; of a trade-off a folder of them.")
 @output_options
 def command(
-    spec: str, effect_file: str | None, posterior: str | None, picture: str | None, save: str | None,
-    **options: Any,
+    spec: str, effect_file: str | None, posterior: str | None, also: tuple[str, ...], picture: str | None,
+    save: str | None, **options: Any,
 ) -> None:  # fmt: skip
-    """Find the muscle that does best what SPEC.toml asks for, within what rubber and braid can bear."""
+    """Find the muscle that does best what SPEC.toml asks for, within what rubber and braid can bear.
+
+    Where several models explain the data, --also names the others: the limits then hold in all of them, and the
+    objective is best on average.
+    """
     prepare()
     check_places(options["json"], options["html"], picture)
     from fitting.cli.output import print_report, write_files
     from fitting.designs.answer import answer
     from fitting.designs.order import read_draws, read_order
+    from fitting.errors import InputError
     from fitting.library.library import library
     from fitting.report.pictures.design import check_kind, draw
     from fitting.report.text.design import answer_result, answer_text
 
     with errors_for_machines(options["json"]):
-        order = read_order(spec, library(effect_file))
+        if also and posterior:
+            cure = "leave one of them out"
+            raise InputError("--also is for several models, --posterior for one that is not known exactly", cure=cure)
+        order = read_order(spec, library(effect_file), also)
         draws = read_draws(posterior, order.task) if posterior else {}
         if save and not (order.second and Path(save).is_dir()):  # a trade-off is saved into a folder
             check_place(save)

@@ -24,6 +24,8 @@ def answer_text(found: Answer) -> str:
     """For people: all that a design file asked for."""
     if found.order.second is not None:
         return _trade_off_text(found)
+    if found.said:
+        return f"{describe(found.first)}\n{models_text(found)}"
     if found.odds is None:
         return describe(found.first)
     chance = found.order.chance
@@ -51,6 +53,8 @@ def answer_result(found: Answer) -> dict[str, Any]:
     result = to_json(found.first)
     if found.order.second is not None:
         return result | {"front": [to_json(one) for one in found.designs]}
+    if found.said:
+        return result | {"models": _models_result(found)}
     if found.odds is None:
         return result
     return result | {
@@ -154,6 +158,39 @@ def odds_text(found: Design, fate: Odds, asked: bool = False) -> str:
     return "\n".join(lines)
 
 
+def models_text(found: Answer) -> str:
+    """What each of several models says of the design, as a table: the objective, then every constrained quantity."""
+    design = found.first
+    heads = [design.objective, *(m.quantity for m in design.constraints)]
+    units = [design.unit, *(m.unit for m in design.constraints)]
+    rows = [["", *heads], ["", "mean", *(_limits(m) for m in design.constraints)]]
+    for name, says in zip(found.order.models, found.said, strict=True):
+        values = zip((says.value, *says.constrained), units, strict=True)
+        rows.append([name, *(showing.show(value, unit) for value, unit in values)])
+    intro = (
+        "the limits hold in all models" if design.outcome != "infeasible" else "the limits do not hold in all models"
+    )
+    return "\n".join(
+        [f"{intro}; above stands the mean objective, and of each limit the model nearest to it:", *_columns(rows)]
+    )
+
+
+def _models_result(found: Answer) -> list[dict[str, Any]]:
+    names = [m.quantity for m in found.first.constraints]
+    return [
+        {"model": name, "objective": says.value,
+         "constraints": [{"quantity": q, "value": value} for q, value in zip(names, says.constrained, strict=True)]}
+        for name, says in zip(found.order.models, found.said, strict=True)
+    ]  # fmt: skip
+
+
+def _columns(rows: Sequence[Sequence[str]]) -> list[str]:
+    """Rows as lines, the first cell at the left of its column, the others at the right."""
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    lines = [[f"{row[0]:<{widths[0]}}", *map(str.rjust, row[1:], widths[1:])] for row in rows]
+    return ["  ".join(line).rstrip() for line in lines]
+
+
 def front_text(found: Sequence[Design], second: Second) -> str:
     """A trade-off as a table, from the best of the objective to the best of the second quantity."""
     lines = [f"{found[0].objective} against {quantity_text(second.quantity, second.at)}: {len(found)} designs"]
@@ -163,6 +200,4 @@ def front_text(found: Sequence[Design], second: Second) -> str:
         values = [showing.show(one.value, one.unit), showing.show(one.constraints[-1].value, one.constraints[-1].unit)]
         values += [showing.show(m.value, m.unit) for m in one.variables]
         rows.append([str(number), *values, "" if one.outcome == "optimal" else one.outcome])
-    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
-    table = [[f"{cell:>{width}}" for cell, width in zip(row, widths, strict=True)] for row in rows]
-    return "\n".join([*lines, *("  ".join(row).rstrip() for row in table)])
+    return "\n".join([*lines, *_columns(rows)])

@@ -7,5 +7,5 @@
 `rivals` answers the same case as other tools would, `run` works through the plan, `scores`, `kinds` (recordings other
 than loops at constant speeds), `rig_scores` (instruments that err, of which `erring` lays out the cases), `distance`
 (printed detection limits over what an oracle detects) and `page` sum it up. `worth` says how often each verdict is
-borne out.
+borne out, `likelier` how far likelihoods tell sets apart that stand.
 """
