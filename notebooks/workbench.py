@@ -217,7 +217,7 @@ def _(attempt, form, found, open_folder, set_told, set_wrong, sizes_of, tell_pro
         filled = forms.Filled(sizes_of(form), tests, columns)
         fields = forms.wrong_fields(found, filled)
         show_wrong(fields)
-        folder = None if fields else attempt(lambda: forms.describe(found, found.folder.name, filled))
+        folder = None if fields else attempt(lambda: forms.describe(found, forms.name_of(found), filled))
         if folder is not None:
             open_folder(Request(data=(str(folder),)), at_its_field)
 
@@ -229,7 +229,7 @@ def _(attempt, form, found, open_folder, set_told, set_wrong, sizes_of, tell_pro
 def _(entries, form, sizes_of):
     entries()
     mo.stop(form is None)
-    mo.Html(words.heading("What the files do not say") + form_text.sketch(forms.muscle_of(sizes_of(form))))
+    mo.Html(words.heading("What the files do not say") + form_text.sketch(sizes_of(form)))
     return
 
 
@@ -512,7 +512,8 @@ def _(last, now):
     ]  # as bytes: text would be taken for an address
     if home.muscle_text(now) is not None:
         takes.append(mo.download(lambda: home.muscle_text(now).encode(), "muscle.toml", label="muscle.toml"))
-    mo.vstack([mo.Html(words.heading("Take it home")), mo.hstack(takes, justify="start", wrap=True)])
+    _citing = mo.accordion({"How to cite": mo.Html(words.citing(last))})
+    mo.vstack([mo.Html(words.heading("Take it home")), mo.hstack(takes, justify="start", wrap=True), _citing])
     return
 
 

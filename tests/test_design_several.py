@@ -98,11 +98,35 @@ def test_what_each_model_says_stands_below_the_design(folder):
     assert told["objective"]["value"] == pytest.approx(mean, rel=1e-9)
 
 
+def test_a_rubber_that_the_design_file_states_is_said_to_replace_that_of_a_model(folder):
+    for name, effect in (("here", "bladder_neo_hookean"), ("there", "bladder_mooney_rivlin")):
+        with (folder / f"{name}.toml").open("a", encoding="utf-8") as file:
+            file.write(f'[[effect]]\nname = "{effect}"\n' + ('G = "320 kPa"\n' if name == "here" else ""))
+    (folder / "spec.toml").write_text(
+        SPEC.replace('length = "300 mm"\n', 'length = "300 mm"\nwall_thickness = "1 mm"\n')
+    )
+    done = typed("spec.toml", "--also", "there.toml")
+    assert done.exit_code == 0, done.output
+    notes = [line for line in done.output.splitlines() if line.startswith("note: ")]
+    assert notes == [
+        "note: here.toml: shear_modulus = 540 kPa of the muscle replaces bladder_neo_hookean.G = 320 kPa",
+    ]
+
+
+def test_a_model_of_other_data_is_told_of(folder):
+    for name, sha in (("here", "a"), ("there", "b")):
+        with (folder / f"{name}.toml").open("a", encoding="utf-8") as file:
+            file.write(f'[fitted_to]\ndata = {{muscle = "sha256:{sha}"}}\n')
+    done = typed("spec.toml", "--also", "there.toml")
+    assert "note: there.toml was fitted to other data than here.toml" in done.output
+
+
 @pytest.mark.parametrize(
     ("words", "more", "said"),
     [
         (["--also", "here.toml"], "", "a model is named twice"),
         (["--also", "nowhere.toml"], "", "nowhere.toml"),
+        (["--also", "there.toml", "--also", "../{folder}/there.toml"], "", "a model is named twice"),
         (["--also", "there.toml"], '[tolerance]\nradius = "0.1 mm"\n', "without tolerances and trade-offs"),
         (["--also", "there.toml", "--posterior", "chains.nc"], "", "leave one of them out"),
         (["--also", "rubber.toml"], "", "needs wall_thickness"),
@@ -119,7 +143,7 @@ def test_what_cannot_be_done_for_several_models_is_refused(folder, words, more, 
         + '[[effect]]\nname = "bladder_neo_hookean"\n',
         encoding="utf-8",
     )
-    done = typed("spec.toml", *words)
+    done = typed("spec.toml", *(word.format(folder=folder.name) for word in words))
     assert done.exit_code == 2
     assert said in done.output
     assert "Traceback" not in done.output

@@ -76,6 +76,8 @@ def filled(muscle=None, columns=(), test="loop"):
         ({"radius": ("7,0", "0.1", "mm")}, {}, {"radius": "decimal point"}),
         ({"radius": ("7.0", "0.1 mm", "mm")}, {}, {"radius": "the error of radius is not a number"}),
         ({"radius": ("nan", "", "mm")}, {}, {"radius": ""}),
+        ({"radius": ("7.0", "7.0", "mm")}, {}, {"radius": "the error of radius is as large as its value"}),
+        ({"braid_angle": ("20", "", "mm")}, {}, {"braid_angle": "'mm' cannot be the unit of an angle"}),
         ({"radius": ("7.0", "", "")}, {}, {"radius": "unit"}),
         ({"wall_thickness": ("", "0.1", "mm")}, {}, {"wall_thickness": "the value of wall_thickness is not filled in"}),
         ({}, {1: ("pressure", "")}, {"odd.csv/1": "unit of the pressure is not filled in. Cure: write"}),
@@ -123,9 +125,22 @@ def test_a_size_is_written_with_its_error_and_its_unit(odd):
 
 
 def test_the_muscle_is_drawn_as_soon_as_it_can_be():
-    assert "svg" not in form_text.sketch(forms.muscle_of({"length": forms.Size("300", "", "mm")}))
-    assert "300 mm long, radius 7 mm" in form_text.sketch(forms.muscle_of(MUSCLE))
-    assert forms.muscle_of(MUSCLE | {"radius": forms.Size("7", "", "m")}) is None
+    assert "as soon as its sizes are filled in" in form_text.sketch({"length": forms.Size("300", "", "mm")})
+    assert "300 mm long, radius 7 mm" in form_text.sketch(MUSCLE)
+
+
+@pytest.mark.parametrize(
+    ("size", "why"),
+    [
+        (("7", "", "m"), "radius is not below the length"),
+        (("7,0", "", "mm"), "not a number"),
+        (("7 <b>", "", "mm"), "7 &lt;b&gt;"),
+    ],
+)
+def test_why_a_muscle_that_is_filled_in_cannot_be_drawn_is_said(size, why):
+    told = form_text.sketch(MUSCLE | {"radius": forms.Size(*size)})
+    assert "svg" not in told
+    assert why in told
 
 
 def test_a_problem_of_no_field_is_left_to_others(odd):

@@ -15,11 +15,12 @@ def test_instruments_that_would_explain_it_stand_beside_the_effect_the_least_unl
     told = seen_through(diagnosis, Verdict.MISSING)
     gain, ruler = rival_texts(told)
     assert gain == (
-        "An instrument could also explain it: the gain of the load cell differs by 1.8 % from run to run "
+        "An instrument could also explain it only if the gain of the load cell differs by 1.8 % from run to run "
         "(0.1 % allowed)."
     )
     assert (
-        ruler == "An instrument could also explain it: the gain of the position reading is off by 4 % (taken as exact)."
+        ruler == "An instrument could also explain it only if the gain of the position reading is off by 4 % "
+        "(taken as exact)."
     )
     words = " ".join(as_text(diagnosis_report(told)).split())
     assert words.index(f"OR {gain}") < words.index(ruler)

@@ -87,14 +87,14 @@ def test_the_error_falls_when_what_is_missing_is_added(found, mended):
     assert offers(found.last)[0] == "linear_spring"
     assert mended.last.comparison.rmse < 1.2 * 0.3 < 5 * 0.3 < found.last.comparison.rmse
     assert mended.last.fit.values["linear_spring.K"] == pytest.approx(STIFFNESS, rel=0.1)
-    assert [stage_text(stage) for stage in mended.stages] == ["the model as it is", "+ ⟦linear_spring⟧"]
+    assert [stage_text(stage) for stage in mended.stages] == ["the first model", "+ ⟦linear_spring⟧"]
 
 
 def test_all_models_stand_side_by_side_once_there_are_several(found, mended):
     assert models(found) == ""
     table = models(mended)
     heads = re.findall(r"<th scope[^>]*>(.*?)</th>", table)
-    assert heads[:2] == ["measured", "the model as it is"]
+    assert heads[:2] == ["measured", "the first model"]
     assert "Spring in parallel" in heads[2]
     stiffness = re.search(r"linear_spring.K.*?</tr>", table)[0]
     assert "<td></td><td></td><td>1." in stiffness  # neither measured, nor in the first model

@@ -6,12 +6,15 @@ from pathlib import Path
 
 import numpy as np
 
+from fitting import showing
 from fitting.designs.file import File, Known, check_needs, conditions, open_file, quantity_named, task_of, whole_number
 from fitting.errors import InputError, unknown_name
-from fitting.model_files.model_file import read_model
+from fitting.model_files.model_file import ModelFile, read_model
 from mckibben_jax.design.best import Task, wanted_of
+from mckibben_jax.design.merit import RUBBER
 from mckibben_jax.design.pareto import Second
 from mckibben_jax.effect import Effect, name_of
+from mckibben_jax.muscle import Muscle
 from mckibben_jax.muscle import quantities as muscle_quantities
 from mckibben_jax.parameter import parameters
 
@@ -21,6 +24,7 @@ class DesignOrder:
     """A task; tolerances by dimension (SI); the chance with which limits are to hold; the other end of a trade-off.
 
     `models` are the effects of every model that the design is for, by the name of its file; empty where it is for one.
+    `notes` say what a reader should know of the models.
     """
 
     task: Task
@@ -28,13 +32,28 @@ class DesignOrder:
     chance: float | None
     second: Second | None
     models: dict[str, tuple[Effect, ...]] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()
 
 
 def read_order(path: Path | str, known: Known | None = None, also: Sequence[str] = ()) -> DesignOrder:
     """Read all that a design file asks for; `also` names model files for which the design has to do as well."""
     file = open_file(path, known)
     order = DesignOrder(task_of(file), _tolerances(file), _chance(file), _second(file))
-    return replace(order, models=_models(file, order, also)) if also else order
+    models = _models(file, order, also) if also else {}
+    told = models or {_own_name(file): order.task.effects}
+    notes = [note for name, effects in told.items() for note in _replaced(name, effects, order.task.muscle)]
+    return replace(order, models=models, notes=(*notes, *(_of_other_data(file, also) if also else ())))
+
+
+def _own_name(file: File) -> str:
+    """What the model of the design file is called."""
+    return str(file.table.get("model", {}).get("file") or f"the model of {file.path.name}")
+
+
+def _own_model(file: File) -> ModelFile | None:
+    """The model file that the design file names, if it names one."""
+    named = file.table.get("model", {}).get("file")
+    return read_model(file.path.parent / str(named), file.known) if named else None
 
 
 def _models(file: File, order: DesignOrder, also: Sequence[str]) -> dict[str, tuple[Effect, ...]]:
@@ -42,15 +61,39 @@ def _models(file: File, order: DesignOrder, also: Sequence[str]) -> dict[str, tu
     if order.tolerances or order.chance is not None or order.second is not None:
         cure = "leave [tolerance], [uncertainty] and [pareto] out of it"
         raise InputError("a design for several models is made without tolerances and trade-offs", file.path, cure=cure)
-    own = file.table.get("model", {}).get("file")
-    models = {str(own or f"the model of {file.path.name}"): order.task.effects}
+    own = _own_model(file)
+    models, places = {_own_name(file): order.task.effects}, [own.path.resolve()] if own else []
     for name in also:
         stored = read_model(name, file.known)
+        if stored.path.resolve() in places:
+            raise InputError("a model is named twice", name, cure="name each model once")
         check_needs(file, order.task.muscle, stored.effects, [quantity for quantity, _ in wanted_of(order.task)])
+        places.append(stored.path.resolve())
         models[name] = stored.effects
-    if len(models) <= len(also):
-        raise InputError("a model is named twice", also[0], cure="name each model once")
     return models
+
+
+def _replaced(name: str, effects: Sequence[Effect], muscle: Muscle) -> list[str]:
+    """What the rubber that [muscle] states replaces in a model that knows its own."""
+    notes = []
+    for effect in effects:
+        for p in parameters(effect):
+            stated, own = getattr(muscle, RUBBER.get(p.name, ""), None), float(getattr(effect, p.name))
+            if "rubber" in effect.gives and stated is not None and own not in (float(stated), p.default):
+                size = f"{RUBBER[p.name]} = {showing.show(float(stated), p.unit)} of the muscle"
+                notes.append(f"{name}: {size} replaces {name_of(effect)}.{p.name} = {showing.show(own, p.unit)}")
+    return notes
+
+
+def _of_other_data(file: File, also: Sequence[str]) -> list[str]:
+    """Which models were fitted to other data than that of the design file."""
+    own = _own_model(file)
+    if own is None or not (first := set(own.data.values())):
+        return []
+    stored = [(name, set(read_model(name, file.known).data.values())) for name in also]
+    return [
+        f"{name} was fitted to other data than {_own_name(file)}" for name, data in stored if data and data != first
+    ]
 
 
 def _tolerances(file: File) -> dict[str, float]:

@@ -3,7 +3,6 @@
 from pathlib import Path
 from typing import Any
 
-from fitting import showing
 from fitting.errors import InputError
 from fitting.least_squares.record import Fit
 from fitting.library.library import library
@@ -30,25 +29,11 @@ def fitted_data(given: dict[str, Any]) -> tuple[Task, Fit, Path]:
     task = task_of(Request(data=tuple(map(str, folders)), model=str(model), **more))
     if not stored.fitted_to(task.experiments):
         raise _other_data(folders, stored)
-    _check_allowed(task, stored)
     fit, missing = as_known(task)
     if missing:
         cure = f"'mckibben fit {folder}' fits it"
         raise InputError(f"the model file has no value for {missing[0]}, which varies", model, cure=cure)
     return task, fit, folders[0]
-
-
-def _check_allowed(task: Task, stored: ModelFile) -> None:
-    """Refuse values that the data do not allow: they would be moved to the nearest end without a word."""
-    layout = task.layout
-    for name, lower, upper in zip(layout.names, layout.lower, layout.upper, strict=True):
-        value = task.known.get(name)
-        slack = 1e-6 * (upper - lower)
-        if value is not None and not lower - slack <= value <= upper + slack:
-            unit = layout.entry(name).unit
-            ends = f"{showing.show(lower, unit)} to {showing.show(upper, unit)}"
-            problem = f"{name} = {showing.show(value, unit)} lies outside what was measured of the muscle, {ends}"
-            raise InputError(problem, stored.path, cure="take the value of the fit, or measure again")
 
 
 def _other_data(folders: list[Path], stored: ModelFile) -> InputError:

@@ -21,6 +21,7 @@ from fitting.problem.unknowns import Unknowns, unknowns
 from fitting.problem.varying import AS_DECLARED, Varying
 from fitting.recordings.experiment import read_experiment, read_single
 from fitting.recordings.records import TESTS, Experiment
+from fitting.study.allowed import check_allowed
 from fitting.study.baseline import BASELINE
 from fitting.study.request import MODEL_FILE, Request
 from mckibben_jax.effect import Effect, name_of
@@ -85,6 +86,8 @@ def task_of(request: Request) -> Task:
         shooting=request.shooting,
         priors=stored.priors if stored else {},
     )
+    if stored is not None and stored.fitted_to(experiments):
+        check_allowed(task.layout, task.known, stored.path)
     task = _with_settings(task, request.settings)
     _check(task, request)
     return task
@@ -175,7 +178,10 @@ def _model(
         stored = read_model(request.model or beside, known)
         unused = [e.name for e in experiments[1:] if not request.model and (e.folder / MODEL_FILE).is_file()]
         beside_it = f"; the model files of {', '.join(unused)} are not used" if unused else ""
-        return stored, stored.effects, f"from {stored.path}{beside_it}"
+        sized = any(name.startswith("muscle.") for name in stored.values)
+        other = "; its sizes of the muscle are not used, those of muscle.toml are"
+        not_used = other if sized and not stored.fitted_to(experiments) else ""
+        return stored, stored.effects, f"from {stored.path}{beside_it}{not_used}"
     return None, tuple(kind() for kind in BASELINE), "the baseline: there is no model.toml beside the data"
 
 

@@ -99,7 +99,13 @@ def _check_measurement(key: str, size: Size) -> None:
         return
     for what, text in (("value", size.value), ("error", size.error)):
         _check_number(f"the {what} of {key}", text.strip())
-    measurement(key, size.text)
+    unit = quantities()[key][0]
+    if size.unit.strip():
+        units.factor(size.unit.strip(), unit)
+    found = measurement(key, size.text)
+    if found.error is not None and found.error >= abs(found.value):
+        cure = "write the standard error, in the same unit"
+        raise InputError(f"the error of {key} is as large as its value", value=size.text, cure=cure)
 
 
 def _check_number(what: str, text: str) -> None:
@@ -144,13 +150,20 @@ def _said(error: InputError, row: int | None) -> str:
     return str(InputError(error.problem, None, row, None, error.value, error.cure))
 
 
-def muscle_of(sizes: Mapping[str, Size]) -> Muscle | None:
-    """The muscle that is filled in; None as long as something of it is missing or wrong."""
-    texts = {key: size.text for key, size in sizes.items() if size.text}
+def muscle_of(sizes: Mapping[str, Size]) -> Muscle | str:
+    """The muscle that is filled in, or what is wrong with it; nothing is said while something is missing."""
     try:
+        for key in ASKED:
+            _check_measurement(key, sizes.get(key, Size()))
+        texts = {key: size.text for key, size in sizes.items() if size.text}
         return read_muscle_table(texts, Path("muscle.toml"), b"")[0]
-    except InputError:
-        return None
+    except InputError as error:
+        return _said(error, row=None) if all(sizes.get(key, Size()).text for key in REQUIRED) else ""
+
+
+def name_of(dropped: Dropped) -> str:
+    """What the data set is called: as its first file."""
+    return Path(next(iter(dropped.columns))).stem
 
 
 # Written down ---------------------------------------------------------------------------------------------------------

@@ -1,28 +1,31 @@
 """What the form for dropped files says: its labels, the muscle that it describes, and what is wrong."""
 
 import html
+from collections.abc import Mapping
 
+from fitting.recordings.muscle_file import REQUIRED
 from fitting.report.pictures.muscle_drawing import muscle_html
 from fitting.showing import counted
-from fitting.workbench.form import LIKE, meaning_of
-from mckibben_jax.muscle import Muscle
+from fitting.workbench.form import LIKE, Size, meaning_of, muscle_of
 
 
 def size_fields(name: str) -> tuple[tuple[str, str, str], ...]:
     """Label, example and what stands there from the start, of the three fields of a measurement of the muscle."""
     like = LIKE[name]
     return (
-        (f"{name}: {meaning_of(name)}", like.value, ""),
+        (f"{name}: {meaning_of(name)}{'' if name in REQUIRED else ' (may be left empty)'}", like.value, ""),
         (f"± of {name}", like.error, ""),
         (f"unit of {name}", like.unit, like.unit),
     )
 
 
-def sketch(muscle: Muscle | None) -> str:
+def sketch(sizes: Mapping[str, Size]) -> str:
     """The muscle that the form describes, to scale; until it can be drawn, why there is none."""
-    if muscle is None:
-        return '<p class="bench about">The muscle is drawn here as soon as its sizes are filled in.</p>'
-    return muscle_html(muscle)
+    found = muscle_of(sizes)
+    if isinstance(found, str):
+        why = f"cannot be drawn: {found}" if found else "is drawn here as soon as its sizes are filled in"
+        return f'<p class="bench about">The muscle {html.escape(why)}.</p>'
+    return muscle_html(found)
 
 
 def wrong_field(said: str) -> str:

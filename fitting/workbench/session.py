@@ -75,6 +75,7 @@ class Step:
     sought: tuple[str, ...] = ()  # what the diagnosis looked for; empty: everything
     posterior: "Posterior | None" = None
     said: tuple[Answer, ...] = ()  # to what else was asked
+    before: float | None = None  # RMS error of the model that this one was made of, SI
 
     @property
     def fit(self) -> Fit | None:
@@ -136,7 +137,7 @@ class Session:
 def open_session(request: Request) -> Session:
     """Read the data and lay out the model; nothing is fitted yet, so that there is something to see at once."""
     task = task_of(request)
-    return Session(request, (Step("the model as it is", ("fit",), task),))
+    return Session(request, (Step("the first model", ("fit",), task),))
 
 
 @in_own_units
@@ -202,10 +203,11 @@ def told(session: Session, answer: Answer) -> Session:
 
 def _refitted(session: Session, changed: Task, by: Difference, typed: tuple[str, ...], progress: Progress) -> Session:
     progress("fitting the changed model", 0.1)
-    before = session.last.fit.values if session.last.fit is not None else session.last.task.known
-    known = {name: value for name, value in before.items() if name in changed.layout.names}
+    values = session.last.fit.values if session.last.fit is not None else session.last.task.known
+    known = {name: value for name, value in values.items() if name in changed.layout.names}
     task = dataclasses.replace(changed, known=known)
-    step = _compared(Step("", typed, task, by=by), fit_task(task), progress)
+    before = None if session.last.comparison is None else session.last.comparison.rmse
+    step = _compared(Step("", typed, task, by=by, before=before), fit_task(task), progress)
     return dataclasses.replace(session, steps=(*session.steps, step))
 
 

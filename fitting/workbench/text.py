@@ -14,6 +14,7 @@ from fitting.report.page.parts import pictures_style
 from fitting.report.pictures.fall import fall_html
 from fitting.report.pictures.muscle_drawing import DRAWN, model_html
 from fitting.report.text.amounts import amount
+from fitting.report.text.citations import citations
 from fitting.report.text.diagnosis import (
     effect_set,
     leading_text,
@@ -134,6 +135,8 @@ def headline(session: Session) -> str:
         said = (*causes, p_value_text(found), *substitutes_text(found))
         said += (f"Still open: {still}",) if still else ()
         lines += [f"<p>{named(text)}</p>" for text in said if text]
+    elif step.before is not None:
+        lines.append("<p>Whether something is still missing is not tested yet: run the diagnosis again.</p>")
     if step.fit is not None:
         lines += [f"<p>{named(text)}</p>" for text in fit_warnings(step.fit)]
     return f'<div class="bench" role="status">{"".join(lines)}</div>'
@@ -179,6 +182,16 @@ def called(step: Step, offer: str) -> str:
     return Names(step.task.library).plain(marked(offer.split(JOINT), JOINT))
 
 
+def citing(step: Step) -> str:
+    """Whom to cite, as `mckibben cite` prints it."""
+    named = PageNames(step.task.library).html
+    found = citations(step.task.effects, step.task.experiments)
+    told = "".join(
+        f"<dt>{label}</dt><dd>{'<br>'.join(map(named, texts))}</dd>" for label, texts in found.items() if texts
+    )
+    return f'<div class="bench"><dl class="citing">{told}</dl></div>'
+
+
 def known_effects(step: Step) -> dict[str, str]:
     """Every effect of the library by what a list for choosing calls it: 'Tip correction (tip)'."""
     names = Names(step.task.library)
@@ -192,11 +205,12 @@ def evidence(step: Step, buttons: Mapping[str, Any]) -> str:
     found, named, rows = step.diagnosis, PageNames(step.task.library).html, []
     for name, button in buttons.items():
         *cells, note = _cells(found, name)
-        adder = f'<td>{button}<br><small class="id">{html.escape(name)}</small></td>'
+        said = f'<div class="note">{named(note)}</div>' if note else ""
+        adder = f'<td>{button}<br><small class="id">{html.escape(name)}</small>{said}</td>'
         told = "".join(f"<td>{named(cell)}</td>" for cell in cells)
-        rows.append(f'<tr>{adder}{told}<td class="words">{named(note)}</td></tr>')
+        rows.append(f"<tr>{adder}{told}</tr>")
     heads = ("effect", UNEXPLAINED, "error with it", "on held-out runs", DETECTABLE, "most similar effect")
-    head = "".join(f'<th scope="col">{text}</th>' for text in heads) + "<td></td>"
+    head = "".join(f'<th scope="col">{text}</th>' for text in heads)
     _, _, blind = sort_evidence(found)
     unseen = "; ".join(f"{marked(names)}: {why}" for why, names in blind.items())
     table = f'<div class="scroll"><table><thead><tr>{head}</tr></thead><tbody>{"".join(rows)}</tbody></table></div>'
@@ -225,12 +239,13 @@ def _cells(found: Diagnosis, name: str) -> tuple[str, ...]:
 
 @in_own_units
 def error_now(step: Step, error: float, moved: Mapping[str, float]) -> str:
-    """The error at the values of the sliders."""
+    """The error at the values of the sliders, beside that of the model before."""
     unit = "N" if step.comparison is None else step.comparison.unit
     if step.comparison is None:
         return f'<p class="now" role="status">At the starting values: {amount(error, unit)}.</p>'
     if not moved:
-        words = f"As fitted: {amount(error, unit)}. Move a parameter and the model follows."
+        before = "" if step.before is None else f" (the model before: {amount(step.before, unit)})"
+        words = f"As fitted: {amount(error, unit)}{before}. Move a parameter and the model follows."
         return f'<p class="now" role="status">{words}</p>'
     fitted, named = amount(step.comparison.rmse, unit), PageNames(step.task.library).html
     return (

@@ -20,6 +20,7 @@ from fitting.report.pictures import figures
 from fitting.report.pictures.muscle_drawing import DRAWN, model_html
 from fitting.report.pictures.readings import estimated_channels, readings_picture
 from fitting.report.results import provenance, shown_names
+from fitting.report.text.citations import citations
 from fitting.report.text.comparison import error_text
 from fitting.report.text.diagnosis import measurement_text
 from fitting.report.text.fit import range_cells, value_cells
@@ -91,6 +92,7 @@ def page(
         _estimates(task),
         *([] if planned is None else [_planned(planned)]),
         *posterior,
+        _citing(task),
         _provenance(task, models, d),
     ]
     return render_page(
@@ -178,6 +180,12 @@ def _parameter(fit: Fit, name: str) -> tuple[str, ...]:
     state = "at its bound" if name in fit.at_bound else fit.state(name)
     known = *value_cells(fit, name), *measured_cells(fit, name), " to ".join(range_cells(fit, name))
     return mark(name), *known, state, marked(fit.tied.get(name, ()))
+
+
+def _citing(task: Task) -> Section:
+    """Whom to cite, as `mckibben cite` prints it."""
+    rows = [(label, text) for label, texts in citations(task.effects, task.experiments).items() for text in texts]
+    return Section("How to cite", tables=(Grid(("", ""), tuple(map(Line, rows)), words=(0, 1)),), rail="Source")
 
 
 def _provenance(task: Task, models: Sequence[ShownModel], d: Diagnosis | None) -> Section:

@@ -38,9 +38,10 @@ def muscle_html(muscle: Muscle, measured: Muscle | None = None, lit: Collection[
     if len(both) > 1:
         drawn += _outlines(both[1], scale, across)
     words, dashed = _words(muscle), "" if alone else f"; dashed {_words(both[1])}"
+    larger = f"The section is drawn {across / scale:.2g} times as large." if across > 1.05 * scale else ""
     return (
         f'<div class="muscle"><svg viewBox="0 0 620 122" role="img" aria-label="The muscle to scale: {words}{dashed}">'
-        f"{drawn}{_extent(muscle, scale)}</svg><small>{words}</small></div>"
+        f"{drawn}{_extent(muscle, scale)}</svg><small>{words}. {larger}</small></div>"
     )
 
 

@@ -22,6 +22,10 @@ COUNTS = {"fatigue_cycles": ("thousand cycles", 1e3)}
 
 def answer_text(found: Answer) -> str:
     """For people: all that a design file asked for."""
+    return "\n".join([_answer(found), *(f"note: {note}" for note in found.order.notes)])
+
+
+def _answer(found: Answer) -> str:
     if found.order.second is not None:
         return _trade_off_text(found)
     if found.said:
@@ -50,7 +54,7 @@ def _trade_off_text(found: Answer) -> str:
 
 def answer_result(found: Answer) -> dict[str, Any]:
     """For machines: the design, and the trade-off or the odds that go with it."""
-    result = to_json(found.first)
+    result = to_json(found.first) | {"notes": list(found.order.notes)}
     if found.order.second is not None:
         return result | {"front": [to_json(one) for one in found.designs]}
     if found.said:
@@ -167,12 +171,12 @@ def models_text(found: Answer) -> str:
     for name, says in zip(found.order.models, found.said, strict=True):
         values = zip((says.value, *says.constrained), units, strict=True)
         rows.append([name, *(showing.show(value, unit) for value, unit in values)])
+    hold = "hold" if design.outcome != "infeasible" else "do not hold"
     intro = (
-        "the limits hold in all models" if design.outcome != "infeasible" else "the limits do not hold in all models"
+        f"the limits {hold} in all models; what each of them says of the design (above: the plain mean of the "
+        "objective, and each limit as in the model that comes nearest to it):"
     )
-    return "\n".join(
-        [f"{intro}; above stands the mean objective, and of each limit the model nearest to it:", *_columns(rows)]
-    )
+    return "\n".join([intro, *_columns(rows)])
 
 
 def _models_result(found: Answer) -> list[dict[str, Any]]:

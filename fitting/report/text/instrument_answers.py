@@ -52,7 +52,8 @@ def rival_texts(d: Diagnosis) -> list[str]:
     rivals = sorted((each for each in d.instruments if each.needed is not None), key=_excess)
     also = "also " if d.explanations else ""
     return [
-        f"An instrument could {also}explain it: {_phrase(each.source, each.needed or 0.0)} ({_allowed(each.source)})."
+        f"An instrument could {also}explain it only if {_phrase(each.source, each.needed or 0.0)} "
+        f"({_allowed(each.source)})."
         for each in rivals[:MOST_NAMED]
     ]
 
