@@ -222,6 +222,8 @@ def test_one_run_that_is_off_alone_is_named(study):
 def test_presumed_noise_judges_nothing(study):
     within = dataclasses.replace(study[1], rmse=0.2, noise=0.3, noise_floor=None, noise_sources=(NoiseSource.ASSUMED,))
     assert "State the noise" in judgement(within)
+    for times, words in ((0.9, " is within the noise"), (1.2, " is not much above the noise")):
+        assert words in judgement(dataclasses.replace(within, noise=within.rmse / times))
 
 
 @pytest.mark.parametrize(

@@ -76,8 +76,9 @@ def judgement(c: Comparison) -> str:
             "large: 'mckibben compare' gives the error of the model in the motions themselves."
         )
     if not fails(c) and c.noise_floor is None and NoiseSource.ASSUMED in c.noise_sources:
+        near = "is within" if c.rmse <= c.noise else "is not much above"
         return (
-            f"The RMS error of the model, {amount(c.rmse, c.unit)}, is within the noise that is assumed here, "
+            f"The RMS error of the model, {amount(c.rmse, c.unit)}, {near} the noise that is assumed here, "
             f"{amount(c.noise, c.unit)}. State the noise in muscle.toml to have the model judged."
         )
     if not fails(c):
