@@ -69,7 +69,8 @@ def test_rivals_answer_the_same_cases(diagnosed):
     for name in ("bic", "ar1", "told"):
         assert "bladder_neo_hookean" in diagnosed["known"]["rivals"][name]
     named = [(rival, names) for r in diagnosed.values() for rival, names in r["rivals"].items()]
-    assert set(TYPICAL) >= {name for rival, names in named if rival != "sindy" for name in names}
+    assert set(TYPICAL) >= {name for rival, names in named if rival not in ("sindy", "learned") for name in names}
+    assert [diagnosed[each]["rivals"]["learned"] for each in ("clean", "known")] == [[], ["a learned function"]]
     terms = diagnosed["known"]["rivals"]["sindy"]
     assert terms
     assert all(re.fullmatch(r"(sign\(v\) |v |\|v\| )?x\^[0-3] P\^[0-2]", term) for term in terms)

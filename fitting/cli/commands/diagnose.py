@@ -27,12 +27,13 @@ def command(propose: bool, **options: Any) -> None:
     from fitting.diagnosis.diagnose import of_force
     from fitting.diagnosis.proposal import proposed, require_sparse_regression
     from fitting.report.results import diagnosis_result
-    from fitting.report.text.comparison import error_text
+    from fitting.report.text.comparison import error_text, worst_text
     from fitting.report.text.diagnosis import diagnosis_report, measurement_text, motion_notes
     from fitting.report.text.instruments import channel_lines
     from fitting.report.text.layout import line, lines, paste_line
     from fitting.report.text.next_step import after_diagnosis
     from fitting.report.text.proposal import proposal_result, proposal_text
+    from fitting.report.text.stated_sizes import denied_texts
     from fitting.report.text.warnings import comparison_warnings
     from fitting.study.diagnosing import candidates_of, diagnose_task, following, in_newtons
     from fitting.study.preview import before_and_after
@@ -45,11 +46,12 @@ def command(propose: bool, **options: Any) -> None:
         planned = following(run.task, found, progress)
         form = proposed(found, progress) if propose else None
         stages = before_and_after(in_newtons(run.task), compared, found, progress) if run.request.html else ()
-    run.print(lines("WARNING", comparison_warnings(compared), "yellow"))
+    run.print(lines("WARNING", [*denied_texts(compared.fit), *comparison_warnings(compared)], "yellow"))
     run.print(diagnosis_report(found, compared.unit, len(compared.fit.samples)))
     notes = [*of_force(run.task.experiments)[1], *motion_notes(found, run.task.experiments)]
     run.print(lines("NOTE", notes))
-    run.print([line("ERROR", error_text(compared)), *lines("CHANNELS", channel_lines(compared.channels))])
+    run.print([line("ERROR", error_text(compared)), line("WHERE", worst_text(compared))])
+    run.print(lines("CHANNELS", channel_lines(compared.channels)))
     run.print([line("MEASURE", " ".join(measurement_text(planned)))] if planned else [])
     after = after_diagnosis(found, run.request.again, propose)
     run.print([paste_line("NEXT", after.command)] if after else [])

@@ -58,7 +58,7 @@ def to_scale(muscle: Muscle, contraction: float, pressure: float) -> "Figure":
             _side_view(axes, muscle, eps)
             angle = np.degrees(float(braid.angle(eps, muscle.braid_angle)))
             size = f"{showing.show(long, 'm')} long, {showing.show(2 * _outer(muscle, eps), 'm')} thick"
-            axes.text(0, half, f"{title}: {size}, braid {angle:.1f} deg", va="top", color=INK)
+            axes.text(0, half - 0.015 * length, f"{title}: {size}, braid {angle:.1f} deg", va="top", color=INK)
             axes.set_xlim(-0.18 * length, 1.18 * length)
             axes.set_ylim(-half, half)
             axes.set_aspect("equal")
@@ -94,7 +94,7 @@ def _bar(axes: "Axes", length: float, low: float) -> None:
     size = 10.0 ** np.floor(np.log10(length / 2))
     low += 0.01 * length
     axes.plot([length - size, length], [low, low], color=INK, linewidth=2)
-    axes.text(length - size / 2, low, showing.show(size, "m"), ha="center", va="bottom", color=INK)
+    axes.text(length - size / 2, low + 0.01 * length, showing.show(size, "m"), ha="center", va="bottom", color=INK)
 
 
 def trade_off(found: Sequence[Design], second: Second) -> "Figure":

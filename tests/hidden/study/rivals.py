@@ -14,6 +14,8 @@ from typing import Any
 
 import numpy as np
 
+from .learned import learned
+
 MOST = 3  # effects that forward selection may add
 REFITTED = 8  # of the next sets, those that a linear look promises the most of
 FOLDS = 5
@@ -24,6 +26,7 @@ NAMES = {
     "lasso": "sparse regression, lasso path by BIC",
     "omp": "sparse regression, matching pursuit by loops left out",
     "sindy": "thresholded least squares on products of powers (SINDy), by BIC",
+    "learned": "a learned function of the state, told of noise and instruments as the program is",
 }
 
 
@@ -36,6 +39,7 @@ def answers(search: Any) -> dict[str, list[str]]:
         "lasso": sparse(search, lasso),
         "omp": sparse(search, pursuit),
         "sindy": terms(search),
+        "learned": learned(search),
     }
 
 
