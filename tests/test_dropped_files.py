@@ -79,7 +79,7 @@ def filled(muscle=None, columns=(), test="loop"):
         ({"radius": ("7.0", "7.0", "mm")}, {}, {"radius": "the error of radius is as large as its value"}),
         ({"braid_angle": ("20", "", "mm")}, {}, {"braid_angle": "'mm' cannot be the unit of an angle"}),
         ({"radius": ("7.0", "", "")}, {}, {"radius": "unit"}),
-        ({"wall_thickness": ("", "0.1", "mm")}, {}, {"wall_thickness": "the value of wall_thickness is not filled in"}),
+        ({"wall_thickness": ("", "0.1", "mm")}, {}, {"wall_thickness": "the value of wall thickness is not filled in"}),
         ({}, {1: ("pressure", "")}, {"odd.csv/1": "unit of the pressure is not filled in. Cure: write"}),
         ({}, {1: ("pressure", "furlong")}, {"odd.csv/1": "furlong"}),
         ({}, {3: ("force", "N")}, {"odd.csv/3": "'Load cell (N)' is the force already"}),

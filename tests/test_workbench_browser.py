@@ -204,7 +204,7 @@ def test_a_bare_csv_is_described_by_hand_and_can_be_taken_home(visit, tmp_path):
     assert page.get_by_role("img", name=re.compile("^Course of ")).count() == 4
     press(page, "Open these data")
     page.get_by_text("something to mend in 5 fields").wait_for()  # also pressure and druck: one has no unit
-    for name, value in (("length", "300"), ("radius", "7.0"), ("braid_angle", "20")):
+    for name, value in (("length", "300"), ("radius", "7.0"), ("braid angle", "20")):
         page.get_by_role("textbox", name=f"{name}:").fill(value)
     page.get_by_role("textbox", name="± of radius").fill("0.1")
     page.get_by_role("img", name="300 mm long, radius 7 mm").wait_for()  # drawn from the entries

@@ -52,6 +52,11 @@ def unit_hint(meaning: str) -> str:
     return USUAL.get(COLUMNS.get(meaning) or "", "")
 
 
+def spoken(name: str) -> str:
+    """What readers call a measurement of the muscle."""
+    return name.replace("_", " ")
+
+
 def meaning_of(name: str) -> str:
     """What a measurement of the muscle is."""
     return quantities()[name][1]
@@ -94,18 +99,18 @@ def field_of(dropped: Dropped, error: InputError) -> dict[str, str]:
 def _check_measurement(key: str, size: Size) -> None:
     if not size.text:
         if key in REQUIRED or size.error.strip():
-            problem = f"the value of {key} is not filled in: {meaning_of(key)}"
+            problem = f"the value of {spoken(key)} is not filled in: {meaning_of(key)}"
             raise InputError(problem, cure=f"write it like {LIKE[key].value}")
         return
     for what, text in (("value", size.value), ("error", size.error)):
-        _check_number(f"the {what} of {key}", text.strip())
+        _check_number(f"the {what} of {spoken(key)}", text.strip())
     unit = quantities()[key][0]
     if size.unit.strip():
         units.factor(size.unit.strip(), unit)
     found = measurement(key, size.text)
     if found.error is not None and found.error >= abs(found.value):
         cure = "write the standard error, in the same unit"
-        raise InputError(f"the error of {key} is as large as its value", value=size.text, cure=cure)
+        raise InputError(f"the error of {spoken(key)} is as large as its value", value=size.text, cure=cure)
 
 
 def _check_number(what: str, text: str) -> None:

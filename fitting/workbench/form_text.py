@@ -6,16 +6,16 @@ from collections.abc import Mapping
 from fitting.recordings.muscle_file import REQUIRED
 from fitting.report.pictures.muscle_drawing import muscle_html
 from fitting.showing import counted
-from fitting.workbench.form import LIKE, Size, meaning_of, muscle_of
+from fitting.workbench.form import LIKE, Size, meaning_of, muscle_of, spoken
 
 
 def size_fields(name: str) -> tuple[tuple[str, str, str], ...]:
     """Label, example and what stands there from the start, of the three fields of a measurement of the muscle."""
     like = LIKE[name]
     return (
-        (f"{name}: {meaning_of(name)}{'' if name in REQUIRED else ' (may be left empty)'}", like.value, ""),
-        (f"± of {name}", like.error, ""),
-        (f"unit of {name}", like.unit, like.unit),
+        (f"{spoken(name)}: {meaning_of(name)}{'' if name in REQUIRED else ' (may be left empty)'}", like.value, ""),
+        (f"± of {spoken(name)}", like.error, ""),
+        (f"unit of {spoken(name)}", like.unit, like.unit),
     )
 
 
