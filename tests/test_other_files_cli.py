@@ -12,7 +12,7 @@ from small_muscle import loops, write
 from fitting.cli.main import main
 from fitting.recordings.experiment import read_experiment
 from fitting.workbench.data import guess, keep
-from fitting.workbench.form import Filled, describe
+from fitting.workbench.form import Filled, Size, describe
 
 
 def as_mat(folder):
@@ -55,7 +55,7 @@ def test_files_that_are_dropped_into_the_workbench_may_be_of_any_kind(tmp_path):
     content = workbook({"Monday": rows_of(), "Tuesday": rows_of()})
     dropped = guess(keep([("loops.xlsx", content)], tmp_path / "place"))
     columns = {file: [(c.meaning, c.unit) for c in found] for file, found in dropped.columns.items()}
-    muscle = {"length": "300 mm", "radius": "7 mm", "braid_angle": "20 deg"}
+    muscle = {"length": Size("300", "", "mm"), "radius": Size("7", "", "mm"), "braid_angle": Size("20", "", "deg")}
     folder = describe(dropped, "A", Filled(muscle, dropped.tests, columns))
     assert 'sheet = "Monday"' in (folder / "muscle.toml").read_text()
     assert len(read_experiment(folder).recordings[0].runs[0]) == 202
