@@ -3,12 +3,6 @@ in memory longer than its file of tests. Beside them what several files of tests
 
 import gc
 import os
-import sys
-
-# Seven thousand programs are compiled, most of them to run once: a quarter of the time goes where none is optimised.
-# What measures times, or runs for long, is compiled as for users.
-if not {"--benchmark-only", "slow"} & set(sys.argv):
-    os.environ.setdefault("XLA_FLAGS", "--xla_backend_optimization_level=0")
 
 import jax
 import pytest
