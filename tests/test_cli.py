@@ -195,6 +195,7 @@ def test_diagnose_writes_the_promised_keys(data, tmp_path, monkeypatch):
     out = tmp_path / "d.json"
     words = run("diagnose", data, "--json", out, "--html", tmp_path / "d.html").stdout
     assert "Spring in parallel (linear_spring) is missing." in words
+    assert "WHERE     Worst at " in words
     assert f"mckibben add {data} linear_spring" in " ".join(words.split())
     found = json.loads(out.read_text())
     assert found.keys() >= {

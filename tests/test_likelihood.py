@@ -53,6 +53,12 @@ def test_a_size_that_was_measured_holds_a_parameter_back():
     assert held == pytest.approx(alone, rel=0.01)
 
 
+def test_a_stated_size_that_is_denied_costs_its_square():
+    slopes = RNG.standard_normal((COUNT, 1))
+    kept, denied = (fit(NOISE, slopes, [apart], np.zeros((1, 1))) for apart in (0.0, 3.0))
+    assert criterion(denied, plain) - criterion(kept, plain) == pytest.approx(9.0)
+
+
 def test_noise_that_remembers_is_taken_out_before_two_sets_are_compared():
     """A slow wave in noise that is itself slow is no evidence; to who takes readings for independent it is."""
     memory = 0.95

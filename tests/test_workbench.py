@@ -134,6 +134,14 @@ def test_words_tell_verdict_and_evidence(found):
     assert known_effects(found.last)["Spring in parallel (linear_spring)"] == "linear_spring"
 
 
+def test_after_an_addition_the_error_before_is_told_and_that_nothing_was_tested(found, mended):
+    before = found.last.comparison.rmse
+    assert f"(the model before: {before:.3g} N)" in error_now(mended.last, 0.3, {})
+    assert "the model before" not in error_now(found.last, before, {})
+    assert "run the diagnosis again" in headline(mended)
+    assert "run the diagnosis again" not in headline(found)
+
+
 def test_sliders_have_the_names_for_readers_too(mended):
     labels = [slider.label for slider in mended.last.laid_out.sliders]
     assert "stiffness in parallel (linear_spring.K) [N/mm]" in labels
