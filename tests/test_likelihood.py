@@ -81,8 +81,7 @@ def sets_and_examiner(misfits):
     """Sets that each leave noise and this much of a wave that their parameters do not know."""
     wave = np.sin(np.arange(COUNT) / 7.0)
     fits = {frozenset([name]): fit(NOISE + size * wave, np.ones((COUNT, 1))) for name, size in misfits.items()}
-    felt = SimpleNamespace(per_run=None, shared=None, changed=lambda *_: SimpleNamespace(whitener=lambda: plain))
-    ground = SimpleNamespace(errors=felt, without_noise=lambda columns: columns)
+    ground = SimpleNamespace(instruments=lambda: plain, without_noise=plain)
     left = lambda mine: float(np.sum(mine.rows**2))  # noqa: E731
     return fits, SimpleNamespace(left=left, ground=lambda _: ground)
 

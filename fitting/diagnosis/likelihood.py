@@ -32,8 +32,7 @@ def criteria(
 def free_of_noise(examiner: Examiner, fit: CandidateFit) -> Callable[[np.ndarray], np.ndarray]:
     """What takes noise and the errors of instruments out of columns (rows, q), as they are for this fit."""
     ground = examiner.ground(fit)
-    felt = ground.errors
-    instruments = felt.changed(ground.without_noise(felt.per_run), ground.without_noise(felt.shared)).whitener()
+    instruments = ground.instruments()
     return lambda columns: instruments(ground.without_noise(columns))
 
 

@@ -17,7 +17,7 @@ from fitting.diagnosis.projected import Projected, projected
 from fitting.diagnosis.settings import FLIP_TEST, FlipTestSettings
 from fitting.diagnosis.sign_flips import PValues, Scores, flipped_signs
 from fitting.diagnosis.working_noise import Noise, Whitener
-from fitting.instruments.errors import InstrumentErrors
+from fitting.instruments.errors import InstrumentErrors, InstrumentWhitener
 from fitting.least_squares.decomposed import orthonormal
 from fitting.problem.residuals import Samples
 
@@ -82,10 +82,14 @@ class Ground:
         """Rows (rows, q) free of the correlation that noise makes."""
         return self._noise_whitener()(columns)
 
+    def instruments(self) -> InstrumentWhitener:
+        """What takes the errors of instruments out of columns that are free of the correlation of noise."""
+        felt = self.errors
+        return felt.changed(self.without_noise(felt.per_run), self.without_noise(felt.shared)).whitener()
+
     def whitened(self, rows: np.ndarray, by: Nuisance, signatures: np.ndarray) -> "Whitened":
         """All that is tested, free of the correlation that noise and instruments make."""
-        felt = self.errors
-        errors = felt.changed(self.without_noise(felt.per_run), self.without_noise(felt.shared)).whitener()
+        errors, felt = self.instruments(), self.errors
         parts = [rows[:, None], by.slopes, signatures, self.basis.smooth, self.basis.fine, felt.shared]
         plain = self.without_noise(np.hstack(parts))
         split = lambda flat: np.split(flat, np.cumsum([part.shape[1] for part in parts])[:-1], axis=1)  # noqa: E731

@@ -19,12 +19,12 @@ from click.testing import CliRunner
 
 from fitting import showing
 from fitting.report.pictures.effect import SIZES, Trace, hosts_of, trace
+from fitting.study.baseline import BASELINE
 from mckibben_jax.effect import Effect, name_of
-from mckibben_jax.effects import LIBRARY, SUPPLIES, CoulombFriction, IdealCylinder, KineticFriction
+from mckibben_jax.effects import LIBRARY, SUPPLIES, KineticFriction
 from mckibben_jax.muscle import quantities
 from mckibben_jax.parameter import parameters
 
-FIRST = (IdealCylinder, CoulombFriction)  # every first model has them
 KEPT = Path(__file__).with_name("examples.json")
 MUSCLE = ("length", "radius", "braid_angle", "wall_thickness", "shear_modulus")
 PRESSURES = '--pressures "1 bar, 3 bar, 5 bar"'
@@ -43,9 +43,8 @@ def model_file(kind: type[Effect], found: Trace) -> str:
     sizes = [*MUSCLE, *(need for need in kind.needs if need in quantities() and need not in MUSCLE)]
     told = ["[muscle]"]
     told += [f'{name} = "{showing.show(float(SIZES[name]), quantities()[name][0])}"' for name in sizes]
-    others = [name_of(each) for each in hosts_of(kind)]
-    others += ["coulomb_friction"] if kind.family != "friction" else []
-    for name in dict.fromkeys(others):
+    others = [*hosts_of(kind), *(each for each in BASELINE if each.family != kind.family)]
+    for name in dict.fromkeys(map(name_of, others)):
         told += ["", "[[effect]]", f'name = "{name}"']
     told += ["", "[[effect]]", f'name = "{name_of(kind)}"']
     for p in parameters(kind):
@@ -59,7 +58,7 @@ def commands(kind: type[Effect], found: Trace) -> list[str]:
     if kind is KineticFriction:  # one speed alone would pass for another coefficient of friction
         options = [words for begin, words in TESTS.items() if begin.startswith("a loop")]
     folders = ["practice"] if len(options) == 1 else ["slow", "fast"]
-    added = [name_of(each) for each in hosts_of(kind) if each not in FIRST]
+    added = [name_of(each) for each in hosts_of(kind) if each not in BASELINE]
     recorded = zip(options, folders, strict=True)
     return [
         *(f'mckibben simulate model.toml {how} --noise "0.5 N" --out {folder}' for how, folder in recorded),
@@ -81,7 +80,7 @@ def said(command: str) -> str:
 
 def example(kind: type[Effect]) -> dict[str, Any] | None:
     """The model file, the commands and what each says, run in an empty folder; None where there is nothing to see."""
-    found = trace(kind) if kind not in FIRST else None
+    found = trace(kind) if kind not in BASELINE else None
     if found is None:
         return None
     with tempfile.TemporaryDirectory() as folder, contextlib.chdir(folder):
