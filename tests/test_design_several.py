@@ -2,6 +2,7 @@
 
 import dataclasses
 import json
+import re
 
 import numpy as np
 import pytest
@@ -85,8 +86,11 @@ def typed(*words):
 
 
 def test_what_each_model_says_stands_below_the_design(folder):
-    done = typed("spec.toml", "--also", "there.toml", "--json", "told.json")
+    done = typed("spec.toml", "--also", "there.toml", "--json", "told.json", "--html", "page.html")
     assert done.exit_code == 0, done.output
+    page = (folder / "page.html").read_text(encoding="utf-8")
+    assert "The muscle to scale" in page
+    assert re.search(r"<text[^>]*>at rest: 300 mm long", page)
     assert "the limits hold in all models" in done.output
     rows = {line.split()[0]: line for line in done.output.splitlines() if line.startswith(("here.toml", "there.toml"))}
     assert rows["here.toml"].split()[-1] == "0.3"

@@ -2,13 +2,17 @@
 
 import sys
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from fitting.cli.options import Command, effect_file_option, output_options
 from fitting.cli.run import NOT_CONVERGED, check_place, check_places, errors_for_machines, progress_bar
 from fitting.compiled.prepare import prepare
+
+if TYPE_CHECKING:
+    from fitting.designs.answer import Answer
+    from fitting.report.page.parts import Section
 
 
 @click.command("design", cls=Command)
@@ -18,7 +22,7 @@ from fitting.compiled.prepare import prepare
 @click.option(
     "--also", multiple=True, metavar="FILE", help="Another model of the same muscle; give it for each of a tie."
 )
-@click.option("--picture", metavar="FILE", help="The muscle to scale (or the trade-off): .svg, .pdf or .png.")
+@click.option("--picture", metavar="FILE", help="The muscle to scale (or the trade-off): .svg, .pdf or .png; the page has it as well.")
 @click.option("--save", metavar="FILE", help="The design as a model file; of a trade-off a folder of them.")
 @output_options
 def command(
@@ -58,8 +62,20 @@ def command(
             draw(found, picture)
         if save:
             found.save(Path(save))
-    write_files(options, "Design", [answer_text(found)], answer_result(found))
+    write_files(options, "Design", [answer_text(found)], answer_result(found), _pictures(found, options["html"]))
     sys.exit(0 if found.converged else NOT_CONVERGED)
+
+
+def _pictures(found: "Answer", page: str | None) -> "list[Section]":
+    """The muscle to scale, or the trade-off, for the page if there is to be one."""
+    if not page:
+        return []
+    from fitting.report.page.parts import Section
+    from fitting.report.pictures.design import figure_of
+    from fitting.report.pictures.figures import as_svg
+
+    title, figure = figure_of(found)
+    return [Section(title, picture=as_svg(figure, "design"))]
 
 
 def _left_alone(path: Path) -> None:

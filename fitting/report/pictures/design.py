@@ -118,14 +118,18 @@ def trade_off(found: Sequence[Design], second: Second) -> "Figure":
     return figure
 
 
+def figure_of(found: Answer) -> tuple[str, "Figure"]:
+    """The picture of an answer under its title: the muscle to scale, or the trade-off."""
+    if len(found.designs) > 1 and found.order.second:
+        return "The trade-off, a mark for each design", trade_off(found.designs, found.order.second)
+    pressure, stroke = stroke_of(found.order.task, found.first)
+    return "The muscle to scale", to_scale(found.first.muscle, max(stroke, 0.0), pressure)
+
+
 def draw(found: Answer, path: str) -> None:
     """Write the picture of an answer: the muscle to scale, or the trade-off."""
     kind = check_kind(path)
-    if len(found.designs) > 1 and found.order.second:
-        figure = trade_off(found.designs, found.order.second)
-    else:
-        pressure, stroke = stroke_of(found.order.task, found.first)
-        figure = to_scale(found.first.muscle, max(stroke, 0.0), pressure)
+    _, figure = figure_of(found)
     write_whole(path, lambda new: figure.savefig(new, dpi=150, format=kind.removeprefix(".")))
 
 

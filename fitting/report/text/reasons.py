@@ -8,7 +8,7 @@ SENTENCES = {
     Reason.NO_FORCE: "cannot be tested: no force was measured",
     Reason.NO_NUMBER: "cannot be tested: gives no number on these data",
     Reason.NOT_FITTED: "cannot be tested",
-    Reason.NOT_SEEN: "these data cannot see it",
+    Reason.NOT_SEEN: "these data cannot see it beside this model",
     Reason.FAR_WORSE: "not tested: others leave far less",
     Reason.LARGE_MISFIT: "leaves many times the noise",
     Reason.MOST_LEFT: "leaves most of the error, many times the noise",
