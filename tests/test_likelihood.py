@@ -1,4 +1,7 @@
-"""Of several sets that stand, the likeliest is named first, and none that is out of the question beside it."""
+"""Of several sets that stand, the likeliest is named first, and none that is out of the question beside it.
+
+One effect more may make the readings so much likelier that no smaller set can be the whole of it.
+"""
 
 from dataclasses import replace
 from types import SimpleNamespace
@@ -8,7 +11,7 @@ import pytest
 import scipy.linalg
 
 from fitting.diagnosis.candidate_fit import CandidateFit
-from fitting.diagnosis.likelihood import criterion, likeliest
+from fitting.diagnosis.likelihood import criterion, likeliest, outdone
 from fitting.diagnosis.settings import VERDICT
 
 COUNT = 200
@@ -83,7 +86,8 @@ def sets_and_examiner(misfits):
     fits = {frozenset([name]): fit(NOISE + size * wave, np.ones((COUNT, 1))) for name, size in misfits.items()}
     ground = SimpleNamespace(instruments=lambda: plain, without_noise=plain)
     left = lambda mine: float(np.sum(mine.rows**2))  # noqa: E731
-    return fits, SimpleNamespace(left=left, ground=lambda _: ground)
+    world = SimpleNamespace(candidates=tuple("abcdefghij"))
+    return fits, SimpleNamespace(left=left, ground=lambda _: ground, world=world)
 
 
 def test_the_likeliest_is_first_and_what_is_out_of_the_question_is_gone():
@@ -100,3 +104,22 @@ def test_a_set_goes_where_another_is_more_than_a_hundred_times_likelier():
     assert VERDICT.likelier == 100
     kept = [len(likeliest(list(fits), fits, examiner, replace(VERDICT, likelier=times * by))) for by in (0.99, 1.01)]
     assert kept == [1, 2]
+
+
+def test_a_set_is_outdone_where_one_more_effect_is_likelier_by_more_than_the_number_of_effects():
+    """A hundred times ten candidates: one of ten that do nothing fits better by chance than any one of them."""
+    fits, examiner = sets_and_examiner({"one": 0.42, "two": 0.0})
+    one, two = fits
+    times = np.exp((criterion(fits[one], plain) - criterion(fits[two], plain)) / 2)
+    asked = lambda by: outdone([one], [two], fits, examiner, replace(VERDICT, likelier=by * times / 10))  # noqa: E731
+    assert [asked(0.99), asked(1.01)] == [True, False]
+    assert not outdone([two], [one], fits, examiner)
+    assert not outdone([], [two], fits, examiner)
+    assert not outdone([one], [], fits, examiner)
+
+
+def test_the_best_of_either_size_decides():
+    fits, examiner = sets_and_examiner({"far": 0.9, "near": 0.1, "worse": 0.8, "true": 0.0})
+    far, near, worse, true = fits
+    assert outdone([far], [worse, true], fits, examiner)
+    assert not outdone([far, near], [worse, true], fits, examiner)

@@ -1,5 +1,6 @@
 """Sets whose members hide each other, and runs that cannot differ as much as a fit needs them to."""
 
+from dataclasses import replace
 from itertools import pairwise
 from types import SimpleNamespace
 
@@ -15,6 +16,7 @@ from small_muscle import loops
 from small_muscle import write as write_small
 
 from fitting.diagnosis.diagnose import concluded, diagnose, searched
+from fitting.diagnosis.outcomes import Reason, Why
 from fitting.diagnosis.search import Search
 from fitting.diagnosis.settings import DIAGNOSIS, SEARCH
 from fitting.recordings.experiment import read_experiment
@@ -91,6 +93,15 @@ def test_a_linear_look_beside_a_set_foretells_its_refit(three):
     fall = left(three.fits[pair]) - left(three.fits[triple])
     assert left(three.fits[pair]) - promised[triple] == pytest.approx(fall, rel=0.3)
     assert fall > 50  # in variances of a reading
+
+
+def test_a_pair_that_stands_goes_where_a_third_effect_makes_the_readings_far_likelier(three):
+    """Were the flips blind to what the pair leaves; it is not named, though no flip speaks against it."""
+    pair, search = frozenset(["hertz_friction", "tip"]), Search.resumed(three)
+    search.adequate, search.adequacy_tests[pair] = [pair], replace(three.adequacy_tests[pair], why=None)
+    search.drop_outdone(2)
+    assert search.adequate == []
+    assert search.adequacy_tests[pair].why == Why(Reason.LESS_LIKELY)
 
 
 def test_friction_of_another_law_is_named_though_two_runs_could_differ_in_theirs(tmp_path):

@@ -1,7 +1,8 @@
-"""How likely each of several adequate sets is, with the same noise and the same errors of instruments for all.
+"""How likely each of several sets is, with the same noise and the same errors of instruments for all.
 
-An adequate set leaves nothing that the test can see. Of two adequate sets one may still leave so much less that the
-other is out of the question: a test asks of each set whether it can stand, a ratio of likelihoods compares two.
+An adequate set leaves nothing that the test can see. Another may still leave so much less that it is out of the
+question: a test asks of each set whether it can stand, a ratio of likelihoods compares two. Few loops make a test that
+sees little, for it rests on symmetry alone, and there a set may stand that lacks a whole effect.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -15,18 +16,18 @@ from fitting.least_squares.decomposed import lstsq
 
 
 def criteria(
-    adequate: Sequence[frozenset[str]], fits: Mapping[frozenset[str], CandidateFit], examiner: Examiner
+    sets: Sequence[frozenset[str]], fits: Mapping[frozenset[str], CandidateFit], examiner: Examiner
 ) -> dict[frozenset[str], float]:
-    """Schwarz's criterion of each set; half a difference is the logarithm of how much likelier the smaller one is.
+    """Schwarz's criterion of each fitted set; half a difference is the logarithm of how much likelier the smaller is.
 
     Noise and what instruments may err by are those of the set that leaves least: it is the best guess at what is no
     misfit. Every set is moved to its optimum under them, to first order.
     """
-    if len(adequate) < 2:
-        return dict.fromkeys(adequate, 0.0)
-    best = min(adequate, key=lambda added: examiner.left(fits[added]))
+    if len(sets) < 2:
+        return dict.fromkeys(sets, 0.0)
+    best = min(sets, key=lambda added: examiner.left(fits[added]))
     free = free_of_noise(examiner, fits[best])
-    return {added: criterion(fits[added], free) for added in adequate}
+    return {added: criterion(fits[added], free) for added in sets}
 
 
 def free_of_noise(examiner: Examiner, fit: CandidateFit) -> Callable[[np.ndarray], np.ndarray]:
@@ -58,3 +59,22 @@ def likeliest(
     least = min(found.values(), default=0.0)
     order = sorted(adequate, key=lambda added: found[added])
     return [added for added in order if found[added] - least <= 2 * np.log(settings.likelier)]
+
+
+def outdone(
+    adequate: Sequence[frozenset[str]],
+    larger: Sequence[frozenset[str]],
+    fits: Mapping[frozenset[str], CandidateFit],
+    examiner: Examiner,
+    settings: VerdictSettings = VERDICT,
+) -> bool:
+    """Whether a set of one effect more is so much likelier that none of these adequate ones can be the whole of it.
+
+    The effect more was chosen among all candidates, and the best of many always fits a little better: the ratio has to
+    be larger by their number (the extended criterion of Chen and Chen, Biometrika 95, 759, 2008).
+    """
+    if not adequate or not larger:
+        return False
+    found = criteria([*adequate, *larger], fits, examiner)
+    fall = min(found[added] for added in adequate) - min(found[added] for added in larger)
+    return fall > 2 * np.log(settings.likelier * len(examiner.world.candidates))

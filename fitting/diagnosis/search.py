@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import combinations
 from math import comb
@@ -14,8 +14,9 @@ from fitting.diagnosis.adequacy import AdequacyTest
 from fitting.diagnosis.candidate_fit import CandidateFit
 from fitting.diagnosis.examine import Examiner
 from fitting.diagnosis.larger_sets import is_hopeless
+from fitting.diagnosis.likelihood import outdone
 from fitting.diagnosis.nuisance import Nuisance
-from fitting.diagnosis.outcomes import Screened
+from fitting.diagnosis.outcomes import Reason, Screened, Why
 from fitting.diagnosis.universe import Universe
 from fitting.least_squares.decomposed import lstsq
 from fitting.least_squares.record import Fit
@@ -148,8 +149,19 @@ class Search:
             if self.adequate and size > 1:  # others that do as well as these
                 self.fit_level([*self.grown(self.parts(self.adequate)), *self.simpler(self.adequate)])
                 self.test_level(size, self.settings.tested)
+            if size < 3 and self.adequate:
+                self.drop_outdone(size)
             if self.adequate or self.hopeless:
                 return
+
+    def drop_outdone(self, size: int) -> None:
+        """Drop adequate sets that cannot be the whole of it, for one effect more makes the readings far likelier."""
+        self.fit_level(self.grown(self.adequate))
+        if not outdone(self.adequate, self.best(size + 1)[: self.settings.grown], self.fits, self.examiner):
+            return
+        for added in self.adequate:
+            self.adequacy_tests[added] = replace(self.adequacy_tests[added], why=Why(Reason.LESS_LIKELY))
+        self.adequate.clear()
 
     def is_hopeless(self) -> bool:
         """Whether no three effects will do, for all together, beside the best two, would not."""

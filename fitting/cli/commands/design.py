@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 @click.option(
     "--also", multiple=True, metavar="FILE", help="Another model of the same muscle; give it for each of a tie."
 )
-@click.option("--picture", metavar="FILE", help="The muscle to scale (or the trade-off): .svg, .pdf or .png; the page has it as well.")
+@click.option("--picture", metavar="FILE", help="The muscle to scale (or the trade-off): .svg, .pdf or .png.")
 @click.option("--save", metavar="FILE", help="The design as a model file; of a trade-off a folder of them.")
 @output_options
 def command(

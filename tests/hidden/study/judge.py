@@ -92,7 +92,7 @@ def said(case: Case, folder: Path, base: list[str], rivals: bool, truth: Truth) 
     from mckibben_jax.effect import name_of
     from mckibben_jax.effects import LIBRARY
 
-    from .likelier import standing
+    from .likelier import outdone, standing
     from .rivals import answers
 
     known = {name_of(kind): kind for kind in LIBRARY}
@@ -102,7 +102,7 @@ def said(case: Case, folder: Path, base: list[str], rivals: bool, truth: Truth) 
     search = searched([experiment], effects)
     found = concluded(search)
     seconds = time.perf_counter() - began
-    record = verdict_of(found) | {"seconds": seconds, "standing": standing(search)}
+    record = verdict_of(found) | {"seconds": seconds, "standing": standing(search), "outdone": outdone(search)}
     if case.group in ("none", ERRING) and not case.hidden:
         record["limits"] = {n: e.detection_limit for n, e in found.effects.items() if e.detection_limit is not None}
     if case.group == OUTSIDE:

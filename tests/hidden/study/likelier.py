@@ -14,8 +14,8 @@ import numpy as np
 
 from .first_test import table
 from .run import records
-from .scores import Record, alikes, answered
-from .worth import one, outside, words
+from .scores import Record, alikes, answered, holds
+from .worth import near, one, outside, words
 
 TIMES = (np.inf, 1000.0, 100.0, 20.0, 10.0, 1.0)  # likelier than what is named beside it; 1: the likeliest alone
 HEADS = (
@@ -34,6 +34,14 @@ def standing(search: Any) -> dict[str, float]:
     stand = unrivalled(predicting, search.fits, search.examiner, rules)
     found = criteria(stand, search.fits, search.examiner)
     return {"+".join(sorted(added)): float(value) for added, value in found.items()}
+
+
+def outdone(search: Any) -> list[str]:
+    """Sets that would stand, were they not far less likely than one with an effect more."""
+    from fitting.diagnosis.outcomes import Reason, Why
+
+    tested = search.adequacy_tests.items()
+    return ["+".join(sorted(added)) for added, test in tested if test.why == Why(Reason.LESS_LIKELY)]
 
 
 def named(record: Record, times: float) -> list[str]:
@@ -65,12 +73,29 @@ def row(told: Sequence[Record], times: float) -> tuple[str, ...]:
     return called, words(single, among), words(single, alone), words(several, among), words(several, alone), size
 
 
+def lost_and_won(told: Sequence[Record]) -> list[tuple[str, str]]:
+    """What became of the recordings where sets stood, and one effect more made the readings far likelier."""
+    less = [record for record in told if record.get("outdone")]
+
+    def before(record: Record) -> bool:
+        return any(names in alikes(record) for names in record["outdone"])
+
+    rows = [
+        ("the truth was among those that stood", before),
+        ("it is among what is named instead", holds),
+        ("what is named instead follows it within a tenth of the noise, or is it", near),
+        ("an effect of nobody's library, recognised", lambda r: outside(r) and r["verdict"] == "not in the library"),
+    ]
+    return [("recordings", f"{len(less)} of {len(told)}"), *((what, words(less, is_so)) for what, is_so in rows)]
+
+
 @click.command()
 @click.argument("path", type=click.Path(exists=True, dir_okay=False, path_type=Path))
 def main(path: Path) -> None:
     """Print the table of the records at PATH."""
     told = [record for record in answered(records(path)) if "standing" in record]
     click.echo(table(HEADS, [row(told, times) for times in TIMES]))
+    click.echo(table(("sets that stood, outdone by one effect more", "recordings"), lost_and_won(told)))
 
 
 if __name__ == "__main__":
