@@ -26,7 +26,7 @@ from fitting.report.text.diagnosis import (
 )
 from fitting.report.text.evidence import sort_evidence
 from fitting.report.text.fit import fit_warnings
-from fitting.report.text.instrument_answers import explaining_text, odd_run_texts, rival_texts
+from fitting.report.text.instrument_answers import instrument_texts
 from fitting.report.text.limits import open_text
 from fitting.report.text.names import Names, mark, marked
 from fitting.report.text.side_by_side import side_by_side
@@ -131,7 +131,7 @@ def headline(session: Session) -> str:
     if step.diagnosis is not None and step.comparison is not None:
         found = step.diagnosis
         still = open_text(found, UNIT)
-        causes = (leading_text(found), *odd_run_texts(found), explaining_text(found), *rival_texts(found))
+        causes = (leading_text(found), *instrument_texts(found))
         said = (*causes, p_value_text(found), *substitutes_text(found))
         said += (f"Still open: {still}",) if still else ()
         lines += [f"<p>{named(text)}</p>" for text in said if text]

@@ -13,7 +13,7 @@ from fitting.report.text.amounts import amount, percent
 from fitting.report.text.comparison import fails, judgement, place_text
 from fitting.report.text.diagnosis import effect_set, leading_text, verdict_text
 from fitting.report.text.fit import fit_warnings
-from fitting.report.text.instrument_answers import explaining_text, odd_run_texts, rival_texts
+from fitting.report.text.instrument_answers import instrument_texts
 from fitting.report.text.next_step import after_comparison, after_diagnosis
 from fitting.report.text.practice import practice_text
 from fitting.report.text.stages import added_text
@@ -120,7 +120,7 @@ def lead(model: ShownModel, models: Sequence[ShownModel], enough: float) -> list
 
 def _of_diagnosis(d: Diagnosis, c: Comparison) -> list[str]:
     place = f"It fails most at {place_text(c)}." if fails(c) else ""
-    texts = (leading_text(d), *odd_run_texts(d), explaining_text(d), *rival_texts(d), judgement(c), place)
+    texts = (leading_text(d), *instrument_texts(d), judgement(c), place)
     return [text for text in texts if text]
 
 

@@ -13,7 +13,7 @@ from fitting.recordings.records import FORCE_TESTS, MOVING_TESTS, Experiment
 from fitting.report.settings import ADVICE, SHOWN
 from fitting.report.text.amounts import amount, percent
 from fitting.report.text.evidence import named_explanations, named_sets, sort_evidence
-from fitting.report.text.instrument_answers import explaining_text, odd_run_texts, rival_texts
+from fitting.report.text.instrument_answers import asked_texts, explaining_text, odd_run_texts, rival_texts
 from fitting.report.text.layout import columns, line, lines, spaced
 from fitting.report.text.limits import limits_lines, open_text, would_have_shown
 from fitting.report.text.measurement import purpose_text, what_text
@@ -154,7 +154,7 @@ def diagnosis_report(d: Diagnosis, unit: str = "N", samples: int = 0) -> list[Re
     shown += [line("LEADING", leading)] if leading else []
     shown.append(line("TEST", p_value_text(d)))
     shown += lines("SAMPLES", samples_text(d, samples))
-    shown += lines("CHECK", odd_run_texts(d))
+    shown += lines("CHECK", [*odd_run_texts(d), *asked_texts(d)])
     shown += lines("LIKELY", [text for text in (explaining_text(d),) if text])
     shown += lines("OR", [*rival_texts(d), *substitutes_text(d)])
     shown += lines("LIMITS", limits_lines(d, unit))

@@ -42,6 +42,16 @@ LASTING = {
     ErrorKind.HYSTERESIS: "hysteresis",
     ErrorKind.DRIFT: "drift",
 }
+# effects that are errors of an instrument, by the full name of their parameter: all runs share its size
+ASKED = {
+    "pressure_offset.P_off": (Channel.PRESSURE, ErrorKind.ZERO),
+    "pressure_gain.g": (Channel.PRESSURE, ErrorKind.GAIN),
+    "contraction_offset.eps_off": (Channel.POSITION, ErrorKind.ZERO),
+    "force_offset.F_off": (Channel.FORCE, ErrorKind.ZERO),
+    "force_gain.g": (Channel.FORCE, ErrorKind.GAIN),
+    "time_delay.tau": (Channel.TIME, ErrorKind.SKEW),
+}
+PER_RUN = {ErrorKind.ZERO: ErrorKind.ZERO_PER_RUN, ErrorKind.GAIN: ErrorKind.GAIN_PER_RUN}
 HEADS = ("instrument", "error", "most likely size", "allowed", "would explain the misfit")
 EXACT, NEVER = "taken as exact", "no"
 MOST_NAMED = 3
@@ -63,6 +73,41 @@ def _excess(each: InstrumentAnswer) -> float:
     return math.inf if each.needed is None else each.needed / max(each.source.allowed, 1e-300)
 
 
+def asked_texts(d: Diagnosis) -> list[str]:
+    """What the likeliest explanation asks of each instrument that it blames, beside what is allowed, where it is more.
+
+    Someone has to go and look: no verdict makes a load cell read 400 N at rest.
+    """
+    named = next((e for e in d.tried if d.explanations and e.effects == d.explanations[0]), None)
+    first = "The likeliest of these" if len(d.explanations) > 1 else "This"
+    texts = []
+    for name, estimate in (named.estimate if named else {}).items():
+        channel, kind = ASKED.get(name, (None, None))
+        if channel is None or kind is None:
+            continue
+        size = abs(estimate.value) * (_length(d) if channel is Channel.POSITION else 1.0)
+        source = _most_allowed(d, channel, kind)
+        if size > source.allowed:
+            times = f", {size / source.allowed:.2g} times as much is asked" if source.allowed else ""
+            fault = _phrase(Source(channel, kind, 0.0, 0.0), size)
+            texts.append(
+                f"{first} holds only if {fault} ({_allowed(source)}{times}). Check this before you believe it."
+            )
+    return texts
+
+
+def _most_allowed(d: Diagnosis, channel: Channel, kind: ErrorKind) -> Source:
+    """The accuracy of what all runs share, or of what each has of its own: the larger; 0 where it is taken as exact."""
+    kinds = (kind, PER_RUN.get(kind))
+    known = [each.source for each in d.instruments if each.source.channel is channel and each.source.kind in kinds]
+    return max(known, key=lambda source: source.allowed, default=Source(channel, kind, 0.0, 0.0))
+
+
+def _length(d: Diagnosis) -> float:
+    """Length of the muscle, m."""
+    return float(d.baseline.model().muscle.length)
+
+
 def explaining_text(d: Diagnosis) -> str:
     """Which errors within their accuracy are at work, where instruments explain the misfit; else empty.
 
@@ -81,6 +126,11 @@ def explaining_text(d: Diagnosis) -> str:
 
 def _phrases(errors: Sequence[InstrumentAnswer]) -> str:
     return "; ".join(f"{_phrase(each.source, each.found)} ({_allowed(each.source)})" for each in errors[:MOST_NAMED])
+
+
+def instrument_texts(d: Diagnosis) -> list[str]:
+    """All that is said of instruments in sentences, as far as there is anything to say."""
+    return [*odd_run_texts(d), *asked_texts(d), *filter(None, [explaining_text(d)]), *rival_texts(d)]
 
 
 def odd_run_texts(d: Diagnosis) -> list[str]:
