@@ -95,13 +95,27 @@ def test_a_linear_look_beside_a_set_foretells_its_refit(three):
     assert fall > 50  # in variances of a reading
 
 
-def test_a_pair_that_stands_goes_where_a_third_effect_makes_the_readings_far_likelier(three):
-    """Were the flips blind to what the pair leaves; it is not named, though no flip speaks against it."""
+def search_with_a_pair_that_stands(three):
+    """The search of `three`, were the flips blind to what two of the three effects leave."""
     pair, search = frozenset(["hertz_friction", "tip"]), Search.resumed(three)
     search.adequate, search.adequacy_tests[pair] = [pair], replace(three.adequacy_tests[pair], why=None)
+    return search, pair
+
+
+def test_a_pair_that_stands_goes_where_a_third_effect_makes_the_readings_far_likelier(three):
+    search, pair = search_with_a_pair_that_stands(three)
     search.drop_outdone(2)
-    assert search.adequate == []
+    assert frozenset(THREE) in search.adequate
+    assert pair not in search.adequate
     assert search.adequacy_tests[pair].why == Why(Reason.LESS_LIKELY)
+
+
+def test_a_pair_that_stands_stays_where_no_larger_set_does(three):
+    search, pair = search_with_a_pair_that_stands(three)
+    search.test_level = lambda *_: None
+    search.drop_outdone(2)
+    assert search.adequate == [pair]
+    assert search.adequacy_tests[pair].why is None
 
 
 def test_friction_of_another_law_is_named_though_two_runs_could_differ_in_theirs(tmp_path):

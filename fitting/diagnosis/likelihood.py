@@ -68,7 +68,7 @@ def outdone(
     examiner: Examiner,
     settings: VerdictSettings = VERDICT,
 ) -> bool:
-    """Whether a set of one effect more is so much likelier that none of these adequate ones can be the whole of it.
+    """Whether a set with an effect more is so much likelier that none of these adequate ones can be the whole of it.
 
     The effect more was chosen among all candidates, and the best of many always fits a little better: the ratio has to
     be larger by their number (the extended criterion of Chen and Chen, Biometrika 95, 759, 2008).

@@ -151,17 +151,22 @@ class Search:
                 self.test_level(size, self.settings.tested)
             if size < 3 and self.adequate:
                 self.drop_outdone(size)
-            if self.adequate or self.hopeless:
+            if any(len(added) == size for added in self.adequate) or self.hopeless:
                 return
 
     def drop_outdone(self, size: int) -> None:
-        """Drop adequate sets that cannot be the whole of it, for one effect more makes the readings far likelier."""
-        self.fit_level(self.grown(self.adequate))
-        if not outdone(self.adequate, self.best(size + 1)[: self.settings.grown], self.fits, self.examiner):
-            return
-        for added in self.adequate:
-            self.adequacy_tests[added] = replace(self.adequacy_tests[added], why=Why(Reason.LESS_LIKELY))
-        self.adequate.clear()
+        """Put larger sets that stand in the place of smaller ones, where they make the readings far likelier."""
+        smaller = list(self.adequate)
+        self.fit_level(self.grown(smaller))
+        if outdone(smaller, self.best(size + 1)[: self.settings.grown], self.fits, self.examiner):
+            self.test_level(size + 1, self.settings.tested)
+        larger = [added for added in self.adequate if len(added) > size]
+        if outdone(smaller, larger, self.fits, self.examiner):
+            for added in smaller:
+                self.adequacy_tests[added] = replace(self.adequacy_tests[added], why=Why(Reason.LESS_LIKELY))
+            self.adequate, self.hopeless = larger, False
+        else:
+            self.adequate = smaller
 
     def is_hopeless(self) -> bool:
         """Whether no three effects will do, for all together, beside the best two, would not."""
