@@ -1,6 +1,6 @@
 """Sets whose members hide each other, and runs that cannot differ as much as a fit needs them to."""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from types import SimpleNamespace
 
@@ -34,6 +34,13 @@ BASE = [IdealCylinder(), CoulombFriction()]
 CANDIDATES = [kind() for kind in LIBRARY if name_of(kind) in NAMES.split()]  # few: each must be compiled
 THREE = {"hertz_friction": {"f_s": 0.242}, "tip": {"k": 1.0216}, "weight": {"m": 0.612}}
 RIVAL = {"hertz_friction": {"f_s": 0.19}}  # of the friction that is in the model
+
+
+@dataclass(frozen=True)
+class SimpleAdequacy:
+    """The test of a set that stands."""
+
+    why: Why | None = None
 
 
 class Late(Pulling):
@@ -104,18 +111,32 @@ def search_with_a_pair_that_stands(three):
 
 def test_a_pair_that_stands_goes_where_a_third_effect_makes_the_readings_far_likelier(three):
     search, pair = search_with_a_pair_that_stands(three)
-    search.drop_outdone(2)
-    assert frozenset(THREE) in search.adequate
-    assert pair not in search.adequate
+    assert search.may_be_outdone(2)
+    assert search.not_outdone([[], [pair], [frozenset(THREE)]]) == [frozenset(THREE)]
     assert search.adequacy_tests[pair].why == Why(Reason.LESS_LIKELY)
 
 
-def test_a_pair_that_stands_stays_where_no_larger_set_does(three):
+def test_what_stands_stays_where_no_larger_set_is_far_likelier(three):
     search, pair = search_with_a_pair_that_stands(three)
-    search.test_level = lambda *_: None
-    search.drop_outdone(2)
-    assert search.adequate == [pair]
+    assert search.not_outdone([[], [pair], []]) == [pair]
+    idle = max((added for added in three.fits if pair < added), key=search.left)
+    assert search.not_outdone([[pair], [idle]]) == [pair]
     assert search.adequacy_tests[pair].why is None
+    search.adequate = [frozenset(THREE)]
+    assert not search.may_be_outdone(3)  # no four effects are looked for
+
+
+def test_the_search_goes_on_from_what_stands_to_what_is_far_likelier(three):
+    """Of a single effect that stands, pairs that do not, and triples that do, only these are named."""
+    standing = {1: [frozenset(["tip"])], 2: [], 3: [frozenset(THREE)]}
+    search = Search.resumed(three)
+    search.adequacy_tests[frozenset(["tip"])] = SimpleAdequacy()
+    search.level = lambda size, _: search.adequate.extend(standing[size])
+    search.levels()
+    assert search.adequate == [frozenset(THREE)]
+    standing[3] = []
+    search.levels()
+    assert search.adequate == [frozenset(["tip"])]
 
 
 def test_friction_of_another_law_is_named_though_two_runs_could_differ_in_theirs(tmp_path):

@@ -133,40 +133,50 @@ class Search:
         )  # fmt: skip
 
     def levels(self) -> None:
-        """Single effects, pairs and triples: these only where all effects together might do."""
+        """Single effects, pairs and triples, until some stand and none with an effect more is far likelier."""
+        stood: list[list[frozenset[str]]] = []
         for size, pool in ((1, self.settings.best_singles), (2, self.settings.best_tripled), (3, 0)):
-            if size > 1:
-                for _ in range(self.settings.rounds):
-                    self.fit_level(self.grown([*self.parts(self.best(size)), *self.best(size - 1)]))
-            if size == 2:
-                self.fit_level(self.pairs_with_needs())
-            self.hopeless = size == 2 and self.is_hopeless()
-            if size < 3 and not self.hopeless:
-                self.progress(LEVELS[size + 1], 0.25 * size + 0.1)
-                self.fit_level(self.promising(size + 1, pool))
-            self.progress(f"testing sets of {size}", 0.25 * size + 0.2)
-            self.test_level(size, self.settings.tested_if_hopeless if self.hopeless else self.settings.tested)
-            if self.adequate and size > 1:  # others that do as well as these
-                self.fit_level([*self.grown(self.parts(self.adequate)), *self.simpler(self.adequate)])
-                self.test_level(size, self.settings.tested)
-            if size < 3 and self.adequate:
-                self.drop_outdone(size)
-            if any(len(added) == size for added in self.adequate) or self.hopeless:
-                return
+            self.adequate.clear()
+            self.level(size, pool)
+            stood.append(list(self.adequate))
+            if self.hopeless or (self.adequate and not self.may_be_outdone(size)):
+                break
+        self.adequate = self.not_outdone(stood)
 
-    def drop_outdone(self, size: int) -> None:
-        """Put larger sets that stand in the place of smaller ones, where they make the readings far likelier."""
-        smaller = list(self.adequate)
-        self.fit_level(self.grown(smaller))
-        if outdone(smaller, self.best(size + 1)[: self.settings.grown], self.fits, self.examiner):
-            self.test_level(size + 1, self.settings.tested)
-        larger = [added for added in self.adequate if len(added) > size]
-        if outdone(smaller, larger, self.fits, self.examiner):
-            for added in smaller:
-                self.adequacy_tests[added] = replace(self.adequacy_tests[added], why=Why(Reason.LESS_LIKELY))
-            self.adequate, self.hopeless = larger, False
-        else:
-            self.adequate = smaller
+    def level(self, size: int, pool: int) -> None:
+        """Fit and test the sets of one size; some larger ones are fitted too, if all together might do."""
+        if size > 1:
+            for _ in range(self.settings.rounds):
+                self.fit_level(self.grown([*self.parts(self.best(size)), *self.best(size - 1)]))
+        if size == 2:
+            self.fit_level(self.pairs_with_needs())
+        self.hopeless = size == 2 and self.is_hopeless()
+        if size < 3 and not self.hopeless:
+            self.progress(LEVELS[size + 1], 0.25 * size + 0.1)
+            self.fit_level(self.promising(size + 1, pool))
+        self.progress(f"testing sets of {size}", 0.25 * size + 0.2)
+        self.test_level(size, self.settings.tested_if_hopeless if self.hopeless else self.settings.tested)
+        if self.adequate and size > 1:  # others that do as well as these
+            self.fit_level([*self.grown(self.parts(self.adequate)), *self.simpler(self.adequate)])
+            self.test_level(size, self.settings.tested)
+
+    def may_be_outdone(self, size: int) -> bool:
+        """Whether a set with an effect more makes the readings far likelier than those that stand."""
+        if size == max(LEVELS):
+            return False
+        self.fit_level(self.grown(self.adequate))
+        return outdone(self.adequate, self.best(size + 1)[: self.settings.grown], self.fits, self.examiner)
+
+    def not_outdone(self, stood: Sequence[Sequence[frozenset[str]]]) -> list[frozenset[str]]:
+        """The smallest of all sets that stand, unless larger ones that stand are far likelier."""
+        chosen: list[frozenset[str]] = []
+        for larger in stood:
+            if chosen and outdone(chosen, larger, self.fits, self.examiner):
+                for added in chosen:
+                    self.adequacy_tests[added] = replace(self.adequacy_tests[added], why=Why(Reason.LESS_LIKELY))
+                chosen = []
+            chosen = chosen or list(larger)
+        return chosen
 
     def is_hopeless(self) -> bool:
         """Whether no three effects will do, for all together, beside the best two, would not."""
