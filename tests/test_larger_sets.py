@@ -44,7 +44,7 @@ def test_no_three_are_looked_for_where_all_effects_together_leave_most(nobodys):
     result = nobodys.run()
     assert sizes(result) == {1, 2}
     assert diagnosis_of(result).verdict is Verdict.NOT_IN_LIBRARY
-    assert len([added for added in result.adequacy_tests if len(added) == 2]) <= nobodys.settings.tested_if_hopeless
+    assert len([added for added in result.adequacy_tests if len(added) == 2]) <= nobodys.settings.tested_at_a_look
 
 
 def test_three_large_effects_are_found(tmp_path):

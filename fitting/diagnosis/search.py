@@ -136,12 +136,15 @@ class Search:
         """Single effects, pairs and triples, until some stand and none with an effect more is far likelier."""
         stood: list[list[frozenset[str]]] = []
         for size, pool in ((1, self.settings.best_singles), (2, self.settings.best_tripled), (3, 0)):
-            self.adequate.clear()
             self.level(size, pool)
-            stood.append(list(self.adequate))
-            if self.hopeless or (self.adequate and not self.may_be_outdone(size)):
+            stood.append(self.standing(size))
+            if self.hopeless or (stood[-1] and not self.outdone(size)):
                 break
         self.adequate = self.not_outdone(stood)
+
+    def standing(self, size: int) -> list[frozenset[str]]:
+        """The sets of one size that stand."""
+        return [added for added in self.adequate if len(added) == size]
 
     def level(self, size: int, pool: int) -> None:
         """Fit and test the sets of one size; some larger ones are fitted too, if all together might do."""
@@ -155,17 +158,24 @@ class Search:
             self.progress(LEVELS[size + 1], 0.25 * size + 0.1)
             self.fit_level(self.promising(size + 1, pool))
         self.progress(f"testing sets of {size}", 0.25 * size + 0.2)
-        self.test_level(size, self.settings.tested_if_hopeless if self.hopeless else self.settings.tested)
-        if self.adequate and size > 1:  # others that do as well as these
-            self.fit_level([*self.grown(self.parts(self.adequate)), *self.simpler(self.adequate)])
+        self.test_level(size, self.settings.tested_at_a_look if self.hopeless else self.settings.tested)
+        if size > 1 and (standing := self.standing(size)):  # others that do as well as these
+            self.fit_level([*self.grown(self.parts(standing)), *self.simpler(standing)])
             self.test_level(size, self.settings.tested)
 
-    def may_be_outdone(self, size: int) -> bool:
-        """Whether a set with an effect more makes the readings far likelier than those that stand."""
+    def outdone(self, size: int) -> bool:
+        """Whether a set with an effect more stands, too, and makes the readings far likelier than those of this size.
+
+        No larger ones are looked for if none of the best few stands: on measured hoses that took three times as long.
+        """
         if size == max(LEVELS):
             return False
-        self.fit_level(self.grown(self.adequate))
-        return outdone(self.adequate, self.best(size + 1)[: self.settings.grown], self.fits, self.examiner)
+        standing = self.standing(size)
+        self.fit_level(self.grown(standing))
+        if not outdone(standing, self.best(size + 1)[: self.settings.grown], self.fits, self.examiner):
+            return False
+        self.test_level(size + 1, self.settings.tested_at_a_look)
+        return outdone(standing, self.standing(size + 1), self.fits, self.examiner)
 
     def not_outdone(self, stood: Sequence[Sequence[frozenset[str]]]) -> list[frozenset[str]]:
         """The smallest of all sets that stand, unless larger ones that stand are far likelier."""

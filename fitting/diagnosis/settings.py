@@ -99,7 +99,7 @@ class SearchSettings:
     added: int = 18  # sets that a linear look suggests, each time; study
     grown: int = 6  # best smaller sets to which every other effect is added in a linear look; study
     rounds: int = 2  # of growing: the second grows what the best larger sets are made of; study
-    tested_if_hopeless: int = 4  # sets of two, where none can be adequate: to show by how much; chosen
+    tested_at_a_look: int = 4  # sets of two where none can stand, and larger ones where smaller stand; chosen
     tested: int = 16  # sets of one size; study
     hopeless: float = (
         0.25  # of the squared misfit, if all effects together leave more: no larger set explains it; chosen
