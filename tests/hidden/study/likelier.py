@@ -14,8 +14,8 @@ import numpy as np
 
 from .first_test import table
 from .run import records
-from .scores import Record, alikes, answered, holds
-from .worth import near, one, outside, words
+from .scores import Record, alikes, answered, followed, holds
+from .worth import one, outside, words
 
 TIMES = (np.inf, 1000.0, 100.0, 20.0, 10.0, 1.0)  # likelier than what is named beside it; 1: the likeliest alone
 HEADS = (
@@ -83,7 +83,7 @@ def lost_and_won(told: Sequence[Record]) -> list[tuple[str, str]]:
     rows = [
         ("the truth was among those that stood", before),
         ("it is among what is named instead", holds),
-        ("what is named instead follows it within a tenth of the noise, or is it", near),
+        ("the same, or what is named follows it within a tenth of the noise", lambda r: holds(r) or followed(r)),
         ("an effect of nobody's library, recognised", lambda r: outside(r) and r["verdict"] == "not in the library"),
     ]
     return [("recordings", f"{len(less)} of {len(told)}"), *((what, words(less, is_so)) for what, is_so in rows)]
