@@ -123,7 +123,8 @@ def test_what_stands_stays_where_no_larger_set_is_far_likelier(three):
     assert search.not_outdone([[pair], [idle]]) == [pair]
     assert search.adequacy_tests[pair].why is None
     search.adequate = [frozenset(THREE)]
-    assert not search.outdone(3)  # no four effects are looked for
+    assert not search.outdone(3)
+    assert max(map(len, search.fits)) == 3  # no four effects are looked for
 
 
 def test_the_search_goes_on_from_what_stands_to_what_is_far_likelier(three):
