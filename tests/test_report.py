@@ -58,7 +58,7 @@ def test_the_terminal_says_what_is_missing_what_is_not_and_what_cannot_be_seen(d
     words = text_of(diagnosis_report(diagnosis))
     assert "VERDICT   Spring in parallel (linear_spring) is missing." in words
     assert "NOT IT    Viscous damping (viscous_damping)" in words
-    assert "Mullins effect of the rubber (mullins): cannot be tested: needs rubber" in words
+    assert "Mullins effect of the rubber (mullins): cannot be tested: needs rubber in the model" in words
     assert command_after(diagnosis, ["here"]) == "mckibben add here linear_spring"
 
 

@@ -36,7 +36,7 @@ def test_what_was_not_tested_or_held_out_is_said(study):
     _, rows = side_by_side(("bare",), [bare])
     table = {row[0]: row[1:] for row in rows}
     assert table["on held-out runs"] == ("", "-")
-    assert table["p that nothing is missing"] == ("", "not tested")
+    assert table["p in the test that nothing is missing"] == ("", "not tested")
     assert all(len(row) == 3 for row in rows)
 
 

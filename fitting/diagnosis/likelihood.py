@@ -6,17 +6,20 @@ sees little, for it rests on symmetry alone, and there a set may stand that lack
 """
 
 from collections.abc import Callable, Mapping, Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from fitting.diagnosis.candidate_fit import CandidateFit
-from fitting.diagnosis.examine import Examiner
 from fitting.diagnosis.settings import VERDICT, VerdictSettings
 from fitting.least_squares.decomposed import lstsq
 
+if TYPE_CHECKING:
+    from fitting.diagnosis.examine import Examiner
+
 
 def criteria(
-    sets: Sequence[frozenset[str]], fits: Mapping[frozenset[str], CandidateFit], examiner: Examiner
+    sets: Sequence[frozenset[str]], fits: Mapping[frozenset[str], CandidateFit], examiner: "Examiner"
 ) -> dict[frozenset[str], float]:
     """Schwarz's criterion of each fitted set; half a difference is the logarithm of how much likelier the smaller is.
 
@@ -30,7 +33,7 @@ def criteria(
     return {added: criterion(fits[added], free) for added in sets}
 
 
-def free_of_noise(examiner: Examiner, fit: CandidateFit) -> Callable[[np.ndarray], np.ndarray]:
+def free_of_noise(examiner: "Examiner", fit: CandidateFit) -> Callable[[np.ndarray], np.ndarray]:
     """What takes noise and the errors of instruments out of columns (rows, q), as they are for this fit."""
     ground = examiner.ground(fit)
     instruments = ground.instruments()
@@ -51,7 +54,7 @@ def criterion(fit: CandidateFit, free: Callable[[np.ndarray], np.ndarray]) -> fl
 def likeliest(
     adequate: Sequence[frozenset[str]],
     fits: Mapping[frozenset[str], CandidateFit],
-    examiner: Examiner,
+    examiner: "Examiner",
     settings: VerdictSettings = VERDICT,
 ) -> list[frozenset[str]]:
     """Adequate sets, the likeliest first, without those that are out of the question beside it."""
@@ -65,7 +68,7 @@ def outdone(
     adequate: Sequence[frozenset[str]],
     larger: Sequence[frozenset[str]],
     fits: Mapping[frozenset[str], CandidateFit],
-    examiner: Examiner,
+    examiner: "Examiner",
     settings: VerdictSettings = VERDICT,
 ) -> bool:
     """Whether a set with an effect more is so much likelier that none of these adequate ones can be the whole of it.
@@ -77,4 +80,17 @@ def outdone(
         return False
     found = criteria([*adequate, *larger], fits, examiner)
     fall = min(found[added] for added in adequate) - min(found[added] for added in larger)
-    return fall > 2 * np.log(settings.likelier * len(examiner.world.candidates))
+    return fall > _of_many(examiner, settings)
+
+
+def is_far_likelier(
+    fit: CandidateFit, smaller: CandidateFit, examiner: "Examiner", settings: VerdictSettings = VERDICT
+) -> bool:
+    """Whether a fitted set makes the readings likelier by that much than a smaller one does."""
+    free = free_of_noise(examiner, fit)
+    return criterion(smaller, free) - criterion(fit, free) > _of_many(examiner, settings)
+
+
+def _of_many(examiner: "Examiner", settings: VerdictSettings) -> float:
+    """The fall of the criterion from which the best of all candidates is far likelier than nothing."""
+    return 2 * np.log(settings.likelier * len(examiner.world.candidates))

@@ -32,6 +32,7 @@ class Reason(Enum):
     MOST_LEFT = auto()  # a set leaves most of the error, many times the noise
     AT_BOUND = auto()  # the named parameters end at their bounds
     CONTRADICTS = auto()  # a set contradicts the named measurements
+    UNBELIEVED = auto()  # a set of several needs an instrument that errs by a large part of full scale
     NO_GAIN = auto()  # a set does not lower the held-out error
     BETTERED = auto()  # one more effect brings the error far down
     PREDICTS_WORSE = auto()  # an adequate set predicts held-out runs worse than others

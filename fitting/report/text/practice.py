@@ -35,6 +35,8 @@ def _rest(verdict: str) -> str:
         return "What remains follows no effect of the library."
     if verdict == Verdict.WITHIN_INSTRUMENTS:
         return "What remains is within what the instruments may err by."
+    if verdict in (Verdict.MISSING, Verdict.ONE_OF):
+        return "The verdict says what that may be."
     return (
         "In what remains these data show nothing more."
         if verdict in NOTHING_MISSING

@@ -24,15 +24,21 @@ SENTENCES = {
 SETS = {2: "pairs", 3: "triples"}
 
 
+def _need(name: str) -> str:
+    """What an effect needs and where it comes from: other effects bring rubber and friction, sizes are stated."""
+    return f"{name} in the model" if name in ("rubber", "friction") else f"{name} in muscle.toml"
+
+
 def why_text(why: Why | None) -> str:
     """A reason as part of a sentence; empty where there is none."""
     if why is None:
         return ""
     names = marked(why.names)
     about = {
-        Reason.NEEDS: f"cannot be tested: needs {' and '.join(why.names)}",
+        Reason.NEEDS: f"cannot be tested: needs {' and '.join(map(_need, why.names))}",
         Reason.AT_BOUND: f"{names} ends at its bound",
         Reason.CONTRADICTS: f"contradicts what was measured: {names}",
+        Reason.UNBELIEVED: f"needs an instrument that is off by more than a tenth of full scale: {names}",
         Reason.SPECIAL_CASE: f"explains the data, and so does its special case {marked(why.names, ' + ')}",
         Reason.FEW_READINGS: f"{why.readings} readings cannot judge a model with {why.fitted} fitted numbers: "
         "record more",

@@ -24,7 +24,7 @@ def side_by_side(called: Sequence[str], stages: Sequence[Stage]) -> tuple[tuple[
     errors = [
         ("error, root mean square", "", *(amount(c.rmse, c.unit) for c in compared)),
         ("on held-out runs", "", *(amount(s.held_out_rmse, c.unit) for s, c in zip(stages, compared, strict=True))),
-        ("p that nothing is missing", "", *(tested_text(stage.p_value) for stage in stages)),
+        ("p in the test that nothing is missing", "", *(tested_text(stage.p_value) for stage in stages)),
     ]
     names = dict.fromkeys(name for fit in fits for name in shown_names(fit))
     rows = [(mark(name), _measured(fits, name), *(_value(fit, name) for fit in fits)) for name in names]
