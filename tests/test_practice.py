@@ -10,7 +10,7 @@ from small_muscle import loops, write
 
 from fitting.cli.main import main
 from fitting.comparison.compare import Comparison
-from fitting.diagnosis.outcomes import Verdict
+from fitting.diagnosis.outcomes import NOTHING_MISSING, Verdict
 from fitting.report.text.practice import practice_result, practice_text
 from fitting.shipped import example_data
 from fitting.study.practice import Practice, practice
@@ -74,5 +74,8 @@ def test_discover_says_it_on_the_terminal_on_the_page_and_in_json(tmp_path):
         "left": pytest.approx(share, rel=1e-6), "held_out_left": None, "enough": 0.002, "is_enough": share < 0.002,
     }  # fmt: skip
     text = f"which is {'below' if share < 0.002 else 'above'} 0.2 %"
-    assert text in " ".join(result.output.split())
+    shown = " ".join(result.output.split())
+    assert text in shown
+    after = "posterior" if said["verdict"] in NOTHING_MISSING else "plan"
+    assert f"NEXT mckibben {after} {data}" in shown
     assert text in " ".join((tmp_path / "r.html").read_text().split())

@@ -174,7 +174,7 @@ class Examiner:
         unbelieved = self._unbelieved(added, fit)
         if unbelieved:
             return Why(Reason.UNBELIEVED, unbelieved)
-        if added and not (self._gains(fit) or is_far_likelier(fit, self.base, self, self.settings.verdict)):
+        if added and not (self._gains(fit) or self._is_far_likelier(fit)):
             return Why(Reason.NO_GAIN)
         return Why(Reason.BETTERED) if bettered else None
 
@@ -191,6 +191,10 @@ class Examiner:
         shares = {"force_offset.F_off": full_scale, "force_gain.g": 1.0, "pressure_gain.g": 1.0}
         most = self.settings.verdict.most_blamed
         return tuple(n for n, unit in shares.items() if owner_of(n) in added and abs(found[n]) > most * unit)
+
+    def _is_far_likelier(self, fit: CandidateFit) -> bool:
+        """Whether a fitted set makes the readings far likelier than the base does."""
+        return is_far_likelier(fit, self.base, self.ground(fit), len(self.world.candidates), self.settings.verdict)
 
     def _gains(self, fit: CandidateFit) -> bool:
         """Whether the held-out error falls below the base's by more than its standard error.

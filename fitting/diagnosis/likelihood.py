@@ -1,41 +1,20 @@
-"""How likely each of several sets is, with the same noise and the same errors of instruments for all.
+"""How likely one fitted set is beside another, with the same noise and the same errors of instruments for both.
 
-An adequate set leaves nothing that the test can see. Another may still leave so much less that it is out of the
-question: a test asks of each set whether it can stand, a ratio of likelihoods compares two. Few loops make a test that
-sees little, for it rests on symmetry alone, and there a set may stand that lacks a whole effect.
+A test asks of each set whether it can stand, a ratio of likelihoods compares two.
 """
 
-from collections.abc import Callable, Mapping, Sequence
-from typing import TYPE_CHECKING
+from collections.abc import Callable
 
 import numpy as np
 
 from fitting.diagnosis.candidate_fit import CandidateFit
+from fitting.diagnosis.missing_effect import Ground
 from fitting.diagnosis.settings import VERDICT, VerdictSettings
 from fitting.least_squares.decomposed import lstsq
 
-if TYPE_CHECKING:
-    from fitting.diagnosis.examine import Examiner
 
-
-def criteria(
-    sets: Sequence[frozenset[str]], fits: Mapping[frozenset[str], CandidateFit], examiner: "Examiner"
-) -> dict[frozenset[str], float]:
-    """Schwarz's criterion of each fitted set; half a difference is the logarithm of how much likelier the smaller is.
-
-    Noise and what instruments may err by are those of the set that leaves least: it is the best guess at what is no
-    misfit. Every set is moved to its optimum under them, to first order.
-    """
-    if len(sets) < 2:
-        return dict.fromkeys(sets, 0.0)
-    best = min(sets, key=lambda added: examiner.left(fits[added]))
-    free = free_of_noise(examiner, fits[best])
-    return {added: criterion(fits[added], free) for added in sets}
-
-
-def free_of_noise(examiner: "Examiner", fit: CandidateFit) -> Callable[[np.ndarray], np.ndarray]:
-    """What takes noise and the errors of instruments out of columns (rows, q), as they are for this fit."""
-    ground = examiner.ground(fit)
+def free_of_noise(ground: Ground) -> Callable[[np.ndarray], np.ndarray]:
+    """What takes noise and the errors of instruments out of columns (rows, q), as a fit leaves them."""
     instruments = ground.instruments()
     return lambda columns: instruments(ground.without_noise(columns))
 
@@ -51,46 +30,18 @@ def criterion(fit: CandidateFit, free: Callable[[np.ndarray], np.ndarray]) -> fl
     return count * np.log(left / count) + stated + len(fit.free) * np.log(count)
 
 
-def likeliest(
-    adequate: Sequence[frozenset[str]],
-    fits: Mapping[frozenset[str], CandidateFit],
-    examiner: "Examiner",
-    settings: VerdictSettings = VERDICT,
-) -> list[frozenset[str]]:
-    """Adequate sets, the likeliest first, without those that are out of the question beside it."""
-    found = criteria(adequate, fits, examiner)
-    least = min(found.values(), default=0.0)
-    order = sorted(adequate, key=lambda added: found[added])
-    return [added for added in order if found[added] - least <= 2 * np.log(settings.likelier)]
+def is_far(fall: float, candidates: int, settings: VerdictSettings = VERDICT) -> bool:
+    """Whether a criterion falls so far that what stood before is out of the question.
 
-
-def outdone(
-    adequate: Sequence[frozenset[str]],
-    larger: Sequence[frozenset[str]],
-    fits: Mapping[frozenset[str], CandidateFit],
-    examiner: "Examiner",
-    settings: VerdictSettings = VERDICT,
-) -> bool:
-    """Whether a set with an effect more is so much likelier that none of these adequate ones can be the whole of it.
-
-    The effect more was chosen among all candidates, and the best of many always fits a little better: the ratio has to
-    be larger by their number (the extended criterion of Chen and Chen, Biometrika 95, 759, 2008).
+    What makes it fall was chosen among all candidates, and the best of many always fits a little better: the ratio has
+    to be larger by their number (the extended criterion of Chen and Chen, Biometrika 95, 759, 2008).
     """
-    if not adequate or not larger:
-        return False
-    found = criteria([*adequate, *larger], fits, examiner)
-    fall = min(found[added] for added in adequate) - min(found[added] for added in larger)
-    return fall > _of_many(examiner, settings)
+    return fall > 2 * np.log(settings.likelier * candidates)
 
 
 def is_far_likelier(
-    fit: CandidateFit, smaller: CandidateFit, examiner: "Examiner", settings: VerdictSettings = VERDICT
+    fit: CandidateFit, smaller: CandidateFit, ground: Ground, candidates: int, settings: VerdictSettings = VERDICT
 ) -> bool:
-    """Whether a fitted set makes the readings likelier by that much than a smaller one does."""
-    free = free_of_noise(examiner, fit)
-    return criterion(smaller, free) - criterion(fit, free) > _of_many(examiner, settings)
-
-
-def _of_many(examiner: "Examiner", settings: VerdictSettings) -> float:
-    """The fall of the criterion from which the best of all candidates is far likelier than nothing."""
-    return 2 * np.log(settings.likelier * len(examiner.world.candidates))
+    """Whether a fitted set, tested on this ground, makes the readings likelier by that much than a smaller one does."""
+    free = free_of_noise(ground)
+    return is_far(criterion(smaller, free) - criterion(fit, free), candidates, settings)

@@ -14,7 +14,7 @@ from fitting.diagnosis.adequacy import AdequacyTest
 from fitting.diagnosis.candidate_fit import CandidateFit
 from fitting.diagnosis.examine import Examiner
 from fitting.diagnosis.larger_sets import is_hopeless
-from fitting.diagnosis.likelihood import outdone
+from fitting.diagnosis.likelier_sets import outdone
 from fitting.diagnosis.nuisance import Nuisance
 from fitting.diagnosis.outcomes import Reason, Screened, Why
 from fitting.diagnosis.universe import Universe

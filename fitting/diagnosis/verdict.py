@@ -10,7 +10,7 @@ from fitting.diagnosis.candidate_fit import CandidateFit
 from fitting.diagnosis.equivalent import best_predicting, leading_of, plausible, simplest, unrivalled
 from fitting.diagnosis.estimates import estimate, estimates
 from fitting.diagnosis.instrument_answers import instrument_answers
-from fitting.diagnosis.likelihood import likeliest
+from fitting.diagnosis.likelier_sets import likeliest
 from fitting.diagnosis.odd_runs import odd_runs
 from fitting.diagnosis.outcomes import NOTHING_MISSING, Reason, Verdict, Why
 from fitting.diagnosis.record import Diagnosis, Evidence, Explanation

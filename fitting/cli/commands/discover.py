@@ -45,6 +45,7 @@ def command(**options: Any) -> None:
     from fitting.report.text.diagnosis import diagnosis_report, effect_set
     from fitting.report.text.fit import fit_report
     from fitting.report.text.layout import line, lines
+    from fitting.report.text.next_step import after_discovery
     from fitting.report.text.path import path_result, path_texts
     from fitting.report.text.practice import practice_result, practice_text
     from fitting.report.text.study import step_report, steps_report
@@ -64,7 +65,8 @@ def command(**options: Any) -> None:
         motions = on_motions(run.task, found, progress)
     compared, stages = found.comparison, found.stages
     unit = compared.unit
-    words = f"Error {amount(stages[0].rmse, unit)} -> {amount(compared.rmse, unit)}. {judgement(compared)}"
+    fell = f"Error {amount(stages[0].rmse, unit)} -> {amount(compared.rmse, unit)}. " if len(stages) > 1 else ""
+    words = fell + judgement(compared)
     use = practice(stages, compared, enough)
     run.print([line("RESULT", practice_text(use), "bold"), line("ERROR", words)])
     run.print([line("MODEL NOW", effect_set(found.task.names))])
@@ -74,7 +76,8 @@ def command(**options: Any) -> None:
     if motions is not None:
         run.print([line("MOTION", on_motions_text(motions), "bold"), *fit_report(final)])
     unsure = motions is not None and not motions.confirmed
-    run.print([line("SAVED", "nothing: the motions do not confirm it")] if unsure else save(run, final))
+    after = after_discovery(found.diagnosis, run.request.again).command
+    run.print([line("SAVED", "nothing: the motions do not confirm it")] if unsure else save(run, final, after))
     result = {
         **diagnosis_result(found.diagnosis, compared),
         **fit_result(compared.fit),

@@ -5,6 +5,7 @@ from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
 from fitting.comparison.compare import Comparison
+from fitting.diagnosis.outcomes import NOTHING_MISSING, Verdict
 from fitting.diagnosis.record import Diagnosis
 from fitting.recordings.records import Experiment
 from fitting.report.text.comparison import fails
@@ -43,18 +44,23 @@ class NextStep(NamedTuple):
 
 def after_diagnosis(d: Diagnosis, data: Sequence[str], proposed: bool = False) -> NextStep | None:
     """The effect to add, a form for what none explains (unless one was `proposed` already), what to record where the
-    data say too little; else None.
+    data say too little, and the values of a model that lacks nothing.
     """
     names = suggested(d)
     if names:
         return NextStep(ADD, f"mckibben add {shell_words(data)} {' '.join(names)}")
-    if d.verdict == "not in the library":
+    if d.verdict == Verdict.NOT_IN_LIBRARY:
         return (
             None if proposed else NextStep("Look for a form of it:", f"mckibben diagnose {shell_words(data)} --propose")
         )
-    return (
-        NextStep("Ask what to record:", f"mckibben plan {shell_words(data)}") if d.verdict == "inconclusive" else None
-    )
+    return after_discovery(d, data)
+
+
+def after_discovery(d: Diagnosis, data: Sequence[str]) -> NextStep:
+    """What to record where effects are left that no step could add, and the values of a model that lacks nothing."""
+    if d.verdict in NOTHING_MISSING:
+        return NextStep("Learn how well its values are known:", f"mckibben posterior {shell_words(data)} --quick")
+    return NextStep("Ask what to record:", f"mckibben plan {shell_words(data)}")
 
 
 def shell_words(names: Iterable[str]) -> str:

@@ -30,7 +30,7 @@ def learned_p(search: Any) -> float:
     from fitting.diagnosis.likelihood import free_of_noise
 
     base, samples = search.base, search.world.samples
-    free = free_of_noise(search.examiner, base)
+    free = free_of_noise(search.examiner.ground(base))
     both = free(np.column_stack([base.rows, base.slopes]))
     left = both[:, 0] - both[:, 1:] @ np.linalg.lstsq(both[:, 1:], both[:, 0], rcond=1e-10)[0]
     every = slice(None, None, -(-len(left) // ROWS))

@@ -75,7 +75,7 @@ def told(search: Any) -> Callable[[Any, Any], float]:
     """
     from fitting.diagnosis.likelihood import criterion, free_of_noise
 
-    free = free_of_noise(search.examiner, search.base)
+    free = free_of_noise(search.examiner.ground(search.base))
     return lambda fit, _: criterion(fit, free)
 
 
