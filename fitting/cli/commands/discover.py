@@ -76,7 +76,8 @@ def command(**options: Any) -> None:
     if motions is not None:
         run.print([line("MOTION", on_motions_text(motions), "bold"), *fit_report(final)])
     unsure = motions is not None and not motions.confirmed
-    after = after_discovery(found.diagnosis, run.request.again).command
+    saved = ("--model", run.request.save) if run.request.save else ()
+    after = after_discovery(found.diagnosis, (*run.request.data_again, *saved)).command
     run.print([line("SAVED", "nothing: the motions do not confirm it")] if unsure else save(run, final, after))
     result = {
         **diagnosis_result(found.diagnosis, compared),
