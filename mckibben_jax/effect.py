@@ -46,7 +46,8 @@ class Effect(eqx.Module):
     rivals that replace each other; `needs` what must be there (a measurement of the muscle, "rubber", "friction");
     `gives` what it provides to others; `suspect` says when to suspect it. `rival` marks printed laws that are unsound:
     they are candidates only on request; so is an effect that says why in `on_request`. `fixed` names constants with a
-    unit that stand in the law.
+    unit that stand in the law. An effect that is the error of an instrument says in `misreads` which it is: channel and
+    kind of the accuracy, as in ("force", "zero").
     """
 
     stage: ClassVar[str]
@@ -61,6 +62,7 @@ class Effect(eqx.Module):
     rival: ClassVar[bool] = False
     on_request: ClassVar[str] = ""
     fixed: ClassVar[tuple[str, ...]] = ()
+    misreads: ClassVar[tuple[str, str] | None] = None
 
 
 SYMBOLS = {  # of the formulas; the review's where it has one

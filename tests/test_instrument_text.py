@@ -4,8 +4,10 @@ import dataclasses
 
 from studied import nothing_missing, seen_through
 
+from fitting.diagnosis.findings import Blamed
 from fitting.diagnosis.outcomes import Verdict
-from fitting.problem.estimate import Estimate
+from fitting.instruments.sources import ErrorKind, Source
+from fitting.recordings.accuracy import Channel
 from fitting.report.page.parts import as_text
 from fitting.report.text.diagnosis import diagnosis_report
 from fitting.report.text.instrument_answers import asked_texts, checklist, explaining_text, rival_texts
@@ -69,29 +71,22 @@ def test_limits_of_one_step_stand_together_under_the_largest(diagnosis):
     assert shown == [("0.2 N", ["end_stop"]), ("0.43 N", ["viscous_damping", "near"])]
 
 
-def blaming(d, *effects, **estimates):
-    """A diagnosis that names a set of effects, with these values of their parameters."""
-    found = {name.replace("__", "."): Estimate(*known) for name, known in estimates.items()}
-    named = dataclasses.replace(d.tried[0], effects=effects, estimate=found)
-    return seen_through(dataclasses.replace(d, tried=(named, *d.tried), explanations=(effects,)), Verdict.MISSING)
+def blaming(d, channel, kind, size, allowed):
+    """A diagnosis whose explanation stands for an error of an instrument."""
+    return dataclasses.replace(d, blamed=(Blamed("force_gain", Source(channel, kind, allowed, allowed), size, None),))
 
 
 def test_who_blames_an_instrument_is_told_what_that_asks_of_it(diagnosis):
-    """The gain of the load cell may differ by 0.1 % from run to run, the zero of the gauge by 500 Pa; no ruler errs."""
-    load_cell = blaming(diagnosis, "force_gain", force_gain__g=(-0.02, 0.001, "1"))
+    load_cell = blaming(diagnosis, Channel.FORCE, ErrorKind.GAIN, 0.02, 0.001)
     assert asked_texts(load_cell) == [
         "This holds only if the gain of the load cell is off by 2 % (0.1 % allowed, 20 times as much is asked). "
         "Check this before you believe it."
     ]
-    words = " ".join(as_text(diagnosis_report(load_cell)).split())
-    assert f"CHECK {asked_texts(load_cell)[0]}" in words
-    ruler = blaming(diagnosis, "contraction_offset", contraction_offset__eps_off=(-0.01, 0.001, "1"))
-    length = 1000 * float(diagnosis.baseline.model().muscle.length)
-    assert f"the zero of the position reading is off by {0.01 * length:g} mm (taken as exact)." in asked_texts(ruler)[0]
+    assert f"CHECK {asked_texts(load_cell)[0]}" in " ".join(as_text(diagnosis_report(load_cell)).split())
+    ruler = blaming(diagnosis, Channel.POSITION, ErrorKind.ZERO, 0.003, 0.0)
+    assert "the zero of the position reading is off by 3 mm (taken as exact)." in asked_texts(ruler)[0]
     two = dataclasses.replace(ruler, explanations=(*ruler.explanations, ("tip",)))
     assert asked_texts(two)[0].startswith("The likeliest of these holds only if")
-    late = blaming(diagnosis, "time_delay", time_delay__tau=(0.02, 0.001, "s"))
+    late = blaming(diagnosis, Channel.TIME, ErrorKind.SKEW, 0.02, 0.0)
     assert "only if force and the other channels are read 20 ms apart (taken as exact)" in asked_texts(late)[0]
-    small = blaming(diagnosis, "pressure_offset", "tip", pressure_offset__P_off=(450.0, 10.0, "Pa"), tip__k=(1, 0, "1"))
-    assert asked_texts(small) == []
-    assert asked_texts(dataclasses.replace(load_cell, explanations=())) == []
+    assert asked_texts(blaming(diagnosis, Channel.PRESSURE, ErrorKind.ZERO, 450.0, 500.0)) == []

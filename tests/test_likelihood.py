@@ -11,8 +11,7 @@ import pytest
 import scipy.linalg
 
 from fitting.diagnosis.candidate_fit import CandidateFit
-from fitting.diagnosis.likelier_sets import likeliest, outdone
-from fitting.diagnosis.likelihood import criterion, is_far_likelier
+from fitting.diagnosis.likelihood import criterion, likeliest, outdone
 from fitting.diagnosis.settings import VERDICT
 
 COUNT = 200
@@ -124,13 +123,3 @@ def test_the_best_of_either_size_decides():
     far, near, worse, true = fits
     assert outdone([far], [worse, true], fits, examiner)
     assert not outdone([far, near], [worse, true], fits, examiner)
-
-
-def test_a_set_that_is_far_likelier_than_the_model_explains_though_held_out_runs_do_not_show_it():
-    """An end stop that one run alone meets is not foretold where that run is left out."""
-    fits, examiner = sets_and_examiner({"model": 0.42, "stop": 0.0})
-    (model, stop), ground = fits.values(), examiner.ground(None)
-    times = np.exp((criterion(model, plain) - criterion(stop, plain)) / 2) / 10  # ten candidates
-    asked = lambda by: is_far_likelier(stop, model, ground, 10, replace(VERDICT, likelier=by * times))  # noqa: E731
-    assert [asked(0.99), asked(1.01)] == [True, False]
-    assert not is_far_likelier(model, stop, ground, 10)

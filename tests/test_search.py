@@ -77,6 +77,8 @@ def test_three_effects_are_found_though_the_third_stands_behind_the_others(three
     assert frozenset(THREE) in three.adequate
     found = concluded(three)
     assert tuple(sorted(THREE)) in found.explanations
+    at_fault = [name for name in found.explanations[0] if three.world.effects[name].misreads]
+    assert [each.effect for each in found.blamed] == at_fault
     assert any("triples refitted" in note for note in notes_of(found))
     assert {tuple(sorted(e.effects)) for e in named_sets(found)} == set(found.explanations)
     assert "+ hertz_friction + tip + weight" in effect_bars(found, 0.6, "N", identifiers)
@@ -111,7 +113,7 @@ def search_with_a_pair_that_stands(three):
 
 def test_a_pair_that_stands_goes_where_a_third_effect_makes_the_readings_far_likelier(three):
     search, pair = search_with_a_pair_that_stands(three)
-    assert search.outdone(2)
+    assert search.is_outdone(2)
     assert search.not_outdone([[], [pair], [frozenset(THREE)]]) == [frozenset(THREE)]
     assert search.adequacy_tests[pair].why == Why(Reason.LESS_LIKELY)
 
@@ -123,7 +125,7 @@ def test_what_stands_stays_where_no_larger_set_is_far_likelier(three):
     assert search.not_outdone([[pair], [idle]]) == [pair]
     assert search.adequacy_tests[pair].why is None
     search.adequate = [frozenset(THREE)]
-    assert not search.outdone(3)
+    assert not search.is_outdone(3)
     assert max(map(len, search.fits)) == 3  # no four effects are looked for
 
 
@@ -133,7 +135,7 @@ def test_the_search_goes_on_from_what_stands_to_what_is_far_likelier(three):
     search = Search.resumed(three)
     search.adequacy_tests[frozenset(["tip"])] = SimpleAdequacy()
     search.level = lambda size, _: search.adequate.extend(standing[size])
-    search.outdone = lambda size: size == 1
+    search.is_outdone = lambda size: size == 1
     search.levels()
     assert search.adequate == [frozenset(THREE)]
     standing[3], search.adequate = [], []

@@ -1,22 +1,18 @@
 """What a gate says of one fitted set: when it rejects, and what it reads off the columns, against plain algebra."""
 
 from dataclasses import replace
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from test_flips import autoregression, samples, words
 
 from fitting.diagnosis import omnibus, working_noise
-from fitting.diagnosis.examine import Examiner
 from fitting.diagnosis.flip_groups import flip_groups
 from fitting.diagnosis.missing_effect import Ground, missing_effect_test
 from fitting.diagnosis.nuisance import Nuisance
-from fitting.diagnosis.outcomes import Reason, Why
-from fitting.diagnosis.settings import DIAGNOSIS, FLIP_TEST, NOISE
+from fitting.diagnosis.settings import FLIP_TEST, NOISE
 from fitting.instruments.errors import InstrumentErrors
 from fitting.least_squares import held_out
-from fitting.report.text.reasons import why_text
 
 EXACT = InstrumentErrors.none(samples().run)
 WHITE = working_noise.Noise(1.0, np.zeros(len(NOISE.memories)))
@@ -134,22 +130,3 @@ def test_what_one_group_alone_knows_stays_when_that_group_is_left_out():
     assert np.max(np.abs(left)) < 2 * np.max(np.abs(rows))
     known = np.linalg.lstsq(slopes[group != 0], target[group != 0], rcond=1e-10)[0]
     np.testing.assert_allclose(left[group == 0], (slopes @ known - target)[group == 0], rtol=1e-6)
-
-
-def test_beside_other_effects_no_load_cell_is_believed_to_be_off_by_a_tenth_of_full_scale():
-    """Full scale is 1,000 N. Alone it may read anything: nobody has zeroed it."""
-    names = ("tip.k", "force_offset.F_off", "pressure_gain.g")
-    samples = SimpleNamespace(measured=np.array([0.0, 400.0, -1000.0, 0.3]))
-    world = SimpleNamespace(layout=SimpleNamespace(names=names), samples=samples, in_newtons=np.arange(4) < 3)
-    examiner = SimpleNamespace(world=world, settings=DIAGNOSIS)
-
-    def doubted(added, *values):
-        return Examiner._unbelieved(examiner, frozenset(added), SimpleNamespace(vector=np.array(values)))
-
-    both = ("tip", "force_offset")
-    assert doubted(both, 1.1, -101.0, 0.0) == ("force_offset.F_off",)
-    assert doubted(both, 1.1, 99.0, 0.0) == ()
-    assert doubted(both[1:], 1.0, 500.0, 0.0) == ()
-    assert doubted(("tip", "pressure_gain"), 1.1, 500.0, 0.11) == ("pressure_gain.g",)
-    why = Why(Reason.UNBELIEVED, ("force_offset.F_off",))
-    assert "off by more than a tenth of full scale" in why_text(why)

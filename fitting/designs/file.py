@@ -24,7 +24,7 @@ from mckibben_jax.muscle import quantities as muscle_quantities
 TOP_KEYS = ("name", "muscle", "model", "variables", "objective", "constraint", "starts", "seed")
 OF_A_DESIGN = ("tolerance", "uncertainty", "pareto")
 OF_A_SWEEP = ("grid", "sample", "outputs", "keep", "at", "histogram")  # the same file may also say what a sweep does
-STRENGTHS = {"breaking_stress": "28 MPa", "strand_modulus": "3 GPa"}  # of what "0.54 MPa" is no example
+STRENGTHS = {"breaking_stress": "28 MPa", "strand_modulus": "3 GPa"}  # examples; 0.54 MPa is no strength
 EXAMPLES = {"contraction": "contraction = 0.1", "pressure": 'pressure = "5 bar"'}
 SAME_AS = {"hardness": "shear_modulus", "turns": "braid_angle", "cord_length": "braid_angle"}
 
@@ -267,7 +267,6 @@ def check_needs(file: File, muscle: Muscle, effects: tuple[Effect, ...], quantit
     for quantity in quantities:
         if lacking := missing(given, quantity):
             unit = muscle_quantities()[lacking[0]][0]
-            cure = (
-                f'add {lacking[0]} = "{STRENGTHS.get(lacking[0], units.example(unit))}" (with your value) to [muscle]'
-            )
+            like = STRENGTHS.get(lacking[0], units.example(unit))
+            cure = f'add your {lacking[0]} to [muscle], as in {lacking[0]} = "{like}"'
             raise InputError(f"{quantity} needs {', '.join(lacking)}", file.path, cure=cure)

@@ -9,10 +9,10 @@ import numpy as np
 
 from fitting.diagnosis import omnibus
 from fitting.diagnosis.adequacy import AdequacyTest
+from fitting.diagnosis.blamed import unbelieved
 from fitting.diagnosis.candidate_fit import CandidateFit
 from fitting.diagnosis.findings import RestsOn
 from fitting.diagnosis.flip_groups import flip_groups
-from fitting.diagnosis.likelihood import is_far_likelier
 from fitting.diagnosis.missing_effect import Ground, MissingEffectTest, missing_effect_test
 from fitting.diagnosis.nuisance import Nuisance
 from fitting.diagnosis.outcomes import Reason, Why
@@ -171,36 +171,15 @@ class Examiner:
         denied = self.world.contradicted(fit)
         if added and denied:
             return Why(Reason.CONTRADICTS, denied)
-        unbelieved = self._unbelieved(added, fit)
-        if unbelieved:
-            return Why(Reason.UNBELIEVED, unbelieved)
-        if added and not (self._gains(fit) or self._is_far_likelier(fit)):
+        doubted = unbelieved(self.world, added, fit, self.settings.verdict.most_blamed)
+        if doubted:
+            return Why(Reason.UNBELIEVED, doubted)
+        if added and not self._gains(fit):
             return Why(Reason.NO_GAIN)
         return Why(Reason.BETTERED) if bettered else None
 
-    def _unbelieved(self, added: frozenset[str], fit: CandidateFit) -> tuple[str, ...]:
-        """Errors of instruments that are too large to be believed where others have to help them explain the data.
-
-        A load cell that nobody has zeroed may read anything, and explains all by itself. Beside other effects a zero of
-        a quarter of full scale is a number that bends a model to the data.
-        """
-        if len(added) < 2:
-            return ()
-        samples, found = self.world.samples, dict(zip(self.world.layout.names, fit.vector, strict=True))
-        full_scale = float(np.max(np.abs(samples.measured[self.world.in_newtons])))
-        shares = {"force_offset.F_off": full_scale, "force_gain.g": 1.0, "pressure_gain.g": 1.0}
-        most = self.settings.verdict.most_blamed
-        return tuple(n for n, unit in shares.items() if owner_of(n) in added and abs(found[n]) > most * unit)
-
-    def _is_far_likelier(self, fit: CandidateFit) -> bool:
-        """Whether a fitted set makes the readings far likelier than the base does."""
-        return is_far_likelier(fit, self.base, self.ground(fit), len(self.world.candidates), self.settings.verdict)
-
     def _gains(self, fit: CandidateFit) -> bool:
-        """Whether the held-out error falls below the base's by more than its standard error.
-
-        What few runs show cannot be foretold where these are left out: an end stop, or anything in two runs.
-        """
+        """Whether the held-out error falls below the base's by more than its standard error."""
         fall, error = held_out.difference(self.beyond_instruments(self.base), self.beyond_instruments(fit), self.groups)
         return fall > error
 

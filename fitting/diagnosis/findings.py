@@ -44,6 +44,19 @@ class InstrumentAnswer:
 
 
 @dataclass(frozen=True)
+class Blamed:
+    """An error of an instrument that an explanation stands for: its effect, what is allowed of it, and its size.
+
+    `size` is in the unit of the source's kind; `share` is of full scale, None where that says nothing.
+    """
+
+    effect: str
+    source: Source
+    size: float
+    share: float | None
+
+
+@dataclass(frozen=True)
 class OddRun:
     """A run that errs by `size` (in the unit of the source) more than its instruments allow."""
 

@@ -1,16 +1,34 @@
-"""How likely one fitted set is beside another, with the same noise and the same errors of instruments for both.
+"""How likely each of several sets is, with the same noise and the same errors of instruments for all.
 
-A test asks of each set whether it can stand, a ratio of likelihoods compares two.
+A test asks of each set whether it can stand, a ratio of likelihoods compares two: another may leave so much less that a
+set is out of the question. Few loops make a test that sees little, for it rests on symmetry alone, and there a set may
+stand that lacks a whole effect.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
 from fitting.diagnosis.candidate_fit import CandidateFit
+from fitting.diagnosis.examine import Examiner
 from fitting.diagnosis.missing_effect import Ground
 from fitting.diagnosis.settings import VERDICT, VerdictSettings
 from fitting.least_squares.decomposed import lstsq
+
+
+def criteria(
+    sets: Sequence[frozenset[str]], fits: Mapping[frozenset[str], CandidateFit], examiner: Examiner
+) -> dict[frozenset[str], float]:
+    """Schwarz's criterion of each fitted set; half a difference is the logarithm of how much likelier the smaller is.
+
+    Noise and what instruments may err by are those of the set that leaves least: it is the best guess at what is no
+    misfit. Every set is moved to its optimum under them, to first order.
+    """
+    if len(sets) < 2:
+        return dict.fromkeys(sets, 0.0)
+    best = min(sets, key=lambda added: examiner.left(fits[added]))
+    free = free_of_noise(examiner.ground(fits[best]))
+    return {added: criterion(fits[added], free) for added in sets}
 
 
 def free_of_noise(ground: Ground) -> Callable[[np.ndarray], np.ndarray]:
@@ -30,18 +48,33 @@ def criterion(fit: CandidateFit, free: Callable[[np.ndarray], np.ndarray]) -> fl
     return count * np.log(left / count) + stated + len(fit.free) * np.log(count)
 
 
-def is_far(fall: float, candidates: int, settings: VerdictSettings = VERDICT) -> bool:
-    """Whether a criterion falls so far that what stood before is out of the question.
+def likeliest(
+    adequate: Sequence[frozenset[str]],
+    fits: Mapping[frozenset[str], CandidateFit],
+    examiner: Examiner,
+    settings: VerdictSettings = VERDICT,
+) -> list[frozenset[str]]:
+    """Adequate sets, the likeliest first, without those that are out of the question beside it."""
+    found = criteria(adequate, fits, examiner)
+    least = min(found.values(), default=0.0)
+    order = sorted(adequate, key=lambda added: found[added])
+    return [added for added in order if found[added] - least <= 2 * np.log(settings.likelier)]
 
-    What makes it fall was chosen among all candidates, and the best of many always fits a little better: the ratio has
-    to be larger by their number (the extended criterion of Chen and Chen, Biometrika 95, 759, 2008).
-    """
-    return fall > 2 * np.log(settings.likelier * candidates)
 
-
-def is_far_likelier(
-    fit: CandidateFit, smaller: CandidateFit, ground: Ground, candidates: int, settings: VerdictSettings = VERDICT
+def outdone(
+    adequate: Sequence[frozenset[str]],
+    larger: Sequence[frozenset[str]],
+    fits: Mapping[frozenset[str], CandidateFit],
+    examiner: Examiner,
+    settings: VerdictSettings = VERDICT,
 ) -> bool:
-    """Whether a fitted set, tested on this ground, makes the readings likelier by that much than a smaller one does."""
-    free = free_of_noise(ground)
-    return is_far(criterion(smaller, free) - criterion(fit, free), candidates, settings)
+    """Whether a set with an effect more is so much likelier that none of these adequate ones can be the whole of it.
+
+    The effect more was chosen among all candidates, and the best of many always fits a little better: the ratio has to
+    be larger by their number (the extended criterion of Chen and Chen, Biometrika 95, 759, 2008).
+    """
+    if not adequate or not larger:
+        return False
+    found = criteria([*adequate, *larger], fits, examiner)
+    fall = min(found[added] for added in adequate) - min(found[added] for added in larger)
+    return fall > 2 * np.log(settings.likelier * len(examiner.world.candidates))

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from fitting.diagnosis.findings import InstrumentAnswer, OddRun, RestsOn
+from fitting.diagnosis.findings import Blamed, InstrumentAnswer, OddRun, RestsOn
 from fitting.diagnosis.outcomes import Screened, Verdict, Why
 from fitting.least_squares.record import Fit
 from fitting.problem.estimate import Estimate
@@ -76,6 +76,7 @@ class Diagnosis:
     baseline: Fit
     residual: np.ndarray  # of the baseline, as its samples
     instruments: tuple[InstrumentAnswer, ...] = ()
+    blamed: tuple[Blamed, ...] = ()  # errors of instruments that the likeliest explanation stands for
     faint: tuple[str, ...] = ()  # effects that could hide here at more than the noise of a reading
     why: Why | None = None  # nothing is decided
     screened: tuple[Screened, ...] = ()

@@ -14,7 +14,7 @@ from fitting.diagnosis.adequacy import AdequacyTest
 from fitting.diagnosis.candidate_fit import CandidateFit
 from fitting.diagnosis.examine import Examiner
 from fitting.diagnosis.larger_sets import is_hopeless
-from fitting.diagnosis.likelier_sets import outdone
+from fitting.diagnosis.likelihood import outdone
 from fitting.diagnosis.nuisance import Nuisance
 from fitting.diagnosis.outcomes import Reason, Screened, Why
 from fitting.diagnosis.universe import Universe
@@ -138,7 +138,7 @@ class Search:
         for size, pool in ((1, self.settings.best_singles), (2, self.settings.best_tripled), (3, 0)):
             self.level(size, pool)
             stood.append(self.standing(size))
-            if self.hopeless or (stood[-1] and not self.outdone(size)):
+            if self.hopeless or (stood[-1] and not self.is_outdone(size)):
                 break
         self.adequate = self.not_outdone(stood)
 
@@ -163,7 +163,7 @@ class Search:
             self.fit_level([*self.grown(self.parts(standing)), *self.simpler(standing)])
             self.test_level(size, self.settings.tested)
 
-    def outdone(self, size: int) -> bool:
+    def is_outdone(self, size: int) -> bool:
         """Whether a set with an effect more stands, too, and makes the readings far likelier than those of this size.
 
         No larger ones are looked for if none of the best few stands: on measured hoses that took three times as long.

@@ -6,11 +6,13 @@ import numpy as np
 
 from fitting.comparison.compare import NEGLIGIBLE
 from fitting.diagnosis.adequacy import AdequacyTest
+from fitting.diagnosis.blamed import blamed
 from fitting.diagnosis.candidate_fit import CandidateFit
 from fitting.diagnosis.equivalent import best_predicting, leading_of, plausible, simplest, unrivalled
 from fitting.diagnosis.estimates import estimate, estimates
+from fitting.diagnosis.findings import Blamed
 from fitting.diagnosis.instrument_answers import instrument_answers
-from fitting.diagnosis.likelier_sets import likeliest
+from fitting.diagnosis.likelihood import likeliest
 from fitting.diagnosis.odd_runs import odd_runs
 from fitting.diagnosis.outcomes import NOTHING_MISSING, Reason, Verdict, Why
 from fitting.diagnosis.record import Diagnosis, Evidence, Explanation
@@ -52,6 +54,7 @@ def diagnosis_of(search: SearchResult) -> Diagnosis:
         effects=evidence,
         tried=tuple(tried),
         instruments=instrument_answers(examiner, search.base, search.missing_effect_test.rejected),
+        blamed=_blamed(search, kept),
         faint=_faint(search, search.missing_effect_test),
         baseline=search.baseline,
         residual=search.base.rows * world.samples.sigma,
@@ -69,6 +72,14 @@ def _change(search: SearchResult, added: frozenset[str]) -> np.ndarray:
     """What a set of effects changes the prediction by, N, as fits that trust every reading have it."""
     after = search.examiner.as_fitted(added, search.fits[added])
     return (after.rows - search.base.rows) * search.world.samples.sigma
+
+
+def _blamed(search: SearchResult, kept: Sequence[frozenset[str]]) -> tuple[Blamed, ...]:
+    """What the likeliest explanation asks of instruments."""
+    if not kept:
+        return ()
+    sources = search.examiner.errors(search.base, every=True).sources
+    return blamed(search.world, kept[0], search.fits[kept[0]], sources)
 
 
 def _substitutes(search: SearchResult) -> tuple[tuple[str, str], ...]:

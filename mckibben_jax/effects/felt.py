@@ -24,6 +24,7 @@ class PressureOffset(Felt):
     part = "pressure gauge"
     formula = "P -> P - P_off"
     source = "instrument"
+    misreads = ("pressure", "zero")
     suspect = "even misfit that follows the force per pressure; a vented muscle does not read zero"
     P_off: jax.Array = parameter(1e3, "Pa", "reading at zero pressure", range=(-5e4, 5e4), starts=(0.0,))
 
@@ -38,6 +39,7 @@ class PressureGain(Felt):
     part = "pressure gauge"
     formula = "P -> P/(1 + g)"
     source = "instrument"
+    misreads = ("pressure", "gain")
     suspect = "even misfit proportional to the force of the gas; hides in the radius and the braid angle"
     g: jax.Array = parameter(0.01, "1", "relative error of the gauge", range=(-0.3, 0.3), starts=(0.0,))
 
@@ -52,6 +54,7 @@ class ContractionOffset(Felt):
     part = "position gauge"
     formula = "eps -> eps - eps_off"
     source = "instrument"
+    misreads = ("position", "zero")
     suspect = "even misfit proportional to pressure and to the slope of the force over contraction"
     eps_off: jax.Array = parameter(2e-3, "1", "reading at rest", range=(-0.05, 0.05), starts=(0.0,))
 

@@ -85,10 +85,8 @@ DIAGNOSIS = Suite(
             ("tests/test_diagnose.py",),
         ),
         "fitting/diagnosis/equivalent": (("tests/test_equivalent.py",), ("tests/test_search.py",)),
-        **dict.fromkeys(
-            ("fitting/diagnosis/likelihood", "fitting/diagnosis/likelier_sets"),
-            (("tests/test_likelihood.py",), ("tests/test_search.py",), ("tests/test_diagnose.py",)),
-        ),
+        "fitting/diagnosis/likelihood": (("tests/test_likelihood.py",), ("tests/test_search.py",)),
+        "fitting/diagnosis/blamed": (("tests/test_blamed.py",),),
         **dict.fromkeys(
             ("fitting/diagnosis/universe", "fitting/diagnosis/signatures"),
             (("tests/test_universe.py",), ("tests/test_search.py",)),

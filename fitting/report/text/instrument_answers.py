@@ -4,7 +4,7 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
-from fitting.diagnosis.findings import InstrumentAnswer
+from fitting.diagnosis.findings import Blamed, InstrumentAnswer
 from fitting.diagnosis.outcomes import Verdict
 from fitting.diagnosis.record import Diagnosis
 from fitting.instruments.sources import RELATIVE, ErrorKind, Source
@@ -42,16 +42,6 @@ LASTING = {
     ErrorKind.HYSTERESIS: "hysteresis",
     ErrorKind.DRIFT: "drift",
 }
-# effects that are errors of an instrument, by the full name of their parameter: all runs share its size
-ASKED = {
-    "pressure_offset.P_off": (Channel.PRESSURE, ErrorKind.ZERO),
-    "pressure_gain.g": (Channel.PRESSURE, ErrorKind.GAIN),
-    "contraction_offset.eps_off": (Channel.POSITION, ErrorKind.ZERO),
-    "force_offset.F_off": (Channel.FORCE, ErrorKind.ZERO),
-    "force_gain.g": (Channel.FORCE, ErrorKind.GAIN),
-    "time_delay.tau": (Channel.TIME, ErrorKind.SKEW),
-}
-PER_RUN = {ErrorKind.ZERO: ErrorKind.ZERO_PER_RUN, ErrorKind.GAIN: ErrorKind.GAIN_PER_RUN}
 HEADS = ("instrument", "error", "most likely size", "allowed", "would explain the misfit")
 EXACT, NEVER = "taken as exact", "no"
 MOST_NAMED = 3
@@ -78,34 +68,17 @@ def asked_texts(d: Diagnosis) -> list[str]:
 
     Someone has to go and look: no verdict makes a load cell read 400 N at rest.
     """
-    named = next((e for e in d.tried if d.explanations and e.effects == d.explanations[0]), None)
     first = "The likeliest of these" if len(d.explanations) > 1 else "This"
-    texts = []
-    for name, estimate in (named.estimate if named else {}).items():
-        channel, kind = ASKED.get(name, (None, None))
-        if channel is None or kind is None:
-            continue
-        size = abs(estimate.value) * (_length(d) if channel is Channel.POSITION else 1.0)
-        source = _most_allowed(d, channel, kind)
-        if size > source.allowed:
-            times = f", {size / source.allowed:.2g} times as much is asked" if source.allowed else ""
-            fault = _phrase(Source(channel, kind, 0.0, 0.0), size)
-            texts.append(
-                f"{first} holds only if {fault} ({_allowed(source)}{times}). Check this before you believe it."
-            )
-    return texts
+    return [
+        f"{first} holds only if {_phrase(each.source, each.size)} ({_allowed(each.source)}{_times(each)}). "
+        "Check this before you believe it."
+        for each in d.blamed
+        if each.size > each.source.allowed
+    ]
 
 
-def _most_allowed(d: Diagnosis, channel: Channel, kind: ErrorKind) -> Source:
-    """The accuracy of what all runs share, or of what each has of its own: the larger; 0 where it is taken as exact."""
-    kinds = (kind, PER_RUN.get(kind))
-    known = [each.source for each in d.instruments if each.source.channel is channel and each.source.kind in kinds]
-    return max(known, key=lambda source: source.allowed, default=Source(channel, kind, 0.0, 0.0))
-
-
-def _length(d: Diagnosis) -> float:
-    """Length of the muscle, m."""
-    return float(d.baseline.model().muscle.length)
+def _times(each: Blamed) -> str:
+    return f", {each.size / each.source.allowed:.2g} times as much is asked" if each.source.allowed else ""
 
 
 def explaining_text(d: Diagnosis) -> str:

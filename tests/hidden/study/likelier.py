@@ -27,7 +27,7 @@ HEADS = (
 def standing(search: Any) -> dict[str, float]:
     """Schwarz's criterion of every set that stands before likelihoods are compared."""
     from fitting.diagnosis.equivalent import best_predicting, unrivalled
-    from fitting.diagnosis.likelier_sets import criteria
+    from fitting.diagnosis.likelihood import criteria
 
     rules = search.examiner.settings.verdict
     predicting = best_predicting(list(search.adequate), search.fits, search.examiner, rules)
