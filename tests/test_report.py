@@ -28,6 +28,7 @@ from fitting.report.text.fit import fit_report
 from fitting.report.text.layout import console, paste_line
 from fitting.report.text.next_step import after_diagnosis
 from fitting.report.text.plan import _expected
+from fitting.report.text.reasons import why_text
 from fitting.report.text.warnings import comparison_warnings
 from mckibben_jax.effects import CoulombFriction, IdealCylinder
 
@@ -234,6 +235,18 @@ def test_what_does_less_than_half_is_not_most_of_it(share, said):
     lead = Leading(("tip",), share, 2.0, 3.0)
     told = SimpleNamespace(verdict="not in the library", leading=lead, held_out_rmse=4.0)
     assert leading_text(told).startswith(said)
+
+
+@pytest.mark.parametrize(
+    ("needs", "said"),
+    [
+        (("rubber",), "needs rubber in the model"),
+        (("strand_modulus", "strand_poisson"), "needs strand_modulus and strand_poisson in muscle.toml"),
+        (("rubber", "wall_thickness"), "needs rubber in the model and wall_thickness in muscle.toml"),
+    ],
+)
+def test_what_an_effect_needs_is_said_with_its_place(needs, said):
+    assert why_text(Why(Reason.NEEDS, needs)) == f"cannot be tested: {said}"
 
 
 def test_a_lead_of_next_to_nothing_is_neither_told_nor_added_where_nothing_is_missing(diagnosis):

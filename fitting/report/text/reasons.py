@@ -1,5 +1,7 @@
 """Why an effect is not tested, not adequate or not named, and why nothing is decided, in words."""
 
+from collections.abc import Sequence
+
 from fitting.diagnosis.outcomes import Reason, Screened, Why
 from fitting.diagnosis.record import Diagnosis
 from fitting.report.text.names import marked
@@ -24,9 +26,12 @@ SENTENCES = {
 SETS = {2: "pairs", 3: "triples"}
 
 
-def _need(name: str) -> str:
+def _needed(names: Sequence[str]) -> str:
     """What an effect needs and where it comes from: other effects bring rubber and friction, sizes are stated."""
-    return f"{name} in the model" if name in ("rubber", "friction") else f"{name} in muscle.toml"
+    brought = [name for name in names if name in ("rubber", "friction")]
+    stated = [name for name in names if name not in brought]
+    places = ((brought, "in the model"), (stated, "in muscle.toml"))
+    return " and ".join(f"{' and '.join(some)} {place}" for some, place in places if some)
 
 
 def why_text(why: Why | None) -> str:
@@ -35,7 +40,7 @@ def why_text(why: Why | None) -> str:
         return ""
     names = marked(why.names)
     about = {
-        Reason.NEEDS: f"cannot be tested: needs {' and '.join(map(_need, why.names))}",
+        Reason.NEEDS: f"cannot be tested: needs {_needed(why.names)}",
         Reason.AT_BOUND: f"{names} ends at its bound",
         Reason.CONTRADICTS: f"contradicts what was measured: {names}",
         Reason.UNBELIEVED: f"needs an instrument that is off by more than a tenth of full scale: {names}",
