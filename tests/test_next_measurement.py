@@ -3,6 +3,7 @@
 import json
 import shlex
 from dataclasses import replace
+from itertools import combinations
 from types import SimpleNamespace
 
 import numpy as np
@@ -27,7 +28,7 @@ from fitting.least_squares.fit import fit
 from fitting.planning import next_measurement as nm
 from fitting.planning.candidates import grid, on_specimen, rig_abilities
 from fitting.planning.prospect import prospect as prospect_of
-from fitting.planning.protocols import Specimen
+from fitting.planning.protocols import Protocol, Specimen
 from fitting.planning.rejection import Drawn
 from fitting.planning.separation import Outlook, Readings, of_means
 from fitting.planning.settings import GRID
@@ -394,3 +395,27 @@ def test_the_whole_diagnosis_becomes_unique(one_pressure, tmp_path):
     write(dataset(truth, [first, more], "Set", NOISE, 1), tmp_path)
     after = diagnose([read_experiment(tmp_path)], BASELINE, candidates=[KNOWN[name]() for name in names])
     assert after.explanations == (("constant_friction",),)
+
+
+def told(*powers):
+    """A recording that tells the first pairs of three explanations apart so often."""
+    pairs = zip(combinations((("a",), ("b",), ("c",)), 2), powers, strict=False)
+    return SimpleNamespace(pairs=tuple(nm.PairPower(*pair, power, 10.0) for pair, power in pairs))
+
+
+@pytest.mark.parametrize(
+    ("before", "then", "worth"),
+    [
+        ([told(0.78)], told(0.78), False),  # the same once more
+        ([told(0.78)], told(0.8), True),
+        ([told(0.78)], told(0.2, 0.5), True),  # a pair that nothing told apart
+        ([told(0.78, 0.9), told(0.5)], told(0.7, 0.9), False),
+    ],
+)
+def test_a_recording_is_asked_for_if_it_tells_something_apart_better_than_those_before(before, then, worth):
+    assert nm.tells_more(then, before) is worth
+
+
+def test_a_map_takes_the_time_of_its_points():
+    """12 places there, 12 back, 10 s each (`point_time`), three times."""
+    assert nm.seconds_of(Protocol("static", (3e5, 3e5), (0.0, 0.2), 0.0), 3) == 3 * 24 * 10.0

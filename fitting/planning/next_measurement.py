@@ -14,9 +14,10 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from fitting.diagnosis.record import Diagnosis
+from fitting.instruments.settings import INSTRUMENTS
 from fitting.planning.prospect import Prospect, prospect
 from fitting.planning.protocols import Demand, Protocol
-from fitting.planning.settings import CHOICE
+from fitting.planning.settings import CHOICE, GRID
 from fitting.problem.varying import AS_DECLARED, Varying
 from fitting.recordings.records import Experiment
 from mckibben_jax.effect import Effect
@@ -119,7 +120,7 @@ def _measurements(
         step = _best(first, pairs)
         if step is None or step.power < CHOICE.enough_power - CHOICE.worth_more:
             step = _better(step, _on_others(diagnosis, experiments, rivals, first, known, varying, pairs))
-        if step is None:
+        if step is None or not tells_more(step, steps):
             break
         steps.append(step)
         names = list(rivals)
@@ -128,6 +129,13 @@ def _measurements(
             break
         pairs = [pair for pair in pairs if pair not in done]
     return tuple(steps)
+
+
+def tells_more(step: NextMeasurement, before: Sequence[NextMeasurement]) -> bool:
+    """Whether a recording tells any pair apart more often than each recording before it."""
+    told = [p for earlier in before for p in earlier.pairs]
+    reached = lambda pair: max((p.power for p in told if (p.one, p.other) == pair), default=0.0)  # noqa: E731
+    return any(p.power > reached((p.one, p.other)) for p in step.pairs)
 
 
 def remaining(diagnosis: Diagnosis) -> tuple[tuple[str, ...], ...]:
@@ -181,11 +189,13 @@ def trouble(given: Prospect, number: int) -> float:
     p, can = given.protocols[number], given.can
     seen = can.ramps if p.test == "isometric" else tuple(v / can.length for v in can.speeds)
     strange = 0.0 if not np.isfinite(seen[0]) or p.rate == 0 else min(abs(np.log(p.rate / v)) for v in seen)
-    return strange + 0.1 * np.log1p(_seconds(p, 1)) + (1.0 if p.hold else 0.0)
+    return strange + 0.1 * np.log1p(seconds_of(p, 1)) + (1.0 if p.hold else 0.0)
 
 
-def _seconds(p: Protocol, repeats: int) -> float:
-    return 2 * repeats * (p.branch_time + p.hold)
+def seconds_of(p: Protocol, repeats: int) -> float:
+    """How long a recording takes; points without times are as far apart as instruments are thought to drift by."""
+    branch = GRID.nodes // 2 * INSTRUMENTS.point_time if p.test == "static" else p.branch_time
+    return 2 * repeats * (branch + p.hold)
 
 
 def _judged(given: Prospect, number: int, pairs: Sequence[tuple[int, int]], apart: np.ndarray) -> NextMeasurement:
@@ -217,7 +227,7 @@ def measurement_of(given: Prospect, number: int, repeats: int, pairs: Sequence[P
         protocol=p,
         repeats=repeats,
         speed=p.rate if p.test == "isometric" else p.rate * given.can.length,
-        seconds=_seconds(p, repeats),
+        seconds=seconds_of(p, repeats),
         pairs=tuple(pairs),
     )
 

@@ -111,32 +111,34 @@ class Explained:
             prior_slopes=np.vstack([slopes[count:], PREDICTION.flat_prior * np.eye(len(place))]),
         )
 
-    def errors(self, planned: Candidates) -> InstrumentErrors:
-        """What instruments within their accuracy can do to all rows."""
+    def errors(self, planned: Candidates, used: np.ndarray) -> InstrumentErrors:
+        """What instruments within their accuracy can do to some of the rows (a mask), measured one after another."""
 
         def rows_at(given: Problem, without: Sequence[str]) -> np.ndarray:
             effects = self.layout.templates[0].names
             on = jnp.asarray([name not in without for name in effects], float)
-            return np.asarray(rows_and_slopes(given, replace(self.subset, switches=on), place)[0])[: len(self.rows)]
+            return np.asarray(rows_and_slopes(given, replace(self.subset, switches=on), place)[0])[: int(used.sum())]
 
-        place = jnp.asarray(self.place)
+        place, given, samples = jnp.asarray(self.place), self.problem.of_rows(used), planned.samples.where(used)
         model = self.layout.templates[0]
         lost = [name for name, effect in zip(model.names, model.effects, strict=True) if effect.stage == "lost"]
         lengths = np.array([float(experiment.muscle.length) for experiment in planned.experiments])
-        return errors_felt(self.problem, planned.samples, rows_at, lost, lengths, planned.accuracies)
+        return errors_felt(given, samples, rows_at, lost, lengths, planned.accuracies)
 
     def fitted(self, target: np.ndarray, weight: np.ndarray) -> "Explained":
         """Refitted so that these weighted rows come close to their target; rows of weight 0 do not count."""
-        used = np.flatnonzero(weight)
+        used = weight > 0
+        given = self.problem.of_rows(used)  # of some hundred candidates one or none
+        aim, scale, count = target[used], weight[used], int(used.sum())
         known: dict[bytes, tuple[np.ndarray, np.ndarray]] = {}
 
         def both(place: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
             key = place.tobytes()
             if key not in known:
                 known.clear()
-                rows, slopes = map(np.asarray, rows_and_slopes(self.problem, self.subset, jnp.asarray(place)))
-                left = np.concatenate([weight[used] * (rows[used] - target[used]), rows[len(self.rows) :]])
-                steep = np.vstack([weight[used, None] * slopes[used], slopes[len(self.rows) :]])
+                rows, slopes = map(np.asarray, rows_and_slopes(given, self.subset, jnp.asarray(place)))
+                left = np.concatenate([scale * (rows[:count] - aim), rows[count:]])
+                steep = np.vstack([scale[:, None] * slopes[:count], slopes[count:]])
                 known[key] = np.nan_to_num(left, nan=1e6, posinf=1e6, neginf=-1e6), np.nan_to_num(steep)
             return known[key]
 

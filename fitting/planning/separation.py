@@ -187,8 +187,9 @@ class Outlook:
         rows, repeats, old = self.planned.rows[number], len(readings), len(self.planned.old)
         groups, basis = self._flip_groups(number, repeats), self._basis(rows)
         others = [(e.rows - given.rows)[:, None] for e in self.explained if e.effects != given.effects]
-        errors = given.errors(self.planned)
-        felt = [errors.per_run, errors.shared]
+        used = self._used(rows)
+        errors = given.errors(self.planned, used)
+        felt = [_spread(errors.per_run, used), _spread(errors.shared, used)]
         parts = [given.rows[:, None], given.slopes, *felt, np.hstack(others), basis.smooth, basis.fine]
         columns = np.hstack(parts)
         white = Whitener.of(self.noise, self.old_samples, groups.together)
@@ -200,13 +201,24 @@ class Outlook:
         made = InstrumentErrors(own, shared, errors.sources_per_run, errors.sources_shared, run)
         return Drawn(e, j, given.prior_slopes, made, z, omnibus.Basis(smooth, fine), groups, old)
 
+    def _used(self, rows: np.ndarray) -> np.ndarray:
+        """Which rows are old ones or these (a mask)."""
+        used = np.zeros(len(self.planned.samples), bool)
+        used[self.planned.old] = used[rows] = True
+        return used
+
     def _basis(self, rows: np.ndarray) -> omnibus.Basis:
         """The bases that know no effect, over all rows: the old ones' and this candidate's."""
-        used = np.concatenate([self.planned.old, rows])
+        used = self._used(rows)
         found = omnibus.basis(self.planned.samples.where(used))
-        smooth, fine = (np.zeros((len(self.planned.samples), part.shape[1])) for part in (found.smooth, found.fine))
-        smooth[used], fine[used] = found.smooth, found.fine
-        return omnibus.Basis(smooth, fine)
+        return omnibus.Basis(_spread(found.smooth, used), _spread(found.fine, used))
+
+
+def _spread(part: np.ndarray, used: np.ndarray) -> np.ndarray:
+    """Columns of some rows (a mask) among zeros."""
+    whole = np.zeros((len(used), part.shape[1]))
+    whole[used] = part
+    return whole
 
 
 def _information(slopes: np.ndarray, prior_slopes: np.ndarray) -> np.ndarray:

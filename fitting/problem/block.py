@@ -1,8 +1,11 @@
 """The signals of one recording as arrays of one shape, for a compiled residual."""
 
+from dataclasses import replace
+
 import equinox as eqx
 import jax
 import jax.numpy as jnp
+import numpy as np
 
 from mckibben_jax.state import State
 
@@ -38,6 +41,21 @@ class Block(eqx.Module):
     def counts_from(self, length: jax.Array) -> jax.Array:
         """What a position (m) was counted from, where a length was read and the muscle is so long at rest."""
         return self.from_length * (self.stated_length - length)
+
+    def of_rows(self, wanted: np.ndarray) -> "Block":
+        """The same with these samples alone (a mask of those that are kept), and no other runs than theirs."""
+        run, place = np.divmod(np.asarray(self.keep)[wanted], self.measured.shape[1])
+        chosen, number = np.unique(run, return_inverse=True)
+        of_chosen = lambda each: each[chosen]  # noqa: E731
+        return replace(
+            self,
+            states=jax.tree.map(of_chosen, self.states),
+            measured=of_chosen(self.measured),
+            load=of_chosen(self.load),
+            sigma=of_chosen(self.sigma),
+            keep=jnp.asarray(number * self.measured.shape[1] + place),
+            start=None if self.start is None else of_chosen(self.start),
+        )
 
     def whitened(self, shown: jax.Array) -> jax.Array:
         """What the instrument shows minus the measurement, in standard deviations: the rows of samples with weight.

@@ -67,6 +67,11 @@ class Problem(eqx.Module):
         """Rows of the measurements, block by block."""
         return np.split(rows, np.cumsum([block.keep.size for block in self.blocks])[:-1])
 
+    def of_rows(self, wanted: np.ndarray) -> "Problem":
+        """The same problem with these rows of the measurements (a mask) alone, and no other runs than theirs."""
+        pairs = zip(self.blocks, self.split(wanted), strict=True)
+        return replace(self, blocks=tuple(block.of_rows(mask) for block, mask in pairs if mask.any()))
+
     def without(self, left_out: np.ndarray) -> "Problem":
         """The same problem in which these rows (a mask) count next to nothing, without another compilation."""
         blocks = []
