@@ -16,6 +16,7 @@ from small_muscle import loops
 from small_muscle import write as write_small
 
 from fitting.diagnosis.diagnose import concluded, diagnose, searched
+from fitting.diagnosis.linear_look import LinearLook
 from fitting.diagnosis.outcomes import Reason, Why
 from fitting.diagnosis.search import Search
 from fitting.diagnosis.settings import DIAGNOSIS, SEARCH
@@ -96,7 +97,7 @@ def test_progress_goes_forward_level_by_level(three, told):
 
 def test_a_linear_look_beside_a_set_foretells_its_refit(three):
     pair = frozenset(["hertz_friction", "tip"])
-    promised = Search.resumed(three).promised_by_one_more(pair)
+    promised = Search.resumed(three).look.one_more(pair)
     assert min(promised, key=promised.__getitem__) - pair <= {"weight", "force_offset"}  # at held pressures one force
     triple, left = frozenset(THREE), three.examiner.left
     fall = left(three.fits[pair]) - left(three.fits[triple])
@@ -167,14 +168,13 @@ def test_a_set_promises_what_its_effects_leave_together():
     random = np.random.default_rng(5)
     base = SimpleNamespace(rows=random.normal(size=40), slopes=random.normal(size=(40, 2)))
     gain = np.linalg.qr(random.normal(size=(40, 1)))[0]
-    search = Search(None, base, SimpleNamespace(settings=DIAGNOSIS), None, lambda *_: None)
-    search.alone = base
-    search.examiner.without_instruments = lambda columns: columns - gain @ (gain.T @ columns)
-    for name in "ab":
-        search.fits[frozenset([name])] = SimpleNamespace(rows=base.rows + random.normal(size=40))
-    changes = [search.fits[frozenset([name])].rows - base.rows for name in "ab"]
+    examiner = SimpleNamespace(without_instruments=lambda columns: columns - gain @ (gain.T @ columns))
+    changes = [random.normal(size=40) for _ in "ab"]
+    fits = {frozenset([name]): SimpleNamespace(rows=base.rows + made) for name, made in zip("ab", changes, strict=True)}
     columns = np.column_stack([*changes, base.slopes, gain])
-    assert search.promised(("a", "b")) == pytest.approx(np.linalg.lstsq(columns, base.rows, rcond=None)[1][0])
+    assert LinearLook(examiner, fits, base).together(("a", "b")) == pytest.approx(
+        np.linalg.lstsq(columns, base.rows, rcond=None)[1][0]
+    )
 
 
 def test_sets_come_in_the_order_of_what_they_leave_beyond_the_instruments():

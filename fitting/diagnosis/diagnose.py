@@ -15,7 +15,8 @@ from fitting.diagnosis.candidate_fit import CandidateFit
 from fitting.diagnosis.examine import Examiner
 from fitting.diagnosis.lay_out import universe
 from fitting.diagnosis.record import Diagnosis
-from fitting.diagnosis.search import Progress, Search, SearchResult
+from fitting.diagnosis.search import Search
+from fitting.diagnosis.search_result import SearchResult
 from fitting.diagnosis.settings import DIAGNOSIS, DiagnosisSettings
 from fitting.diagnosis.universe import Universe, confined
 from fitting.diagnosis.verdict import diagnosis_of
@@ -28,6 +29,7 @@ from fitting.problem.no_number import refuse_no_number
 from fitting.problem.residuals import problem, thinned
 from fitting.problem.unknowns import unknowns
 from fitting.problem.varying import AS_DECLARED, Varying
+from fitting.progress import Progress
 from fitting.recordings.envelopes import without_envelopes
 from fitting.recordings.inverse_dynamics import as_force
 from fitting.recordings.records import Experiment, force_was_measured

@@ -15,7 +15,8 @@ from fitting.diagnosis.equivalent import leading_of
 from fitting.diagnosis.findings import Attempt, Objection
 from fitting.diagnosis.outcomes import NOTHING_MISSING, Reason, Verdict, Why
 from fitting.diagnosis.record import Diagnosis
-from fitting.diagnosis.search import Search, SearchResult
+from fitting.diagnosis.search import Search
+from fitting.diagnosis.search_result import SearchResult
 from fitting.diagnosis.step_rules import RULES, Fitted, StepRules, denied_sizes, objections
 from fitting.diagnosis.universe import Universe
 from fitting.least_squares import held_out

@@ -9,7 +9,8 @@ from collections.abc import Callable, Iterator, Sequence
 from fitting.diagnosis.candidate_fit import CandidateFit
 from fitting.diagnosis.course import ModelOnTheWay, Step, values_of
 from fitting.diagnosis.diagnose import concluded, one_thread
-from fitting.diagnosis.search import Search, SearchResult
+from fitting.diagnosis.search import Search
+from fitting.diagnosis.search_result import SearchResult
 from fitting.least_squares import held_out
 from mckibben_jax.effect import name_of
 

@@ -16,7 +16,7 @@ from fitting.diagnosis.findings import OddRun
 from fitting.diagnosis.missing_effect import Ground, missing_effect_test
 from fitting.diagnosis.nuisance import Nuisance
 from fitting.diagnosis.omnibus import Basis
-from fitting.diagnosis.search import SearchResult
+from fitting.diagnosis.search_result import SearchResult
 from fitting.diagnosis.settings import ODD_RUNS, OddRunSettings
 from fitting.instruments.sources import Source
 from fitting.least_squares.decomposed import svd

@@ -1,11 +1,10 @@
 """The search behind a diagnosis, level by level: what was fitted, what was tested, what stands."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 from itertools import combinations
-from math import comb
 from typing import TypeVar
 
 import numpy as np
@@ -15,48 +14,15 @@ from fitting.diagnosis.candidate_fit import CandidateFit
 from fitting.diagnosis.examine import Examiner
 from fitting.diagnosis.larger_sets import is_hopeless
 from fitting.diagnosis.likelihood import outdone
-from fitting.diagnosis.nuisance import Nuisance
-from fitting.diagnosis.outcomes import Reason, Screened, Why
+from fitting.diagnosis.linear_look import LinearLook
+from fitting.diagnosis.outcomes import Reason, Why
+from fitting.diagnosis.search_result import SearchResult
 from fitting.diagnosis.universe import Universe
-from fitting.least_squares.decomposed import lstsq
 from fitting.least_squares.record import Fit
 from fitting.progress import Progress
 
 LEVELS = {2: "pairs", 3: "triples"}
 Result = TypeVar("Result")
-
-
-@dataclass(frozen=True)
-class SearchResult:
-    """What a search over sets of effects came to: every fit and every test, by the set that was added."""
-
-    world: Universe
-    base: CandidateFit
-    baseline: Fit
-    examiner: Examiner
-    missing_effect_test: AdequacyTest  # of the base itself
-    base_is_adequate: bool
-    fits: Mapping[frozenset[str], CandidateFit]
-    adequacy_tests: Mapping[frozenset[str], AdequacyTest]
-    adequate: tuple[frozenset[str], ...]
-    numberless: frozenset[frozenset[str]]  # sets that give no number, from any starting value
-    notes: tuple[str, ...] = ()  # on the recordings
-    moving_only: bool = False  # all that is tested are motions read as force
-    run_names: tuple[tuple[str, str], ...] = ()  # file and name of each run, as samples number them
-    hopeless: bool = False  # no three effects were looked for, for all together would not do
-
-    @property
-    def noise(self) -> float:
-        """What noise alone leaves, N: the least that any tested set and the omnibus basis left of it together."""
-        return min(adequacy.noise for adequacy in (self.missing_effect_test, *self.adequacy_tests.values()))
-
-    @property
-    def screened(self) -> tuple[Screened, ...]:
-        """How many pairs and triples were fitted, of how many, where smaller sets did not do."""
-        sizes = sorted({len(added) for added in self.adequacy_tests if len(added) > 1})
-        sizes += [3] * self.hopeless
-        whole = len(self.world.candidates)
-        return tuple(Screened(n, sum(len(added) == n for added in self.fits), comb(whole, n)) for n in sizes)
 
 
 class Search:
@@ -82,7 +48,6 @@ class Search:
         self.seeds: set[frozenset[str]] = set()  # sets with which every other effect was looked at
         self.adequate: list[frozenset[str]] = []
         self.hopeless = False  # no three effects were looked for, for all together would not do
-        self._changes: dict[str, np.ndarray] = {}
 
     @classmethod
     def resumed(cls, result: SearchResult) -> "Search":
@@ -203,6 +168,11 @@ class Search:
         """The base fitted as the sets are, and to the end: each set begins there, and would else go on from there."""
         return self.seen.settled(self.base.effects, self.base.vector)
 
+    @cached_property
+    def look(self) -> LinearLook:
+        """What the fits so far promise of larger sets."""
+        return LinearLook(self.examiner, self.fits, self.alone)
+
     def fit_level(self, sets: Sequence[frozenset[str]], decide: bool = False) -> None:
         """Refit the base with each of these sets added; one that gives no number anywhere explains nothing.
 
@@ -241,7 +211,7 @@ class Search:
         promise = []
         for group in combinations(sorted(names), size):
             if self.world.possible(self.world.with_added(group), group):
-                promise.append((self.promised(group), frozenset(group)))
+                promise.append((self.look.together(group), frozenset(group)))
         return [added for _, added in sorted(promise, key=lambda p: p[0])[: self.settings.refitted]]
 
     def pairs_with_needs(self) -> list[frozenset[str]]:
@@ -264,27 +234,6 @@ class Search:
         least, norm = self.settings.unmoved, np.linalg.norm
         return all(norm(rows - fit.rows) > least * norm(fit.rows) for fit in smaller if fit is not None)
 
-    def promised(self, group: Sequence[str]) -> float:
-        """Sum of squares left if the changes that each effect makes alone could be mixed freely."""
-        rows, slopes = self.alone_without_instruments
-        columns = np.stack([*map(self.change, group), *slopes.T], axis=1)
-        gram, right = columns.T @ columns, columns.T @ rows
-        taken = lstsq(gram, right, 1e-12)
-        return float(rows @ rows - right @ taken)
-
-    @cached_property
-    def alone_without_instruments(self) -> tuple[np.ndarray, np.ndarray]:
-        """Rows and slopes of the base fitted like the sets, without what instruments can make of them."""
-        without = self.examiner.without_instruments
-        return without(self.alone.rows), without(self.alone.slopes)
-
-    def change(self, name: str) -> np.ndarray:
-        """What an effect changes the rows by where it is fitted alone, without what instruments could do as well."""
-        if name not in self._changes:  # every effect stands in many sets
-            change = self.fits[frozenset([name])].rows - self.alone.rows
-            self._changes[name] = self.examiner.without_instruments(change)
-        return self._changes[name]
-
     def grown(self, seeds: Sequence[frozenset[str]]) -> list[frozenset[str]]:
         """Larger sets, not fitted yet, that a linear look beside the first of these promises the most of.
 
@@ -293,22 +242,11 @@ class Search:
         fresh = [each for each in dict.fromkeys(seeds) if each not in self.seeds][: self.settings.grown]
         self.seeds.update(fresh)
         promise: dict[frozenset[str], float] = {}
-        for promised in self._each(self.promised_by_one_more, fresh):
+        for promised in self._each(self.look.one_more, fresh):
             promise |= {added: min(cost, promise.get(added, np.inf)) for added, cost in promised.items()}
         return [added for added in sorted(promise, key=promise.__getitem__) if added not in self.fits][
             : self.settings.added
         ]
-
-    def promised_by_one_more(self, added: frozenset[str]) -> dict[frozenset[str], float]:
-        """Sums of squares that a linear look promises if one more effect stood beside a fitted set."""
-        fit, promise = self.fits[added], dict[frozenset[str], float]()
-        names, columns = self.examiner.columns(fit, self.fits, glance=True)
-        without, cost = self.examiner.without_instruments, self.examiner.left(fit)
-        left = Nuisance(without(fit.slopes), fit.prior_rows, fit.prior_slopes).project_out(without(columns))
-        gain = (without(fit.rows) @ left) ** 2 / np.maximum(np.sum(left**2, axis=0), 1e-300)
-        for name, less in zip(names, gain, strict=True):  # a name for each of its shapes
-            promise[added | {name}] = min(promise.get(added | {name}, np.inf), cost - float(less))
-        return promise
 
     def parts(self, sets: Sequence[frozenset[str]]) -> list[frozenset[str]]:
         """Sets without one of their members, as far as they can be fitted."""

@@ -16,7 +16,7 @@ from fitting.diagnosis.likelihood import likeliest
 from fitting.diagnosis.odd_runs import odd_runs
 from fitting.diagnosis.outcomes import NOTHING_MISSING, Reason, Verdict, Why
 from fitting.diagnosis.record import Diagnosis, Evidence, Explanation
-from fitting.diagnosis.search import SearchResult
+from fitting.diagnosis.search_result import SearchResult
 from fitting.diagnosis.substitutes import substitutes
 from fitting.instruments.errors import InstrumentErrors
 from fitting.least_squares.held_out import difference

@@ -78,7 +78,10 @@ DIAGNOSIS = Suite(
             ("tests/test_diagnose.py",),
         ),
         "fitting/least_squares/held_out": (("tests/test_verdict.py",), ("tests/test_flips.py",)),
-        "fitting/diagnosis/search": (("tests/test_search.py",), ("tests/test_diagnose.py",)),
+        **dict.fromkeys(
+            ("fitting/diagnosis/search", "fitting/diagnosis/search_result", "fitting/diagnosis/linear_look"),
+            (("tests/test_search.py",), ("tests/test_diagnose.py",)),
+        ),
         "fitting/diagnosis/examine": (
             ("tests/test_equivalent.py",),
             ("tests/test_search.py",),
