@@ -74,15 +74,23 @@ def shown_in(si: str, size: float = 0.0) -> tuple[str, float]:
 def show(value: float, si: str, error: float | None = None, unit: str | None = None, digits: int = 4) -> str:
     """A value for people: '7.02 +/- 0.02 mm'; the uncertainty with two figures, the value as far as that goes.
 
+    Without an uncertainty it has so many `digits`, and never fewer than before the point: '1063 N', not '1.06e+03 N'.
     The text can be read back by `to_si` and `measured`. `unit` imposes another unit than the usual one.
     """
     value = float(value)
     name, size = (unit, factor(unit, si)) if unit else shown_in(si, abs(value))
     tail = f" {name}" if name else ""
     if error is None or not math.isfinite(error) or error <= 0:
-        return f"{value / size:.{digits}g}{tail}"
+        return f"{figures(value / size, digits)}{tail}"
     places = max(0, 1 - math.floor(math.log10(error / size)))
     return f"{value / size:.{places}f} +/- {error / size:.{places}f}{tail}"
+
+
+def figures(value: float, digits: int = 2) -> str:
+    """A number with so many digits, and never fewer than before the point, up to a million."""
+    shown = abs(float(f"{value:.{digits}g}"))
+    before = math.floor(math.log10(shown)) + 1 if 0 < shown < math.inf else 0
+    return f"{value:.{before if digits < before <= 6 else digits}g}"
 
 
 def write(value: float, si: str) -> str:

@@ -51,7 +51,7 @@ class Examiner:
     def noise(self, fit: CandidateFit) -> Noise:
         """The working noise model of a fit, from what neither parameters nor instruments nor the basis explain."""
         if fit not in self._noise:  # a set is tested with many sizes of instruments' errors
-            self._noise[fit] = self.kinds.noise(fit.rows, np.hstack([fit.slopes, self.errors(fit).columns]))
+            self._noise[fit] = self.kinds.noise_beside(fit.rows, fit.slopes, self.errors(fit))
         return self._noise[fit]
 
     @property
@@ -236,8 +236,12 @@ class Examiner:
 
     @cached_property
     def seen(self) -> Universe:
-        """The universe in which sets are fitted: as instruments that err within their accuracy let it be seen."""
-        return self.world.seen_through(self.errors(self.base).columns)
+        """The universe in which sets are fitted: as instruments that err within their accuracy let it be seen.
+
+        A thousand runs have more errors than a search has room for; their columns would fill the memory.
+        """
+        errors = self.errors(self.base)
+        return self.world if errors.count > self.world.room else self.world.seen_through(errors.columns)
 
     def without_instruments(self, columns: np.ndarray) -> np.ndarray:
         """Rows (rows,) or columns (rows, q) without what instruments within their accuracy can make of them."""

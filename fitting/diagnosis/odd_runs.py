@@ -65,14 +65,15 @@ def without_run(examiner: Examiner, fit: CandidateFit, columns: np.ndarray, run:
     keep = (examiner.world.samples.run != run).astype(float)
     on = keep[:, None]
     by, errors, basis = Nuisance.of(fit), examiner.errors(fit), examiner.basis
-    noise = examiner.kinds.noise(fit.rows * keep, np.hstack([fit.slopes, errors.columns]) * on)
+    left = errors.changed(errors.per_run * on, errors.shared * on)
+    noise = examiner.kinds.noise_beside(fit.rows * keep, fit.slopes * on, left)
     scale = len(keep) / keep.sum()  # the mean product was taken over rows of zero, too
     ground = Ground(
         examiner.world.samples,
         examiner.flip_groups,
         Basis(basis.smooth * on, basis.fine * on),
         replace(noise, white=noise.white * scale, shares=noise.shares * scale),
-        errors.changed(errors.per_run * on, errors.shared * on),
+        left,
         examiner.seed,
         examiner.settings.flip_test,
     )

@@ -12,6 +12,7 @@ from scipy.optimize import nnls
 from scipy.signal import lfilter
 
 from fitting.diagnosis.settings import NOISE, NoiseSettings
+from fitting.instruments.errors import InstrumentErrors
 from fitting.least_squares.decomposed import orthonormal
 from fitting.problem.residuals import Samples
 
@@ -65,12 +66,21 @@ class Kinds:
         left = np.stack([_left_of(memory, basis, runs, lags) for memory in (0.0, *settings.memories)], axis=1)
         return cls(basis, runs, lags, left, settings)
 
-    def noise(self, rows: np.ndarray, more: np.ndarray | None = None) -> Noise:
-        """The noise of rows; `more` (rows, m) is removed as well, and too few columns to be reckoned with."""
-        residual = rows - self.basis @ (self.basis.T @ rows)
-        if more is not None:
-            own = orthonormal(more - self.basis @ (self.basis.T @ more))
-            residual = residual - own @ (own.T @ residual)
+    def noise(self, rows: np.ndarray) -> Noise:
+        """The noise of rows (rows,)."""
+        return self._of(rows - self.basis @ (self.basis.T @ rows))
+
+    def noise_beside(self, rows: np.ndarray, slopes: np.ndarray, errors: InstrumentErrors) -> Noise:
+        """The same where slopes (rows, k) and errors of instruments are removed as well.
+
+        These are taken for too few to be reckoned with.
+        """
+        whole = errors.own_removed(np.column_stack([rows, self.basis, slopes, errors.shared]))
+        known = orthonormal(whole[:, 1:])
+        return self._of(whole[:, 0] - known @ (known.T @ whole[:, 0]))
+
+    def _of(self, residual: np.ndarray) -> Noise:
+        """From rows of which everything known has been removed."""
         found = [_mean_product(residual[:, None], residual[:, None], self.runs, lag) for lag in self.lags]
         weight = np.sqrt([sum(max(run.stop - run.start - lag, 0) for run in self.runs) for lag in self.lags])
         visible = self.left[0] > self.settings.visible

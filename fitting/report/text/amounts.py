@@ -7,15 +7,12 @@ from fitting import showing
 
 
 def amount(value: float | None, unit: str, digits: int = 3) -> str:
-    """A value with this many figures, and never fewer than it has before the point: '1063 N', not '1.06e+03 N'."""
+    """A value with so many figures, as `showing.show` gives it; a dash for none."""
     if value is None:
         return "-"
     if not math.isfinite(value):
         return "no number"
-    _, size = showing.shown_in(unit, abs(value))
-    shown = abs(float(f"{value / size:.{digits}g}"))
-    before = math.floor(math.log10(shown)) + 1 if shown else 0
-    return showing.show(value, unit, digits=before if digits < before <= 6 else digits)
+    return showing.show(value, unit, digits=digits)
 
 
 def with_error(value: float, error: float, unit: str) -> tuple[str, str]:

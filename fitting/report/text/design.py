@@ -8,6 +8,7 @@ from typing import Any
 from fitting import showing
 from fitting.designs.answer import Answer
 from fitting.report.settings import ADVICE
+from fitting.report.text.amounts import percent
 from mckibben_jax.design.best import Design, Met, to_json
 from mckibben_jax.design.merit import CONDITIONS
 from mckibben_jax.design.pareto import Second
@@ -79,10 +80,10 @@ def describe(found: Design) -> str:
 def _verdict(found: Design) -> str:
     if found.outcome == "infeasible":
         fighting = _listed(found.fighting)
-        return f"no design meets {fighting} together; the nearest one misses a limit by {100 * found.miss:.2g} % of it"
+        return f"no design meets {fighting} together; the nearest one misses a limit by {percent(found.miss)} of it"
     if found.outcome == "optimal":
         return "optimal: no small change within the constraints is better"
-    return f"not converged: {100 * found.stationarity:.2g} % of the objective's slope is left, within the constraints"
+    return f"not converged: {percent(found.stationarity)} of the objective's slope is left, within the constraints"
 
 
 def _listed(names: Sequence[str]) -> str:
@@ -104,7 +105,7 @@ def _price(m: Met, found: Design) -> str:
         return ""
     if (m.min is not None and m.value < m.min * (1 - 1e-5)) or (m.max is not None and m.value > m.max * (1 + 1e-5)):
         return "   missed"
-    worth = f"; 1 % of it is worth {m.relative:.2g} % of the {found.objective}" if m.multiplier else ""
+    worth = f"; 1 % of it is worth {showing.figures(m.relative)} % of the {found.objective}" if m.multiplier else ""
     return f"   at its limit{worth}"
 
 

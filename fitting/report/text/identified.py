@@ -112,8 +112,8 @@ def difference_text(each: Difference, name: str) -> str:
     if each.ratio is None:
         return f"{what} is {_mine(each)}, that of {name} is {_theirs(each)}."
     between = each.range
-    sure = "" if between is None else f" ({between[0]:.2g} to {between[1]:.2g})"
-    return f"{what} is {each.ratio:.2g} times that of {name}{sure}."
+    sure = "" if between is None else f" ({_between(between)})"
+    return f"{what} is {showing.figures(each.ratio)} times that of {name}{sure}."
 
 
 def _what(each: Difference) -> str:
@@ -129,8 +129,12 @@ def _only(one: Identified, other: Identified) -> list[str]:
 def _ratio(each: Difference) -> str:
     if each.ratio is None:
         return ""
-    between = each.range
-    return f"{each.ratio:.2g}" if between is None else f"{each.ratio:.2g} ({between[0]:.2g} to {between[1]:.2g})"
+    ratio = showing.figures(each.ratio)
+    return ratio if each.range is None else f"{ratio} ({_between(each.range)})"
+
+
+def _between(ends: tuple[float, float]) -> str:
+    return " to ".join(map(showing.figures, ends))
 
 
 def _mine(each: Difference) -> str:

@@ -4,6 +4,7 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
+from fitting import showing
 from fitting.diagnosis.findings import Blamed, InstrumentAnswer
 from fitting.diagnosis.outcomes import Verdict
 from fitting.diagnosis.record import Diagnosis
@@ -78,7 +79,7 @@ def asked_texts(d: Diagnosis) -> list[str]:
 
 
 def _times(each: Blamed) -> str:
-    return f", {each.size / each.source.allowed:.2g} times as much is asked" if each.source.allowed else ""
+    return f", {showing.figures(each.size / each.source.allowed)} times as much is asked" if each.source.allowed else ""
 
 
 def explaining_text(d: Diagnosis) -> str:

@@ -63,8 +63,10 @@ def _demand_text(demand: Demand) -> str:
         shown = showing.show(seen, "Pa", digits=3)
         return f"more pressure than the {shown} of these data (mind what the muscle bears)"
     if need is Need.SPEED:
-        return f"a drive {asked / seen:.2g} times as fast as in these data ({_two(seen, 'm/s')})"
-    return f"a pressure that changes {asked / seen:.2g} times as fast as in these data ({_two(seen, 'Pa')}/s)"
+        return f"a drive {showing.figures(asked / seen)} times as fast as in these data ({_two(seen, 'm/s')})"
+    return (
+        f"a pressure that changes {showing.figures(asked / seen)} times as fast as in these data ({_two(seen, 'Pa')}/s)"
+    )
 
 
 def _two(value: float, unit: str) -> str:

@@ -24,7 +24,7 @@ def denied_texts(fit: Fit) -> list[str]:
     far = sorted((name for name in stated if _apart(fit, name) > WARNING_TEXT.apart), key=lambda n: -_apart(fit, n))
     sizes = [
         f"{mark(name)} = {amount(fit.values[name], fit.layout.entry(name).unit)} "
-        f"({measured_cells(fit, name)[0]} was measured, {_apart(fit, name):.2g} errors apart)"
+        f"({measured_cells(fit, name)[0]} was measured, {showing.figures(_apart(fit, name))} errors apart)"
         for name in far
     ]
     return [f"The fit asks for {', '.join(sizes)}. A model that needs this is wrong somewhere."] if far else []

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from fitting import showing
 from fitting.comparison.compare import Comparison
 from fitting.report.settings import WARNING_TEXT
 from fitting.report.text.amounts import amount
@@ -21,7 +22,7 @@ def _size(c: Comparison) -> list[str]:
     ratio = float(model @ measured / (model @ model))
     if WARNING_TEXT.likely[0] < ratio < WARNING_TEXT.likely[1]:
         return []
-    times = f"{ratio:.2g}"
+    times = showing.figures(ratio)
     return [
         f"The measured force is on average {times} times the force of a muscle of these sizes. Check units and sizes "
         "before any effect is looked for: 0.1 is kgf taken for N, 0.25 or 4 a diameter taken for the radius or the "
