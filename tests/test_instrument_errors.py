@@ -179,3 +179,31 @@ def test_the_size_of_an_error_is_found_again(times):
 
 
 BY_PRIORS = (np.zeros(0), np.zeros((0, 2)))
+
+
+def test_noise_beside_instruments_is_that_of_one_projection_from_all_their_columns():
+    """Run by run or at once, against least squares by numpy; slopes that the errors make wholly count for nothing."""
+    s, random = samples(), np.random.default_rng(4)
+    felt = made()
+    slopes = np.column_stack([random.normal(size=(len(s), 2)), felt.columns[:, 0] + felt.columns[:, 1]])
+    basis = omnibus.basis(s).whole
+    kinds = working_noise.Kinds.after_removal(basis, s)
+    rows = random.normal(size=len(s)) + felt.columns @ random.normal(size=felt.columns.shape[1])
+    everything = np.hstack([basis, slopes, felt.columns])
+    rest = rows - everything @ np.linalg.lstsq(everything, rows, rcond=1e-9)[0]
+    found, expected = kinds.noise_beside(rows, slopes, felt), kinds.noise(rest)
+    assert found.white == pytest.approx(expected.white, rel=1e-6)
+    np.testing.assert_allclose(found.shares, expected.shares, atol=1e-6)
+
+
+def test_a_run_of_a_few_readings_keeps_what_its_errors_could_make_of_all_of_them():
+    """Of three readings two are one error's and another's: what is left of them would say nothing of the noise."""
+    run = np.array([0, 0, 0, 1, 1, 1, 1, 1])
+    source = Source(Channel.FORCE, ErrorKind.ZERO_PER_RUN, 1.0, 1.0)
+    own = np.random.default_rng(0).normal(size=(8, 2))
+    felt = InstrumentErrors(own, np.zeros((8, 0)), (source, source), (), run)
+    rows = np.arange(8.0)[:, None] ** 2
+    left = working_noise.without_own(rows, felt)
+    np.testing.assert_array_equal(left[:3], rows[:3])
+    np.testing.assert_allclose(own[3:].T @ left[3:], 0, atol=1e-9)
+    assert np.linalg.norm(left[3:]) > 0.1

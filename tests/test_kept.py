@@ -21,7 +21,7 @@ from fitting.compiled.traced import Kept, kept
 from fitting.diagnosis.lay_out import universe
 from fitting.diagnosis.record import Diagnosis
 from fitting.problem import sizes
-from fitting.problem.residuals import thinned
+from fitting.problem.thinning import thinned
 from fitting.recordings.experiment import read_experiment
 from mckibben_jax.effects import BladderNeoHookean, CoulombFriction, IdealCylinder, Tip
 

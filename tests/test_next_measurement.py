@@ -33,7 +33,7 @@ from fitting.planning.rejection import Drawn
 from fitting.planning.separation import Outlook, Readings, of_means
 from fitting.planning.settings import GRID
 from fitting.planning.sharper import sharper
-from fitting.problem.residuals import thinned
+from fitting.problem.thinning import thinned
 from fitting.problem.varying import Varying
 from fitting.recordings.accuracy import Channel
 from fitting.recordings.experiment import read_experiment

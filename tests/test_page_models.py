@@ -114,7 +114,8 @@ def test_errors_of_fewer_samples_are_said_to_be_so(study, diagnosis):
     seen = len(diagnosis.baseline.samples)
     assert samples_text(diagnosis, seen) == []
     (said,) = samples_text(diagnosis, 2 * seen)
-    assert f"{seen:,} samples, taken evenly from the {2 * seen:,}" in said
+    assert f"{seen:,} samples of " in said
+    assert f"taken evenly from the {2 * seen:,}" in said
     assert "taken evenly" not in page(task, c, diagnosis)  # it has looked at all of these
     before, _ = before_and_after(task, c, diagnosis, lambda *_: None)
     assert before.held_out_rmse == held_out_rmse(c.fit)  # of all samples, as the error after

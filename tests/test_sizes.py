@@ -10,8 +10,9 @@ from hidden.simulator import Muscle, Noise, Truth, dataset, isometric, loops, st
 from hidden.study.changes import changed
 
 from fitting.problem import sizes
-from fitting.problem.residuals import problem, thinned
+from fitting.problem.residuals import problem
 from fitting.problem.sizes import joined, of_standard_size
+from fitting.problem.thinning import thinned
 from fitting.problem.unknowns import unknowns
 from fitting.recordings.experiment import read_experiment
 from mckibben_jax.effect import Read

@@ -26,7 +26,8 @@ from fitting.least_squares.instruments import accuracies_of
 from fitting.least_squares.record import Fit
 from fitting.precision import require_x64
 from fitting.problem.no_number import refuse_no_number
-from fitting.problem.residuals import problem, thinned
+from fitting.problem.residuals import problem
+from fitting.problem.thinning import thinned
 from fitting.problem.unknowns import unknowns
 from fitting.problem.varying import AS_DECLARED, Varying
 from fitting.progress import Progress

@@ -16,7 +16,7 @@ import numpy as np
 from fitting.errors import InputError
 from fitting.least_squares.record import Fit
 from fitting.problem.points import reached
-from fitting.problem.residuals import thinned
+from fitting.problem.thinning import thinned
 from fitting.recordings.noise import noise_of
 from fitting.recordings.records import FORCE_TESTS, Experiment, Run
 from mckibben_jax.effect import Effect, name_of

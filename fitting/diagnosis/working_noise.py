@@ -16,6 +16,8 @@ from fitting.instruments.errors import InstrumentErrors
 from fitting.least_squares.decomposed import orthonormal
 from fitting.problem.residuals import Samples
 
+NOTHING = 1e-6  # share of a column that is rounding, as of directions (`orthonormal`)
+
 
 @dataclass(frozen=True)
 class Noise:
@@ -75,7 +77,7 @@ class Kinds:
 
         These are taken for too few to be reckoned with.
         """
-        whole = errors.own_removed(np.column_stack([rows, self.basis, slopes, errors.shared]))
+        whole = without_own(np.column_stack([rows, self.basis, slopes, errors.shared]), errors)
         known = orthonormal(whole[:, 1:])
         return self._of(whole[:, 0] - known @ (known.T @ whole[:, 0]))
 
@@ -90,6 +92,23 @@ class Kinds:
             shares[visible] = nnls(self.left[:, visible] * weight[:, None], np.array(found) * weight)[0]
         floor = self.settings.least_white * max(found[0], 1e-300)
         return Noise(max(shares[0], floor), shares[1:], self.settings)
+
+
+def without_own(columns: np.ndarray, errors: InstrumentErrors) -> np.ndarray:
+    """Columns (rows, q) without what errors of single runs could make of them, however large these were.
+
+    A run whose errors could make more than half of its readings keeps them: a few readings would be explained wholly,
+    whatever they are. What such errors make of a column wholly is 0, not rounding. Run by run, for a thousand runs have
+    thousands of columns, each of which is 0 in all runs but one.
+    """
+    out = np.array(columns, dtype=float)
+    for one in np.unique(errors.run):
+        at = np.flatnonzero(errors.run == one)
+        own = orthonormal(errors.per_run[at])
+        if 2 * own.shape[1] <= len(at):
+            out[at] -= own @ (own.T @ out[at])
+    gone = np.linalg.norm(out, axis=0) < NOTHING * np.linalg.norm(columns, axis=0)
+    return np.where(gone, 0.0, out)
 
 
 def noise_from(rows: np.ndarray, columns: np.ndarray, samples: Samples) -> Noise:

@@ -14,9 +14,6 @@ import numpy as np
 
 from fitting.instruments.sources import Source
 from fitting.instruments.through import roots
-from fitting.least_squares.decomposed import orthonormal
-
-NOTHING = 1e-6  # share of a column that is rounding, as of directions (`orthonormal`)
 
 
 @dataclass(frozen=True)
@@ -57,20 +54,6 @@ class InstrumentErrors:
     def changed(self, per_run: np.ndarray, shared: np.ndarray) -> "InstrumentErrors":
         """The same errors of other rows, for example whitened ones."""
         return replace(self, per_run=per_run, shared=shared)
-
-    def own_removed(self, columns: np.ndarray) -> np.ndarray:
-        """Columns (rows, q) without what errors of single runs could make of them, however large these were.
-
-        What such errors make wholly is 0, not rounding, whatever its size. Run by run, for a thousand runs have
-        thousands of columns, each of which is 0 in all runs but one.
-        """
-        out = np.array(columns, dtype=float)
-        for one in np.unique(self.run):
-            at = np.flatnonzero(self.run == one)
-            own = orthonormal(self.per_run[at])
-            out[at] -= own @ (own.T @ out[at])
-        gone = np.linalg.norm(out, axis=0) < NOTHING * np.linalg.norm(columns, axis=0)
-        return np.where(gone, 0.0, out)
 
     def at(self, rows: np.ndarray) -> "InstrumentErrors":
         """Of some rows alone (positions)."""

@@ -13,7 +13,7 @@ from fitting.planning.predictions import Candidates, Explained, candidates, expl
 from fitting.planning.protocols import Protocol, Specimen
 from fitting.planning.separation import Outlook, Readings, noise_of_test
 from fitting.planning.settings import CHOICE
-from fitting.problem.residuals import thinned
+from fitting.problem.thinning import thinned
 from fitting.problem.varying import Varying
 from fitting.recordings.records import Experiment
 from mckibben_jax.effect import Effect, name_of

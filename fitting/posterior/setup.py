@@ -22,7 +22,8 @@ from fitting.posterior.target import PosteriorProblem, Target
 from fitting.precision import require_x64
 from fitting.problem.positions import steps_of
 from fitting.problem.priors import Prior, check_overlap, spread, together, uniform
-from fitting.problem.residuals import Problem, Samples, problem, thinned
+from fitting.problem.residuals import Problem, Samples, problem
+from fitting.problem.thinning import thinned
 from fitting.recordings.records import Experiment, Recording
 
 

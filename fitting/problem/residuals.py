@@ -13,7 +13,7 @@ from fitting.problem.points import reached
 from fitting.problem.positions import predict_positions, starts, steps_of
 from fitting.problem.unknowns import Unknowns, filled
 from fitting.recordings.noise import noise_of
-from fitting.recordings.records import FORCE_TESTS, Experiment, Recording, Run
+from fitting.recordings.records import FORCE_TESTS, Experiment, Recording
 from mckibben_jax.model import Model
 from mckibben_jax.state import State
 
@@ -215,31 +215,3 @@ def _samples(recording: Recording, dataset: int, number: int, runs_before: int, 
 
 def _joined(parts: list[Samples]) -> Samples:
     return Samples(**{name: np.concatenate([getattr(p, name) for p in parts]) for name in vars(parts[0])})
-
-
-def thinned(experiment: Experiment, about: int) -> Experiment:
-    """The experiment with about this many weighted samples: every k-th, and every turning point and end."""
-    weighted = sum(float(run.weight.sum()) for rec in experiment.recordings for run in rec.runs)
-    stride = _one_figure(weighted / about)
-    if stride < 2:
-        return experiment
-    recordings = tuple(
-        rec if rec.test == "static" else replace(rec, runs=tuple(_every(run, stride) for run in rec.runs))
-        for rec in experiment.recordings
-    )
-    return replace(experiment, recordings=recordings)
-
-
-def _one_figure(share: float) -> int:
-    """Rounded up to one figure: what is sampled ten times as densely then keeps the same places."""
-    tens = 10 ** max(int(np.floor(np.log10(max(share, 1.0)))), 0)
-    return int(tens * np.ceil(share / tens - 1e-9))
-
-
-def _every(run: Run, stride: int) -> Run:
-    kept = np.zeros(len(run), bool)
-    kept[::stride] = True
-    turns = np.flatnonzero(np.diff(run.half)) + 1
-    corner = np.concatenate([[0], turns - 1, turns, [len(run) - 1]])
-    kept[corner] = True
-    return run.at(kept)

@@ -30,7 +30,8 @@ from fitting.least_squares.fit import fit
 from fitting.least_squares.record import Fit
 from fitting.least_squares.search import rows_and_slopes
 from fitting.least_squares.subset import subset_of
-from fitting.problem.residuals import problem, thinned
+from fitting.problem.residuals import problem
+from fitting.problem.thinning import thinned
 from fitting.problem.unknowns import unknowns
 from fitting.problem.varying import Varying
 from fitting.recordings.experiment import read_experiment

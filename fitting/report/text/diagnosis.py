@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
+import numpy as np
 from rich.console import RenderableType
 from rich.text import Text
 
@@ -19,6 +20,7 @@ from fitting.report.text.limits import limits_lines, open_text, would_have_shown
 from fitting.report.text.measurement import purpose_text, what_text
 from fitting.report.text.names import identifiers, listed, mark, marked
 from fitting.report.text.reasons import why_text
+from fitting.showing import counted
 from fitting.study.preview import MOST
 
 if TYPE_CHECKING:
@@ -106,12 +108,13 @@ def left_missing_text(p_value: float | None, level: float) -> str:
 
 def samples_text(d: Diagnosis, samples: int) -> list[str]:
     """Which samples the errors of a diagnosis are of, where these are not all: those of a fit differ a little."""
-    seen = len(d.baseline.samples)
+    seen, runs = len(d.baseline.samples), len(np.unique(d.baseline.samples.run))
     if seen >= samples:
         return []
     return [
-        f"The errors of the diagnosis are those of {seen:,} samples, taken evenly from the {samples:,}: these suffice "
-        "to decide. The error of the same model over all samples differs in the last digits."
+        f"The errors of the diagnosis are those of {seen:,} samples of {counted(runs, 'run')}, taken evenly from the "
+        f"{samples:,}: these suffice to decide. The error of the same model over all samples differs in the last "
+        "digits."
     ]
 
 

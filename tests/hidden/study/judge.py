@@ -147,7 +147,7 @@ def fingerprint(found: Any, experiment: Any) -> dict[str, float | None]:
     """What the comparison says of the kind of misfit."""
     from fitting.comparison.compare import compare
     from fitting.diagnosis.settings import DIAGNOSIS
-    from fitting.problem.residuals import thinned
+    from fitting.problem.thinning import thinned
 
     traces = compare(found.baseline, [thinned(experiment, DIAGNOSIS.samples)]).fingerprint
     return {"odd": traces.odd_share, "even_P": traces.pressure_exponent_even, "odd_P": traces.pressure_exponent_odd}

@@ -1,0 +1,62 @@
+"""Fewer samples of a recording than were made, where more change no verdict."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from fitting.recordings.records import Experiment, Run
+
+FEWEST_READINGS = 12  # that a run keeps; chosen: twice as many as errors that single runs may have
+FEWEST_RUNS = 10  # that are kept in any case; chosen
+
+
+def thinned(experiment: Experiment, about: int) -> Experiment:
+    """The experiment with about this many weighted samples: every k-th, and every turning point and end.
+
+    Of many runs only some are kept: a run of a few readings could be explained by errors of its own alone.
+    """
+    experiment = _fewer_runs(experiment, max(about // FEWEST_READINGS, FEWEST_RUNS))
+    weighted = sum(float(run.weight.sum()) for rec in experiment.recordings for run in rec.runs)
+    stride = _one_figure(weighted / about)
+    if stride < 2:
+        return experiment
+    recordings = tuple(
+        rec if rec.test == "static" else replace(rec, runs=tuple(_every(run, stride) for run in rec.runs))
+        for rec in experiment.recordings
+    )
+    return replace(experiment, recordings=recordings)
+
+
+def _one_figure(share: float) -> int:
+    """Rounded up to one figure: what is sampled ten times as densely then keeps the same places."""
+    tens = 10 ** max(int(np.floor(np.log10(max(share, 1.0)))), 0)
+    return int(tens * np.ceil(share / tens - 1e-9))
+
+
+def _every(run: Run, stride: int) -> Run:
+    kept = np.zeros(len(run), bool)
+    kept[::stride] = True
+    turns = np.flatnonzero(np.diff(run.half)) + 1
+    corner = np.concatenate([[0], turns - 1, turns, [len(run) - 1]])
+    kept[corner] = True
+    return run.at(kept)
+
+
+def _fewer_runs(experiment: Experiment, most: int) -> Experiment:
+    """At most so many of the runs that can be thinned: one by chance of each stretch of them, in order of their states.
+
+    So the same runs are kept in whatever files and order they come, and none of a protocol's regular steps is skipped.
+    """
+    runs = [run for rec in experiment.recordings if rec.test != "static" for run in rec.runs]
+    if len(runs) <= most:
+        return experiment
+    states = [(r.measured.mean(), np.abs(r.rate).mean(), r.contraction.mean(), r.pressure.mean()) for r in runs]
+    order = np.lexsort(np.array(states).T)
+    edges = np.linspace(0, len(runs), most + 1).round().astype(int)
+    kept = order[np.random.default_rng(0).integers(edges[:-1], edges[1:])]
+    chosen = {id(runs[number]) for number in kept}
+    recordings = (
+        rec if rec.test == "static" else replace(rec, runs=tuple(run for run in rec.runs if id(run) in chosen))
+        for rec in experiment.recordings
+    )
+    return replace(experiment, recordings=tuple(rec for rec in recordings if rec.runs))
