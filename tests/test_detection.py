@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from fitting.diagnosis.detection import by_group, detectable
+from fitting.diagnosis.detection import by_group, detectable, largest
 
 UNITS, EACH, LEVEL = 20, 50, 0.005
 NUMBER = np.repeat(np.arange(UNITS), EACH)
@@ -66,3 +66,9 @@ def test_what_one_unit_alone_carries_is_never_found_by_flips():
     column = rng.normal(size=(UNITS * EACH, 1)) * (NUMBER == 3)[:, None]
     column /= np.linalg.norm(column)
     assert np.isinf(detectable(column, rng.normal(size=UNITS * EACH), NUMBER, SIGNS, LEVEL)[0])
+
+
+def test_the_largest_score_of_all_columns_is_of_either_sign():
+    random = np.random.default_rng(2)
+    flipped, added = random.normal(size=(2, 3, 4, 5)).astype(np.float32)
+    np.testing.assert_array_equal(largest(flipped, added), np.abs(flipped + added).max(axis=0))

@@ -1,6 +1,7 @@
 """Where a search stops: no three effects are looked for where all together would not do, and else they are found."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -69,3 +70,20 @@ def test_columns_beside_a_fit_give_way_and_nothing_is_known_of_them():
     by = Nuisance(slopes, np.zeros(3), np.eye(3)).beside(1e6 * columns)
     np.testing.assert_allclose(by.project_out(columns), 0, atol=1e-9)
     assert np.linalg.norm(by.project_out(slopes)) > 0.1  # priors hold the fit's own parameters
+
+
+@pytest.mark.parametrize(("share", "hopeless"), [(0.3, False), (0.9, True)])
+def test_hopeless_is_what_leaves_a_good_part_of_the_misfit_beyond_the_floor(share, hopeless):
+    """Rows of mean square 16, of which all effects together leave a share; the noise has 1."""
+    along = np.zeros((100, 1))
+    along[:50] = 1.0
+    rows = np.concatenate([np.full(50, np.sqrt(2 * 15 * (1 - share))), np.tile([1.0, -1.0], 25)])
+    rows[50:] *= np.sqrt(2 * (15 * share + 1))
+    assert np.mean(rows**2) == pytest.approx(16)
+    fit = SimpleNamespace(rows=rows, slopes=np.zeros((100, 0)), prior_rows=np.zeros(0), prior_slopes=np.zeros((0, 0)))
+    examiner = SimpleNamespace(
+        columns=lambda *_: ([], along),
+        rejecting=lambda *_: SimpleNamespace(rejected=True, floor=1.0),
+        without_instruments=lambda columns: columns,
+    )
+    assert is_hopeless(examiner, fit, {}, SimpleNamespace(hopeless=0.5)) is hopeless

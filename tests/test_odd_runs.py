@@ -63,3 +63,5 @@ def test_a_run_that_is_left_out_says_nothing(tmp_path):
     for run, same in ((3, True), (4, False)):
         p_values = [without_run(examiner, fit, columns, run) for fit in (base, torn)]
         assert (p_values[0] == pytest.approx(p_values[1])) is same
+    other = np.where(mine[:, None], 7.0, columns)  # what candidates would change there says nothing, either
+    assert without_run(examiner, base, other, 3) == pytest.approx(without_run(examiner, base, columns, 3))

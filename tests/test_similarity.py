@@ -1,12 +1,13 @@
 """Which effects look alike: against a table of cosines that was computed independently, on the same loops."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from fitting.diagnosis.similarity import Scene, signature, similarity
+from fitting.diagnosis.similarity import CYCLE, Scene, Similarity, openings, signature, similarity
 from mckibben_jax import effects as library
 from mckibben_jax.effects import IdealCylinder, Tip
 from mckibben_jax.model import model
@@ -92,3 +93,36 @@ def test_what_the_geometry_leaves_of_each_effect(found):
     for name in ("BladderMooneyRivlin", "BladderSchulte", "ForceOffset"):
         assert left[name] == pytest.approx(0.43, abs=0.06)
     assert left["CoulombFriction"] == pytest.approx(1.0, abs=0.01)  # no even law makes up for an odd one
+
+
+def test_effects_that_look_alike_are_chained():
+    """The first like the second, this like the third; the fourth like none of them, the fifth is absorbed."""
+    freed = np.eye(5)
+    for one, other, cosine in ((0, 1, 0.99), (1, 2, -0.99), (0, 2, 0.9), (3, 4, 1.0)):
+        freed[one, other] = freed[other, one] = cosine
+    found = Similarity(tuple("abcde"), np.eye(5), freed, np.array([1.0, 1.0, 1.0, 1.0, 0.01]), np.ones(5))
+    assert found.classes == (("a", "b", "c"),)
+
+
+def test_what_could_be_measured_is_what_its_words_say():
+    """Pressures, turning points and speeds against the loops that were measured: 0 to 26 % at up to 500 kPa."""
+    measured = loops()
+    offered = openings(SimpleNamespace(), [measured])
+    stroke, top = CONTRACTION.max(), PRESSURE.max()
+    states = {what: scene.states for what, scene in offered.items()}
+    assert not np.any(states["a pull without pressure"].pressure)
+    low = np.unique(states["loops from a tenth of the pressure upwards"].pressure)
+    np.testing.assert_allclose(low, [0.1 * top, 0.3 * top, top])
+    fast, small = states["the same loops ten times as fast"], states["small loops inside large ones"]
+    for given, rate in ((fast, 0.2), (small, 0.02)):
+        np.testing.assert_allclose(np.abs(given.rate[:, 1:-1]), rate)
+        np.testing.assert_allclose(np.unique(given.pressure), [0.1 * top, 0.4 * top, top])
+        assert given.contraction.max() == pytest.approx(stroke, rel=0.03)
+        way = np.abs(np.diff(given.contraction[0]))
+        np.testing.assert_allclose(way, rate * np.diff(given.time[0]), atol=stroke / CYCLE)
+    turns = np.diff(np.sign(small.rate[0])) != 0
+    inner = np.asarray(small.contraction[0])[1:][turns]
+    assert np.any(np.abs(inner - 0.4 * stroke) < 0.03 * stroke)
+    assert np.any(np.abs(inner - 0.6 * stroke) < 0.03 * stroke)
+    halved = offered["a second muscle, half as long"].change(MUSCLE)
+    assert float(halved.length) == pytest.approx(0.5 * float(MUSCLE.length))

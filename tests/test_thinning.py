@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fitting.problem.thinning import FEWEST_READINGS, thinned
+from fitting.problem.thinning import FEWEST_READINGS, thinned, thinned_runs
 from fitting.recordings.records import Experiment, Recording, Run
 from mckibben_jax.muscle import Muscle
 
@@ -67,6 +67,18 @@ def test_a_recording_of_which_no_run_is_kept_is_gone(many):
     one = replace(many.recordings[0], runs=many.recordings[0].runs[:1])
     split = replace(many, recordings=(*(replace(one, runs=(r,)) for r in many.recordings[1].runs),))
     assert all(rec.runs for rec in thinned(split, 240).recordings)
+
+
+def test_a_kind_of_test_of_which_there_are_few_runs_keeps_them(many):
+    rare = replace(many.recordings[1], test="isometric", runs=many.recordings[1].runs[:4])
+    mixed = replace(many, recordings=(many.recordings[0], rare))
+    loops, few = thinned(mixed, 240).recordings
+    assert [run.name for run in few.runs] == [run.name for run in rare.runs]
+    assert len(loops.runs) < 70
+
+
+def test_all_runs_stay_where_a_posterior_is_sampled(many):
+    assert kept(thinned_runs(many, 600)) == kept(many)
 
 
 def test_points_of_maps_and_a_few_runs_stay(many):

@@ -163,3 +163,13 @@ def test_what_is_read_off_a_load_cell_needs_one(recorded, world):
     words = {name: why_text(why) for name, why in told.items()}
     assert words == dict.fromkeys(("force_offset", "force_gain"), "cannot be tested: no force was measured")
     assert "force_offset" not in world.untestable
+
+
+def test_runs_left_out_are_foretold_by_a_fit_to_the_others(world, base):
+    """By refitting each time, against one step from the fit to all: alike, and farther off than what was fitted."""
+    group = world.samples.run
+    refitted, glance = (world.left_out(base, group, glance) for glance in (False, True))
+    rms = lambda rows: float(np.sqrt(np.mean(rows**2)))  # noqa: E731
+    assert rms(refitted - base.rows) > 1e-3 * rms(base.rows)
+    assert rms(refitted) > rms(base.rows)
+    assert rms(refitted - glance) < 0.2 * rms(refitted - base.rows)

@@ -59,7 +59,7 @@ def _limit(drawn: np.ndarray, flipped: np.ndarray, added: np.ndarray, level: flo
         """By how many standard deviations the score exceeds what is needed: nearly straight in the amount."""
         beyond = []  # by how much the score exceeds the flips': nearly normal, which a share of few draws is not
         for side in (amount, -amount):
-            reached = np.partition(_largest(flipped, np.float32(side) * added), rank, axis=1)[:, rank]
+            reached = np.partition(largest(flipped, np.float32(side) * added), rank, axis=1)[:, rank]
             beyond.append(np.abs(drawn + side) - reached)
         return float(np.mean(beyond) / max(np.std(beyond), 1e-12) - special.ndtri(settings.power))
 
@@ -70,7 +70,7 @@ def _limit(drawn: np.ndarray, flipped: np.ndarray, added: np.ndarray, level: flo
     return float(optimize.brentq(too_much, settings.least, settings.most, xtol=settings.near))  # pyright: ignore
 
 
-def _largest(flipped: np.ndarray, added: np.ndarray) -> np.ndarray:
+def largest(flipped: np.ndarray, added: np.ndarray) -> np.ndarray:
     """The largest score of all columns (draws, flips): column by column, for that stays in the processor's cache."""
     out, each = np.zeros_like(flipped[0]), np.empty_like(flipped[0])
     for scores, more in zip(flipped, added, strict=True):

@@ -23,7 +23,7 @@ from fitting.precision import require_x64
 from fitting.problem.positions import steps_of
 from fitting.problem.priors import Prior, check_overlap, spread, together, uniform
 from fitting.problem.residuals import Problem, Samples, problem
-from fitting.problem.thinning import thinned
+from fitting.problem.thinning import thinned_runs
 from fitting.recordings.records import Experiment, Recording
 
 
@@ -181,7 +181,7 @@ def thin_to_shares(experiment: Experiment, shares: dict[bool, float]) -> Experim
     for moves, share in shares.items():
         mine = tuple(rec for rec in experiment.recordings if bool(steps_of(rec)) is moves)
         about = max(int(share * sum(map(_weighted, mine))), 1)
-        slim[moves] = iter(thinned(_with(experiment, mine), about).recordings if share < 1 else mine)
+        slim[moves] = iter(thinned_runs(_with(experiment, mine), about).recordings if share < 1 else mine)
     return _with(experiment, tuple(next(slim[bool(steps_of(rec))]) for rec in experiment.recordings))
 
 

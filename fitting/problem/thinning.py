@@ -11,11 +11,15 @@ FEWEST_RUNS = 10  # that are kept in any case; chosen
 
 
 def thinned(experiment: Experiment, about: int) -> Experiment:
-    """The experiment with about this many weighted samples: every k-th, and every turning point and end.
+    """The experiment with about this many weighted samples, of fewer runs where these are very many.
 
-    Of many runs only some are kept: a run of a few readings could be explained by errors of its own alone.
+    A run of a few readings could be explained by errors of its own alone.
     """
-    experiment = _fewer_runs(experiment, max(about // FEWEST_READINGS, FEWEST_RUNS))
+    return thinned_runs(_fewer_runs(experiment, about // FEWEST_READINGS), about)
+
+
+def thinned_runs(experiment: Experiment, about: int) -> Experiment:
+    """All runs with about this many weighted samples together: every k-th, and every turning point and end."""
     weighted = sum(float(run.weight.sum()) for rec in experiment.recordings for run in rec.runs)
     stride = _one_figure(weighted / about)
     if stride < 2:
@@ -43,20 +47,28 @@ def _every(run: Run, stride: int) -> Run:
 
 
 def _fewer_runs(experiment: Experiment, most: int) -> Experiment:
-    """At most so many of the runs that can be thinned: one by chance of each stretch of them, in order of their states.
-
-    So the same runs are kept in whatever files and order they come, and none of a protocol's regular steps is skipped.
-    """
-    runs = [run for rec in experiment.recordings if rec.test != "static" for run in rec.runs]
-    if len(runs) <= most:
-        return experiment
-    states = [(r.measured.mean(), np.abs(r.rate).mean(), r.contraction.mean(), r.pressure.mean()) for r in runs]
-    order = np.lexsort(np.array(states).T)
-    edges = np.linspace(0, len(runs), most + 1).round().astype(int)
-    kept = order[np.random.default_rng(0).integers(edges[:-1], edges[1:])]
-    chosen = {id(runs[number]) for number in kept}
+    """About so many of the runs that can be thinned at most, and of every kind of test its share of them."""
+    runs = {rec.test: list[Run]() for rec in experiment.recordings if rec.test != "static"}
+    for rec in experiment.recordings:
+        if rec.test in runs:
+            runs[rec.test] += rec.runs
+    share = most / max(sum(map(len, runs.values())), 1)
+    kept = {id(run) for mine in runs.values() for run in _some(mine, max(round(share * len(mine)), FEWEST_RUNS))}
     recordings = (
-        rec if rec.test == "static" else replace(rec, runs=tuple(run for run in rec.runs if id(run) in chosen))
+        rec if rec.test == "static" else replace(rec, runs=tuple(run for run in rec.runs if id(run) in kept))
         for rec in experiment.recordings
     )
     return replace(experiment, recordings=tuple(rec for rec in recordings if rec.runs))
+
+
+def _some(runs: list[Run], most: int) -> list[Run]:
+    """At most so many of these runs: one by chance of each stretch of them, in order of their states.
+
+    So the same runs are kept in whatever files and order they come, and none of a protocol's regular steps is skipped.
+    """
+    if len(runs) <= most:
+        return runs
+    states = [(r.measured.mean(), np.abs(r.rate).mean(), r.contraction.mean(), r.pressure.mean()) for r in runs]
+    order = np.lexsort(np.array(states).T)
+    edges = np.linspace(0, len(runs), most + 1).round().astype(int)
+    return [runs[number] for number in order[np.random.default_rng(0).integers(edges[:-1], edges[1:])]]

@@ -80,9 +80,14 @@ DIAGNOSIS = Suite(
         "fitting/least_squares/held_out": (("tests/test_verdict.py",), ("tests/test_flips.py",)),
         **dict.fromkeys(
             ("fitting/diagnosis/search", "fitting/diagnosis/search_result", "fitting/diagnosis/linear_look"),
-            (("tests/test_search.py",), ("tests/test_diagnose.py",)),
+            (("tests/test_search.py",), ("tests/test_larger_sets.py",), ("tests/test_diagnose.py",)),
+        ),
+        **dict.fromkeys(
+            ("fitting/diagnosis/adequacy", "fitting/diagnosis/record"),
+            (("tests/test_adequacy.py",), ("tests/test_diagnose.py",)),
         ),
         "fitting/diagnosis/examine": (
+            ("tests/test_adequacy.py",),
             ("tests/test_equivalent.py",),
             ("tests/test_search.py",),
             ("tests/test_diagnose.py",),
@@ -99,7 +104,7 @@ DIAGNOSIS = Suite(
             (("tests/test_verdict.py",), ("tests/test_flips.py",), ("tests/test_diagnose.py",)),
         ),
         "fitting/diagnosis/working_noise": (
-            ("tests/test_verdict.py",),
+            ("tests/test_verdict.py", "tests/test_instrument_errors.py"),
             ("tests/test_flips.py",),
             ("tests/test_static_maps.py",),
         ),

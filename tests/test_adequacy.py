@@ -1,0 +1,88 @@
+"""Why a fitted set is not adequate, and what its test says of a candidate: rules against plain numbers."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from fitting.diagnosis.adequacy import AdequacyTest
+from fitting.diagnosis.examine import Examiner
+from fitting.diagnosis.outcomes import Reason, Verdict
+from fitting.diagnosis.record import Diagnosis
+from fitting.diagnosis.settings import DIAGNOSIS, VERDICT
+
+ADDED = frozenset({"tip"})
+
+
+def outcome(**what):
+    """A test that finds nothing."""
+    plain = {"by_size": False, "rejected": False, "p": 0.5, "rms_beyond": 1.0, "floor": 1.0}
+    return SimpleNamespace(**plain | what)
+
+
+def why(test, added=ADDED, base=20.0, gains=True, bettered=False, **fit):
+    """The reason of an examiner whose base leaves so much (rms); None for none."""
+    fitted = SimpleNamespace(**{"at_bound": ()} | fit)
+    examiner = SimpleNamespace(
+        settings=DIAGNOSIS,
+        base=SimpleNamespace(rows=np.full(50, base)),
+        world=SimpleNamespace(contradicted=lambda fit: fitted.denied if hasattr(fit, "denied") else ()),
+        _gains=lambda _: gains,
+    )
+    found = Examiner._why_not(examiner, added, fitted, test, bettered)
+    return None if found is None else found.reason
+
+
+@pytest.fixture(autouse=True)
+def believed(monkeypatch):
+    """No instrument is blamed here; `test_blamed.py` asks for that."""
+    monkeypatch.setattr("fitting.diagnosis.examine.unbelieved", lambda *_: ())
+
+
+@pytest.mark.parametrize(
+    ("test", "how", "reason"),
+    [
+        (outcome(), {}, None),
+        (outcome(by_size=True, rejected=True), {}, Reason.LARGE_MISFIT),
+        (outcome(rejected=True), {}, Reason.STILL_MISSING),
+        (outcome(rms_beyond=15.0, floor=1.0), {}, Reason.MOST_LEFT),
+        (outcome(rms_beyond=15.0, floor=14.0), {}, None),  # of the size of the noise
+        (outcome(rms_beyond=15.0, floor=1.0), {"base": 200.0}, None),  # little of what there was
+        (outcome(rms_beyond=15.0, floor=1.0), {"added": frozenset()}, None),  # nothing was there before
+        (outcome(), {"at_bound": ("tip.k", "muscle.radius")}, Reason.AT_BOUND),
+        (outcome(), {"at_bound": ("muscle.radius",)}, None),
+        (outcome(), {"denied": ("muscle.length",)}, Reason.CONTRADICTS),
+        (outcome(), {"gains": False}, Reason.NO_GAIN),
+        (outcome(), {"bettered": True}, Reason.BETTERED),
+    ],
+)
+def test_a_set_is_adequate_unless_one_of_these_holds(test, how, reason):
+    assert why(test, **how) == reason
+
+
+def test_a_limit_is_the_amount_that_is_found_times_what_is_left_of_one():
+    """Of two shapes the median; a limit beyond what a misfit of many times the noise shows anyway is that."""
+    test = SimpleNamespace(
+        p_effects=np.array([0.2, 0.1, 0.9]), detectable=np.array([3.0, 2.0, np.inf]), explained=np.full(3, 1e-3),
+        left=np.array([0.8, 0.9, 0.5]), cosines=np.eye(3),
+    )  # fmt: skip
+    found = AdequacyTest(test, ("tip", "tip", "creep"), np.array([2.0, 4.0, 1.0]), 1.0, 100.0, many_times_noise=3.0)
+    seen = found.of("tip")
+    assert seen.limit == pytest.approx((6.0 + 8.0) / 2)
+    assert seen.p_value == pytest.approx(0.1)
+    assert seen.absorbed == pytest.approx(1 - 0.81)
+    assert found.of("creep").limit == pytest.approx(np.sqrt(8) * 100.0)
+    assert found.settings is VERDICT
+
+
+@pytest.mark.parametrize(
+    ("verdict", "beyond", "strained"),
+    [
+        (Verdict.WITHIN_INSTRUMENTS, True, True),
+        (Verdict.WITHIN_INSTRUMENTS, False, False),
+        *((verdict, True, False) for verdict in Verdict if verdict is not Verdict.WITHIN_INSTRUMENTS),
+    ],
+)
+def test_a_verdict_is_strained_where_instruments_explain_it_only_far_beyond_their_accuracy(verdict, beyond, strained):
+    given = SimpleNamespace(verdict=verdict, instruments=(SimpleNamespace(is_beyond=beyond),))
+    assert Diagnosis.is_strained.fget(given) is strained
