@@ -13,7 +13,7 @@ with app.setup(hide_code=True):
     from scipy import stats
 
     from fitting import example_data, fit, read_experiment, use_64_bit
-    from fitting.problem.residuals import thinned
+    from fitting.problem.thinning import thinned
     from fitting.report import BLUE, GREEN, GREY, ORANGE, VERMILION
     from fitting.shipped import shipped_folder
     from mckibben_jax import BladderNeoHookean, IdealCylinder, KineticFriction, TextileFriction

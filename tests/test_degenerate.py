@@ -38,7 +38,7 @@ REFUSED = {
     "all slack": (with_force(0.0), ("row 1", "'force [N]'", "all but nothing", "434 N", "slack")),
     "all slack, noisy": (with_force(NOISE), ("all but nothing", "at most 0.7", "not connected")),
     "kN for N": (with_force(FORCE / 1000), ("all but nothing", "0.2 N", "N or kN")),
-    "mN for N": (with_force(FORCE * 1000), ("row 2", "461 times", "2e+05 N", "units of force and pressure", "valid =")),
+    "mN for N": (with_force(FORCE * 1000), ("row 2", "461 times", "200000 N", "units of force", "valid =")),
     "bar for kPa": (headed("pressure [bar]", "pressure [kPa]"), ("46.1 times", "4.34 N", "units of force")),
     "kPa for Pa": (headed("pressure [bar]", "pressure [Pa]", 200.0), ("never reaches 1 kPa",)),
     "Pa for kPa": (headed("pressure [bar]", "pressure [kPa]", 2e5), ("above 5 MPa", "200 MPa")),

@@ -108,9 +108,10 @@ def left_missing_text(p_value: float | None, level: float) -> str:
 
 def samples_text(d: Diagnosis, samples: int) -> list[str]:
     """Which samples the errors of a diagnosis are of, where these are not all: those of a fit differ a little."""
-    seen, runs = len(d.baseline.samples), len(np.unique(d.baseline.samples.run))
+    seen = len(d.baseline.samples)
     if seen >= samples:
         return []
+    runs = len(np.unique(d.baseline.samples.run))
     return [
         f"The errors of the diagnosis are those of {seen:,} samples of {counted(runs, 'run')}, taken evenly from the "
         f"{samples:,}: these suffice to decide. The error of the same model over all samples differs in the last "
