@@ -237,23 +237,24 @@ def _(entries, form, sizes_of):
 def _(described, form, found, wrong):
     mo.stop(found is None)
 
-    def _said(field):
-        return [mo.Html(form_text.wrong_field(wrong()[field]))] if field in wrong() else []
+    def _with_words(field, *shown):
+        """Always the same elements: else the browser shows, for a moment, what was typed into one field in another."""
+        said = form_text.wrong_field(wrong()[field]) if field in wrong() else ""
+        return mo.vstack([*shown, mo.Html(said)], gap=0)
 
-    _shown = []
-    for _key, _three in form.muscle.items():
-        _shown += [mo.hstack(_three, widths=[4, 1, 1], align="end"), *_said(_key)]
+    _shown = [
+        _with_words(_key, mo.hstack(_three, widths=[4, 1, 1], align="end")) for _key, _three in form.muscle.items()
+    ]
     for _file in found.columns:
         _shown += [
             mo.Html(words.heading(_file, 3)),
             mo.Html(preview.rows_html(found.previews[_file])),
-            form.tests[_file],
-            *_said(_file),
+            _with_words(_file, form.tests[_file]),
         ]
         for _k, _c in enumerate(found.previews[_file]):
             _row = [form.columns[f"{_file}/{_k}/{what}"] for what in ("is", "unit")]
-            _shown.append(mo.hstack([mo.Html(preview.column_html(_c)), *_row], justify="start", wrap=True))
-            _shown += _said(forms.column_field(_file, _k))
+            _line = mo.hstack([mo.Html(preview.column_html(_c)), *_row], justify="start", wrap=True)
+            _shown.append(_with_words(forms.column_field(_file, _k), _line))
     mo.vstack([*_shown, described])
     return
 

@@ -9,7 +9,7 @@ import time
 
 import numpy as np
 import pytest
-from browser import Watched, browser, fallen, press, tab_to, violations
+from browser import Watched, browser, fallen, press, slow_down, tab_to, violations
 from served import Served
 from small_muscle import LENGTH, loops, write
 from test_dropped_files import ODD
@@ -195,6 +195,7 @@ def test_two_tabs_do_not_mix(visit, folder, tmp_path):
 
 def test_a_bare_csv_is_described_by_hand_and_can_be_taken_home(visit, tmp_path):
     page = visit()
+    slow_down(page)  # fields that the page builds anew may show, for a moment, what was typed into others
     page.locator("input[type=file]").first.set_input_files(
         [{"name": "odd.csv", "mimeType": "text/csv", "buffer": ODD.encode()}]
     )
@@ -216,7 +217,8 @@ def test_a_bare_csv_is_described_by_hand_and_can_be_taken_home(visit, tmp_path):
     page.locator(".wrong", has_text="radius is not below the length").wait_for()  # found in reading: the form stays
     assert page.locator(".wrong").count() == 1
     assert page.get_by_role("textbox", name="length:").input_value() == "300"
-    assert page.get_by_role("textbox", name="unit", exact=True).nth(1).input_value() == "kPa"
+    units = page.get_by_role("textbox", name="unit", exact=True)
+    assert [units.nth(row).input_value() for row in range(4)] == ["s", "kPa", "N", "mm"]
     page.get_by_role("textbox", name="unit of radius").fill("mm")
     press(page, "Open these data")
     page.locator(".loops figure, .live canvas").first.wait_for()
