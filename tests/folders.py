@@ -23,6 +23,15 @@ def folder_of(path, csv=None, toml=None, test="loop", more="", encoding="utf-8")
     return path
 
 
+def model_beside(folder, state="fixed", **sizes):
+    """The path of a model file that says it was fitted to a folder's data, with these sizes of its muscle."""
+    sha = read_experiment(folder).sha256
+    told = "".join(f'{name} = {{value = "{value}", state = "{state}"}}\n' for name, value in sizes.items())
+    text = f'format = 1\n[muscle]\n{told}[[effect]]\nname = "ideal_cylinder"\n'
+    (folder / "model.toml").write_text(f'{text}[fitted_to]\ndata = {{"{folder.name}" = "{sha}"}}\n', encoding="utf-8")
+    return str(folder / "model.toml")
+
+
 def table(columns, separator=",", decimal="."):
     """CSV text of these columns."""
     names, values = list(columns), [np.atleast_1d(v) for v in columns.values()]

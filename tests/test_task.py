@@ -1,7 +1,7 @@
 """From what was typed to a task: a single CSV file is read as the folder that holds it would be."""
 
 import pytest
-from folders import folder_of, loop_columns, table
+from folders import folder_of, loop_columns, model_beside, table
 
 from fitting.cli.commands import simulate, sweep
 from fitting.designs.sweep_files import KINDS
@@ -43,30 +43,21 @@ def test_a_single_file_needs_its_kind_of_test_and_its_muscle(tmp_path):
     assert of_file(folder, test="loop", muscle=str(tmp_path / "other.toml")).name == "Braid"
 
 
-def fitted(folder, **sizes):
-    """A model file that says it was fitted to the data of a folder, with these sizes of the muscle."""
-    sha = task_of(Request(data=(str(folder),), baseline=True)).experiments[0].sha256
-    told = "".join(f'{name} = {{value = "{value}", state = "fixed"}}\n' for name, value in sizes.items())
-    text = f'format = 1\n[muscle]\n{told}[[effect]]\nname = "ideal_cylinder"\n'
-    (folder / "model.toml").write_text(f'{text}[fitted_to]\ndata = {{"{folder.name}" = "{sha}"}}\n', encoding="utf-8")
-    return str(folder / "model.toml")
-
-
 def test_a_size_of_a_model_file_that_the_measurements_exclude_is_refused(tmp_path):
     """A search would move it to the end of its range, and everything would speak of another muscle."""
     folder = folder_of(tmp_path, table(loop_columns()))
-    known = task_of(Request(data=(str(folder),), model=fitted(folder))).experiments[0].muscle
+    known = task_of(Request(data=(str(folder),), model=model_beside(folder))).experiments[0].muscle
     good = {"length": f"{float(known.length) * 1e3:.6f} mm", "radius": f"{float(known.radius) * 1e3:.6f} mm"}
     good["braid_angle"] = f"{float(known.braid_angle):.9f} rad"
-    assert "are not used" not in task_of(Request(data=(str(folder),), model=fitted(folder, **good))).origin
+    assert "are not used" not in task_of(Request(data=(str(folder),), model=model_beside(folder, **good))).origin
     for name, value in (("radius", "100 mm"), ("braid_angle", "89.9 deg")):
         with pytest.raises(InputError, match=f"muscle.{name} = .* lies outside what was measured"):
-            task_of(Request(data=(str(folder),), model=fitted(folder, **good | {name: value})))
+            task_of(Request(data=(str(folder),), model=model_beside(folder, **good | {name: value})))
 
 
 def test_of_a_model_that_was_fitted_to_no_data_the_sizes_are_said_not_to_be_used(tmp_path):
     folder = folder_of(tmp_path, table(loop_columns()))
-    file = fitted(folder, length="200 mm", radius="100 mm", braid_angle="20 deg")
+    file = model_beside(folder, length="200 mm", radius="100 mm", braid_angle="20 deg")
     text = (folder / "model.toml").read_text(encoding="utf-8").split("[fitted_to]")[0]
     (folder / "model.toml").write_text(text, encoding="utf-8")
     told = task_of(Request(data=(str(folder),), model=file))

@@ -64,6 +64,7 @@ def universe(
         accuracies,
         Through.nothing(given.count, room or SIZES[0]),
         settings,
+        any(experiment.is_confined for experiment in experiments),
     )
 
 

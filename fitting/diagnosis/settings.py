@@ -6,6 +6,7 @@
 from dataclasses import dataclass, field
 
 from fitting.instruments.settings import InstrumentSettings
+from fitting.problem.unknowns import BELIEVED
 
 
 @dataclass(frozen=True)
@@ -83,7 +84,7 @@ class FitSettings:
     undecided: float = 2.0  # times the mean square, of half the sum of squares: two standard errors; derived
     surely: float = 30.0  # times as much to first order: no refit is needed; 4 of 283 decided otherwise (20 mm hose)
     denied: float = 4.0  # standard errors of a stated measurement, from which a fit denies it; chosen
-    believed: float = 2.0  # standard errors of a stated size, if a free fit denies it: 95 honest ones in 100
+    believed: float = BELIEVED  # standard errors of a stated size, if a free fit denies it
     starts: int = 4  # of a new effect's parameters; chosen
     workers: int = 2  # threads: compiled code leaves the lock of the interpreter alone; chosen
 

@@ -94,8 +94,10 @@ def read_model(path: Path | str, known: dict[str, type[Effect]] | None = None) -
     sizes = _read_table(table.get("muscle", {}), measured, path, raw, states, "muscle")
     values |= {f"muscle.{name}": value for name, value in sizes.items()}
     for dataset, more in _subtable(table, "muscle_of", path, raw).items():
-        found = _read_table(more, measured, path, raw, {}, "muscle")
+        own: dict[str, ParameterState] = {}
+        found = _read_table(more, measured, path, raw, own, "muscle")
         values |= {full_names.of_set(f"muscle.{name}", dataset): value for name, value in found.items()}
+        states |= {full_names.of_set(name, dataset): state for name, state in own.items()}
     entries = table.get("effect", [])
     if not isinstance(entries, list) or not entries:
         raise InputError("the model has no effect", path, cure='add [[effect]] and below it name = "ideal_cylinder"')

@@ -64,7 +64,9 @@ def _muscle_of(fit: Fit, dataset: str) -> Entries:
         common = f"muscle.{name}"
         full = common if common in fit.layout.names else full_names.of_set(common, dataset)
         if full in fit.layout.names:
-            found[name] = fit.estimate(full), fit.state(full)
+            # at the end of what was stated only its range keeps the fit from denying it; later commands keep to that
+            kept = full in fit.at_bound and fit.layout.entry(full).prior is not None
+            found[name] = fit.estimate(full), ParameterState.FIXED if kept else fit.state(full)
     return found
 
 

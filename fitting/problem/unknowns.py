@@ -13,12 +13,12 @@ from fitting import full_names
 from fitting.recordings.records import Experiment
 from mckibben_jax.effect import Effect, name_of
 from mckibben_jax.model import Model, model
-from mckibben_jax.muscle import Muscle
 from mckibben_jax.muscle import quantities as muscle_quantities
 from mckibben_jax.parameter import parameters
 
 LOG_RATIO = 50.0  # a positive range wider than this is searched in the logarithm
 PRIOR_WIDTH = 25.0  # standard deviations that a stated value may move: far enough for a wrong model to show itself
+BELIEVED = 2.0  # the same where a fit may not deny it: 95 of 100 honest measurements lie within
 
 
 @dataclasses.dataclass(frozen=True)
@@ -140,19 +140,20 @@ def _label(entry: Unknown, dataset: str, own: bool) -> Unknown:
 
 def _of_muscle(experiment: Experiment) -> list[Unknown]:
     return [
-        _measured(f"muscle.{name}", unit, float(value), experiment.priors.get(f"muscle.{name}"), experiment.muscle)
+        _measured(f"muscle.{name}", unit, float(value), experiment)
         for name, (unit, _) in muscle_quantities().items()
         if (value := getattr(experiment.muscle, name)) is not None
     ]
 
 
-def _measured(name: str, unit: str, value: float, prior: tuple[float, float] | None, muscle: Muscle) -> Unknown:
-    lower, upper = (value / 5, value * 5) if value > 0 else (0.0, float(muscle.radius))
+def _measured(name: str, unit: str, value: float, experiment: Experiment) -> Unknown:
+    prior, width = experiment.priors.get(name), BELIEVED if experiment.is_confined else PRIOR_WIDTH
+    lower, upper = (value / 5, value * 5) if value > 0 else (0.0, float(experiment.muscle.radius))
     if name == "muscle.braid_angle":
         lower, upper = np.radians(3.0), np.radians(54.0)
     if prior is not None:
         mean, spread = prior
-        lower, upper = max(lower, mean - PRIOR_WIDTH * spread), min(upper, mean + PRIOR_WIDTH * spread)
+        lower, upper = max(lower, mean - width * spread), min(upper, mean + width * spread)
     return Unknown(name, unit, lower, upper, value, (value,), prior)
 
 

@@ -148,6 +148,7 @@ class Experiment:
     sha256: str  # of every file that was read
     source: dict[str, str] = field(default_factory=dict)
     length_unit: str = ""  # that muscle.toml gives the length in
+    is_confined: bool = False  # a fit may not deny the stated sizes: they stay within what the statement allows
 
     @property
     def units(self) -> tuple[Mapping[str, str], ...]:

@@ -107,8 +107,9 @@ def _by_error(shares: Mapping[Source, float]) -> dict[str, float]:
 
 
 def shown_names(fit: Fit) -> tuple[str, ...]:
-    """What a table of parameters lists: all of the effects', and of the muscle what varied or was to vary."""
-    asked = {*fit.free, *fit.held}
+    """What a table of parameters lists: all of the effects', of the muscle what varies or has a stated error."""
+    stated = (entry.name for entry in fit.layout.entries if entry.prior is not None)
+    asked = {*fit.free, *fit.held, *stated}
     return tuple(name for name in fit.layout.names if name in asked or not name.startswith("muscle."))
 
 
@@ -252,6 +253,7 @@ def provenance(task: Task) -> dict[str, Any]:
         "command": command_line(),
         "model": list(task.names),
         "origin": task.origin,
+        "confined": list(task.held),
         "seed": task.seed,
         "data": {e.name: {"folder": str(e.folder), "sha256": e.sha256} for e in task.experiments},
         "versions": versions(),

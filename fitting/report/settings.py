@@ -144,6 +144,7 @@ class StatedTextSettings:
 
     most: float = 0.5  # of its variance, that stated sizes make together; chosen
     part: float = 0.1  # of its variance, from which a size is named; chosen
+    at_end: float = 0.01  # standard errors, from the end of what was stated, as a file rounds it; chosen
 
 
 LAYOUT, SHOWN, ERROR_TEXT, WARNING_TEXT = LayoutSettings(), AmountSettings(), ErrorTextSettings(), WarningTextSettings()

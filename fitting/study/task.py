@@ -23,6 +23,7 @@ from fitting.recordings.experiment import read_experiment, read_single
 from fitting.recordings.records import TESTS, Experiment
 from fitting.study.allowed import check_allowed
 from fitting.study.baseline import BASELINE
+from fitting.study.confined import confined, held_sizes
 from fitting.study.request import MODEL_FILE, Request
 from mckibben_jax.effect import Effect, name_of
 from mckibben_jax.model import model, with_effects
@@ -43,6 +44,7 @@ class Task:
     seed: int
     shooting: int = 0  # stretches of a motion, in search of where to begin
     priors: dict[str, Prior] = dataclasses.field(default_factory=dict)  # as model.toml states them
+    held: tuple[str, ...] = ()  # stated sizes that model.toml holds: all of them are confined
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -74,6 +76,8 @@ def task_of(request: Request) -> Task:
     known = library(request.effect_file, request.define)
     experiments = _distinct(read_data(request))
     stored, effects, origin = _model(request, experiments, known)
+    held = held_sizes(stored, experiments, request.free)
+    experiments = confined(experiments) if held else experiments
     task = Task(
         experiments=experiments,
         effects=effects,
@@ -85,6 +89,7 @@ def task_of(request: Request) -> Task:
         seed=request.seed,
         shooting=request.shooting,
         priors=stored.priors if stored else {},
+        held=held,
     )
     if stored is not None and stored.fitted_to(experiments):
         check_allowed(task.layout, task.known, stored.path)

@@ -23,7 +23,8 @@ def held_text(names: Sequence[str]) -> list[str]:
     named = " ".join(names)
     return [
         f"A free fit would deny what was measured. From here on {marked(names)} stay within two standard errors "
-        f"of what was stated, and the model that is saved holds them (--fix {named})."
+        f"of what was stated. The model that is saved holds them, and later commands keep to that (--free {named} lets "
+        "them go)."
     ]
 
 

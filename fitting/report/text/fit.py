@@ -9,14 +9,15 @@ from fitting.report.text.amounts import amount, with_error
 from fitting.report.text.layout import columns, line, lines, spaced
 from fitting.report.text.names import mark, marked
 from fitting.report.text.search import failure_texts, search_text
-from fitting.report.text.stated_sizes import denied_texts, rests_on_texts
+from fitting.report.text.stated_sizes import denied_texts, kept_from, rests_on_texts
 
 
 def fit_warnings(fit: Fit) -> list[str]:
     """What the user must know about a fit before trusting its numbers."""
     words = [] if fit.converged else ["The search did not converge: the values below are not to be trusted."]
     words += denied_texts(fit)
-    words += [f"{mark(name)} lies at {_bound(fit, name)}: its error means nothing." for name in fit.at_bound]
+    ends = [name for name in fit.at_bound if name not in kept_from(fit)]
+    words += [f"{mark(name)} lies at {_bound(fit, name)}: its error means nothing." for name in ends]
     words += [f"{marked(g, ' and ')} are strongly correlated, not separately identifiable." for g in tied_groups(fit)]
     if fit.held:
         words.append(f"Not constrained by these data, and held at their values: {marked(fit.held)}.")

@@ -1,8 +1,11 @@
 """Sizes that muscle.toml states with an error beside what the fit made of them, and what the fit's errors rest on."""
 
-from fitting import showing
+from collections.abc import Sequence
+
+from fitting import full_names, showing
 from fitting.least_squares.record import Fit
 from fitting.least_squares.rests_on import rests_on, rests_on_instruments
+from fitting.problem.unknowns import BELIEVED
 from fitting.report.settings import STATED, WARNING_TEXT
 from fitting.report.text.amounts import amount, percent
 from fitting.report.text.instrument_answers import known_to_text
@@ -10,16 +13,20 @@ from fitting.report.text.names import mark
 
 
 def measured_cells(fit: Fit, name: str) -> tuple[str, str]:
-    """What was measured, with its error, and how many of these errors the fitted value is away; empty if not stated."""
+    """What was measured, with its error, and how many of these errors the value is away; empty if not stated."""
     entry = fit.layout.entry(name)
     if entry.prior is None:
         return "", ""
     mean, error = entry.prior
-    return showing.show(mean, entry.unit, error), f"{_apart(fit, name):.1f} errors" if name in fit.free else ""
+    return showing.show(mean, entry.unit, error), f"{_apart(fit, name):.1f} errors"
 
 
 def denied_texts(fit: Fit) -> list[str]:
-    """A warning of all stated sizes that the fit denies, the farthest first."""
+    """A warning of all stated sizes that the fit denies, the farthest first, and one of all that it is kept from."""
+    return [*_denied_texts(fit), *_kept_texts(fit)]
+
+
+def _denied_texts(fit: Fit) -> list[str]:
     stated = [name for name in fit.free if fit.layout.entry(name).prior is not None]
     far = sorted((name for name in stated if _apart(fit, name) > WARNING_TEXT.apart), key=lambda n: -_apart(fit, n))
     sizes = [
@@ -28,6 +35,38 @@ def denied_texts(fit: Fit) -> list[str]:
         for name in far
     ]
     return [f"The fit asks for {', '.join(sizes)}. A model that needs this is wrong somewhere."] if far else []
+
+
+def kept_from(fit: Fit) -> tuple[str, ...]:
+    """The stated sizes at the end of what was stated: left free, the model would deny them."""
+    stated = [entry.name for entry in fit.layout.entries if entry.prior is not None]
+    kept = [name for name in stated if name not in fit.free or name in fit.at_bound]
+    return tuple(name for name in kept if abs(_apart(fit, name) - BELIEVED) < STATED.at_end)
+
+
+def _kept_texts(fit: Fit) -> list[str]:
+    sizes = [
+        f"{mark(name)} = {amount(fit.values[name], fit.layout.entry(name).unit)} ({measured_cells(fit, name)[0]} was "
+        "measured)"
+        for name in kept_from(fit)
+    ]
+    if not sizes:
+        return []
+    return [
+        f"As far from what was measured as a fit may take it, {BELIEVED:.0f} standard errors: {', '.join(sizes)}. Left "
+        "free, this model would deny what was measured. The model is wrong somewhere, or the measurement is: repeat it."
+    ]
+
+
+def confined_texts(held: Sequence[str]) -> list[str]:
+    """That stated sizes are confined, for the model file holds these, and how they are let go."""
+    if not held:
+        return []
+    names = " ".join(dict.fromkeys(map(full_names.common, held)))
+    return [
+        f"No size of the muscle may lie further than {BELIEVED:.0f} standard errors from what was measured, for the "
+        f"model file holds some of them (--free {names} lets them go)."
+    ]
 
 
 def rests_on_texts(fit: Fit) -> list[str]:

@@ -1,0 +1,101 @@
+"""Sizes that a discovery had to confine stay so in the commands after it, or each would speak of another muscle."""
+
+import json
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+from folders import folder_of, loop_columns, model_beside, table
+
+from fitting.cli.main import main
+from fitting.model_files.model_file import read_model
+from fitting.model_files.writer import model_text
+from fitting.problem.estimate import ParameterState
+from fitting.study.request import Request
+from fitting.study.task import fit_task, task_of
+
+DATA = Path(__file__).parents[1] / "data"
+
+
+def held(folder, state="fixed", **sizes):
+    """The folder's task once a model of its muscle lies in it; stated are 7.0 +/- 0.1 mm and 20 +/- 0.5 deg."""
+    model_beside(folder, state, **{"length": "300 mm", "radius": "7 mm", "braid_angle": "20 deg"} | sizes)
+    return lambda **more: task_of(Request(data=(str(folder),), **more))
+
+
+@pytest.fixture
+def folder(tmp_path):
+    return folder_of(tmp_path, table(loop_columns()))
+
+
+def ranges(task, name):
+    entry = task.layout.entry(name)
+    return entry.lower, entry.upper
+
+
+def test_sizes_that_the_model_file_holds_are_confined_to_what_was_stated(folder):
+    task = held(folder, radius="7.2 mm")()
+    assert task.held == ("muscle.radius", "muscle.braid_angle")
+    np.testing.assert_allclose(ranges(task, "muscle.radius"), (6.8e-3, 7.2e-3))
+    np.testing.assert_allclose(ranges(task, "muscle.braid_angle"), np.radians((19.0, 21.0)))
+
+
+def test_they_are_let_go_by_name_and_by_another_model(folder):
+    told = held(folder)
+    free = told(free=("muscle.radius", "muscle.braid_angle"))
+    assert free.held == told(baseline=True).held == ()
+    lower, upper = ranges(free, "muscle.radius")
+    assert upper - lower > 4e-3
+    assert told(free=("muscle.radius",)).held
+
+
+def test_what_was_fitted_and_what_lies_outside_confine_nothing(folder):
+    """Who set a size outside what was stated wanted it there; and a size that was fitted may go where it likes."""
+    assert held(folder, "fitted")().held == ()
+    assert held(folder, radius="7.3 mm")().held == ()
+
+
+def test_a_model_of_other_data_confines_nothing(folder):
+    told = held(folder)
+    (folder / "data.csv").write_text(table(loop_columns(loops=3)), encoding="utf-8")
+    assert told().held == ()
+
+
+def test_sizes_at_their_end_are_written_as_held_and_others_with_their_error(folder, tmp_path):
+    fitted = fit_task(held(folder)())
+    assert "muscle.radius" in fitted.at_bound  # nobody's muscle: a force of two straight lines
+    written = tmp_path / "written.toml"
+    written.write_text(model_text(fitted, task_of(Request(data=(str(folder),))).experiments), encoding="utf-8")
+    states = read_model(written).states
+    assert states["muscle.radius"] is ParameterState.FIXED
+
+
+@pytest.fixture(scope="module")
+def after_discovery(tmp_path_factory):
+    """A published map whose rubber a free fit would pay for with the length, and what `discover` says of it."""
+    folder = tmp_path_factory.mktemp("hose") / "hose"
+    shutil.copytree(DATA / "martens2017_dmsp20", folder)
+    options = ["--baseline", "--candidates", "bladder_neo_hookean", "--candidates", "tip"]
+    return folder, told("discover", folder, *options)
+
+
+def told(command, folder, *options):
+    """What a command prints, in one line, and its JSON."""
+    file = folder / "told.json"
+    result = CliRunner().invoke(main, [command, str(folder), *options, "--json", str(file)], catch_exceptions=False)
+    return " ".join(result.output.split()), json.loads(file.read_text(encoding="utf-8"))
+
+
+def test_commands_after_a_discovery_speak_of_its_muscle(after_discovery):
+    folder, (said, ended) = after_discovery
+    assert "later commands keep to that" in said
+    text, again = told("diagnose", folder, "--candidates", "tip")
+    assert "No size of the muscle may lie further than 2 standard errors" in text
+    assert "Left free, this model would deny what was measured" in text
+    assert again["rmse_N"] == pytest.approx(ended["rmse_N"], rel=1e-3)
+    assert again["verdict"] == ended["verdict"]
+    free = [word for name in again["provenance"]["confined"] for word in ("--free", name)]
+    let_go = told("diagnose", folder, "--candidates", "tip", *free)[1]
+    assert let_go["rmse_N"] < 0.9 * ended["rmse_N"]
