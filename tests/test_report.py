@@ -24,7 +24,7 @@ from fitting.report.text.diagnosis import (
     p_value_text,
     verdict_text,
 )
-from fitting.report.text.fit import fit_report
+from fitting.report.text.fit import fit_report, value_cells
 from fitting.report.text.layout import console, paste_line
 from fitting.report.text.next_step import after_diagnosis
 from fitting.report.text.plan import _expected
@@ -143,6 +143,19 @@ def test_warnings_name_bounds_ties_and_what_is_held(study):
     assert "radius (muscle.radius) lies at the " in words
     for part in ("did not converge", " end of its range", "held at their values: x.y"):
         assert part in words
+
+
+def test_an_error_wider_than_the_range_is_unknown(study, monkeypatch):
+    """A stiffness that does nothing any more was told as 100000 +/- 3972898 N/mm."""
+    fit, name = study[1].fit, "muscle.radius"
+    entry = fit.layout.entry(name)
+    width = entry.upper - entry.lower
+    monkeypatch.setattr(type(fit), "error", lambda *_, robust=True: width * (1.01 if robust else 0.99))
+    shown, robust, independent = value_cells(fit, name)
+    assert (shown, robust) == (amount(fit.values[name], "m"), "unknown")
+    assert independent == amount(0.99 * width, "m", 2)
+    monkeypatch.setattr(type(fit), "error", lambda *_, robust=True: 0.99 * width)
+    assert "unknown" not in value_cells(fit, name)
 
 
 def test_noise_has_no_kind(study):

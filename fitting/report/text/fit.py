@@ -11,6 +11,8 @@ from fitting.report.text.names import mark, marked
 from fitting.report.text.search import failure_texts, search_text
 from fitting.report.text.stated_sizes import denied_texts, kept_from, rests_on_texts
 
+WIDER = "unknown"  # an error
+
 
 def fit_warnings(fit: Fit) -> list[str]:
     """What the user must know about a fit before trusting its numbers."""
@@ -61,10 +63,16 @@ def _parameter(fit: Fit, name: str) -> tuple[str, ...]:
 
 
 def value_cells(fit: Fit, name: str) -> tuple[str, str, str]:
-    """A parameter's value, its robust error, and its error were samples independent; no errors where it is fixed."""
-    unit = fit.layout.entry(name).unit
-    value, robust = with_error(fit.values[name], fit.error(name), unit)
-    return value, robust, amount(fit.error(name, robust=False), unit, 2) if name in fit.free else ""
+    """A parameter's value, its robust error, and its error were samples independent; no errors where it is fixed.
+
+    An error that is wider than the range is none: it comes from slopes that say next to nothing there.
+    """
+    entry, value, independent = fit.layout.entry(name), fit.values[name], fit.error(name, robust=False)
+    widest = entry.upper - entry.lower
+    if fit.error(name) > widest:
+        return amount(value, entry.unit), WIDER, WIDER if independent > widest else amount(independent, entry.unit, 2)
+    shown, robust = with_error(value, fit.error(name), entry.unit)
+    return shown, robust, amount(independent, entry.unit, 2) if name in fit.free else ""
 
 
 def range_cells(fit: Fit, name: str) -> tuple[str, str]:
