@@ -72,10 +72,10 @@ class CommandRun:
             seconds = round(time.monotonic() - self.begun, 2)
             write_json(self.request.json, result | {"provenance": provenance(self.task) | {"seconds": seconds}})
 
-    def end(self, converged: bool) -> None:
-        """End the command; a search that did not converge has its own status."""
+    def end(self, converged: bool, why_not: str = "the search did not converge") -> None:
+        """End the command; what did not converge has its own status."""
         if not converged:
-            click.echo("mckibben: the search did not converge; the result is written and marked so.", err=True)
+            click.echo(f"mckibben: {why_not}; the result is written and marked so.", err=True)
             raise click.exceptions.Exit(NOT_CONVERGED)
 
     @contextmanager

@@ -11,7 +11,7 @@ import numpy as np
 from fitting.least_squares.record import Fit
 from fitting.posterior.evaluation import log_probs
 from fitting.posterior.moves import around_mode, log_around_mode
-from fitting.posterior.record import Posterior, arviz
+from fitting.posterior.record import Posterior, arviz, khat_text
 from fitting.posterior.settings import MOVE, QUICK
 from fitting.posterior.setup import set_up
 from fitting.posterior.summary import summarise
@@ -50,6 +50,6 @@ def _warnings_of(khat: float, effective: float, draws: int) -> tuple[str, ...]:
     if khat < QUICK.khat and effective > QUICK.effective:
         return ()
     return (
-        f"the quick look fails its own check: k-hat {khat:.2f} (wanted: below {QUICK.khat}), {draws} draws are worth "
+        f"the quick look fails its own check: {khat_text(khat)}, {draws} draws are worth "
         f"{effective:.0f} (wanted: {QUICK.effective:.0f}); leave --quick out",
     )

@@ -15,7 +15,7 @@ import numpy as np
 from fitting import showing
 from fitting.least_squares.record import Fit
 from fitting.posterior.predict import Band
-from fitting.posterior.settings import SAMPLER
+from fitting.posterior.settings import QUICK, SAMPLER
 from fitting.posterior.target import PosteriorProblem
 
 OVERHEAD = 200_000  # bytes of a netCDF file besides the draws
@@ -97,8 +97,13 @@ class Posterior:
             {name: replace(q, rhat=nan, ess_bulk=effective, ess_tail=effective) for name, q in some.items()}
             for some in (self.parameters, self.noise)
         )
-        note = f"{self.method}: the draws are worth {effective:.0f} independent ones, k-hat {khat:.2f}"
+        note = f"{self.method}: the draws are worth {effective:.0f} independent ones, {khat_text(khat)}"
         return replace(self, parameters=parameters, noise=noise, notes=(*self.notes, note))
+
+
+def khat_text(khat: float) -> str:
+    """What k-hat is, with its value."""
+    return f"k-hat {khat:.2f} (below {QUICK.khat} no few draws outweigh all others)"
 
 
 def arviz() -> Any:
@@ -211,19 +216,25 @@ def _finite(entries: dict[str, Any]) -> dict[str, Any]:
     return {k: None if isinstance(v, float) and not math.isfinite(v) else v for k, v in entries.items()}
 
 
+LEGEND = (
+    "learned: the share of the prior's variance that the data took away; R-hat: 1.00 where chains agree; "
+    "bulk and tail: how many independent draws the median and the ends of the interval rest on"
+)
+
+
 def describe(posterior: Posterior) -> str:
     """For people: what is known of each parameter, then whether to trust it."""
     rows = table_rows(posterior.parameters)
     widths = [max(len(row[i]) for row in rows) for i in range(len(rows[0]))]
     lines = ["  ".join([row[0].ljust(widths[0]), *map(str.rjust, row[1:], widths[1:])]) for row in rows]
-    lines += ["", *(f"WARNING  {text}" for text in posterior.warnings)]
+    lines += [LEGEND, "", *(f"WARNING  {text}" for text in posterior.warnings)]
     lines += [] if posterior.warnings else ["TRUSTED  nothing speaks against these intervals"]
     return "\n".join([*lines, f"90 % band holds {inside_text(posterior)}", *posterior.notes])
 
 
 def table_rows(parameters: dict[str, Quantity]) -> list[tuple[str, ...]]:
     """Heads, then one row for each parameter: in the units that people read."""
-    heads = ("", "median", "5 %", "95 %", "robust +/-", "shrinkage", "R-hat", "bulk", "tail")
+    heads = ("", "median", "5 %", "95 %", "robust +/-", "learned", "R-hat", "bulk", "tail")
     return [heads, *(_line(name, q) for name, q in parameters.items())]
 
 
@@ -231,9 +242,9 @@ def _line(name: str, q: Quantity) -> tuple[str, ...]:
     shown, size = showing.shown_in(q.unit, abs(q.median))
     places = figures((q.q95 - q.q05) / size)
     values = (f"{x / size:.{places}f} {shown}".strip() for x in (q.median, q.q05, q.q95, q.robust_error))
-    shrinkage = "-" if math.isnan(q.contraction) else f"{100 * max(q.contraction, 0):.4g} %"
+    learned = "-" if math.isnan(q.contraction) else f"{100 * max(q.contraction, 0):.4g} %"
     chain = "-" if math.isnan(q.rhat) else f"{q.rhat:.3f}"
-    return name, *values, shrinkage, chain, f"{q.ess_bulk:.0f}", f"{q.ess_tail:.0f}"
+    return name, *values, learned, chain, f"{q.ess_bulk:.0f}", f"{q.ess_tail:.0f}"
 
 
 def figures(width: float) -> int:

@@ -12,6 +12,7 @@ from fitting.least_squares.record import Fit
 from fitting.library.library import effects_named
 from fitting.progress import Progress
 from fitting.recordings.records import force_was_measured
+from fitting.study.confined import confined
 from fitting.study.stages import Stage
 from fitting.study.task import Task, fit_task
 from mckibben_jax.effect import Effect, name_of
@@ -38,8 +39,9 @@ def discover_task(
         if stages:
             new = [kind() for kind in effects_named(step.added, task.library)]
             kept = [effect for effect in tasks[-1].effects if name_of(effect) not in step.dropped]
-            changed = task.with_effects(with_effects(kept, new))
-            tasks.append(replace(changed, varying=tasks[-1].varying.fixing(*step.held)))
+            before = tasks[-1].experiments
+            there = confined(before) if step.held else before
+            tasks.append(replace(task.with_effects(with_effects(kept, new)), experiments=there))
         label, added = ("", step.added) if stages else (step.effect, ())
         errors = step.rmse, step.held_out_rmse
         stages.append(
@@ -82,7 +84,7 @@ def on_motions(task: Task, found: Discovery, progress: Progress) -> OnMotions | 
         return OnMotions(before, before)
     progress("fitting the motions themselves, after", 0.95)
     known = {**before.values, **found.comparison.fit.values}
-    after = fit_task(replace(task.with_effects(found.task.effects), known=known, varying=found.task.varying))
+    after = fit_task(replace(found.task, known=known))
     return OnMotions(before, after)
 
 

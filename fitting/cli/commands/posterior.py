@@ -56,7 +56,8 @@ def command(**options: Any) -> None:
         write_posterior(run.request.html, run.task, found)
     if options["netcdf"]:
         write_whole(options["netcdf"], lambda new: save(found, new))
-    run.end(fit.converged and found.settled)
+    run.end(fit.converged)
+    run.end(found.settled, "the draws are too few, or the chains do not agree")
 
 
 @contextmanager

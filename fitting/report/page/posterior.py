@@ -1,6 +1,6 @@
 """A posterior as a page that opens from disk."""
 
-from fitting.posterior.record import Posterior, Quantity, inside_text, table_rows
+from fitting.posterior.record import LEGEND, Posterior, Quantity, inside_text, table_rows
 from fitting.report.page.names import PageNames
 from fitting.report.page.parts import Grid, Line, Section, render_page
 from fitting.report.pictures import figures
@@ -45,8 +45,8 @@ def posterior_sections(posterior: Posterior) -> list[Section]:
         Line((mark(name), q.prior, f"{q.prior_sensitivity:.2f}")) for name, q in posterior.parameters.items()
     )
     words = (
-        "Median and the interval that holds 90 % of the posterior. Contraction: how much of the prior's variance the "
-        "data took away. Robust: if errors that a run (where runs are few, a loop) shares are allowed for.",
+        "Median and the interval that holds 90 % of the posterior. Robust: if errors that a run (where runs are few, a "
+        f"loop) shares are allowed for. {LEGEND[:1].upper()}{LEGEND[1:]}.",
     )
     note = "Sensitivity: how far a sharper or wider prior would move the parameter; above 0.05 the prior has a say."
     return [
