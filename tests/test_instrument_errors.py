@@ -191,9 +191,26 @@ def test_noise_beside_instruments_is_that_of_one_projection_from_all_their_colum
     rows = random.normal(size=len(s)) + felt.columns @ random.normal(size=felt.columns.shape[1])
     everything = np.hstack([basis, slopes, felt.columns])
     rest = rows - everything @ np.linalg.lstsq(everything, rows, rcond=1e-9)[0]
-    found, expected = kinds.noise_beside(rows, slopes, felt), kinds.noise(rest)
+    removed = [np.linalg.matrix_rank(columns, tol=1e-6) for columns in (basis, everything)]
+    grown = (len(s) - removed[0]) / (len(s) - removed[1])
+    found, expected = kinds.noise_beside(rows, slopes, felt), kinds.noise(np.sqrt(grown) * rest)
     assert found.white == pytest.approx(expected.white, rel=1e-6)
     np.testing.assert_allclose(found.shares, expected.shares, atol=1e-6)
+
+
+def test_noise_beside_instruments_is_not_taken_for_less_where_these_make_most_of_a_few_readings():
+    """White noise of one in 40 readings, of which instruments and a fit can make 19: 1, and not 0.57."""
+    random, s = np.random.default_rng(8), samples(1)
+    source = Source(Channel.FORCE, ErrorKind.ZERO_PER_RUN, 1.0, 1.0)
+    own, shared = random.normal(size=(40, 2)), random.normal(size=(40, 3))
+    felt = InstrumentErrors(own, shared, (source,) * 2, (source,) * 3, s.run)
+    kinds = working_noise.Kinds.after_removal(random.normal(size=(40, 3)), s)
+    found = []
+    for _ in range(400):
+        rows = random.normal(size=40) + 5 * shared.sum(axis=1)
+        noise = kinds.noise_beside(rows, random.normal(size=(40, 3)), felt)
+        found.append(noise.white + noise.shares.sum())
+    assert np.mean(found) == pytest.approx(1.0, abs=0.1)
 
 
 def test_a_run_of_a_few_readings_keeps_what_its_errors_could_make_of_all_of_them():
