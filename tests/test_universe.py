@@ -173,3 +173,62 @@ def test_runs_left_out_are_foretold_by_a_fit_to_the_others(world, base):
     assert rms(refitted - base.rows) > 1e-3 * rms(base.rows)
     assert rms(refitted) > rms(base.rows)
     assert rms(refitted - glance) < 0.2 * rms(refitted - base.rows)
+
+
+# ----------------------------------------------------------------------- what stands at the end of its range, and why
+
+
+@pytest.fixture(scope="module")
+def lifted(tmp_path_factory):
+    """A load cell that reads 700 N too much, where its zero may be off by 500 N."""
+    rows = loops(lambda eps, *_: 700.0 + 0.0 * eps, points=30, repeats=2)
+    return read_experiment(write(tmp_path_factory.mktemp("lifted"), rows))
+
+
+@pytest.fixture(scope="module")
+def softened(tmp_path_factory):
+    """A spring that pushes: no rubber pulls less than none."""
+    return read_experiment(
+        write(tmp_path_factory.mktemp("soft"), loops(lambda eps, *_: -2e3 * eps, points=30, repeats=2))
+    )
+
+
+@pytest.mark.parametrize(
+    ("data", "effect", "parameter", "held"),
+    [
+        ("lifted", ForceOffset(), "force_offset.F_off", True),
+        ("lifted", TipPressure(), "tip_pressure.P_k", False),
+        ("softened", BladderNeoHookean(), "bladder_neo_hookean.G", False),
+        ("softened", Tip(), "tip.k", True),
+    ],
+)
+def test_data_hold_a_parameter_at_its_end_or_would_as_soon_have_it_inside(data, effect, parameter, held, request):
+    """Against a fit of the library's own, with the parameter a tenth of its range inside and all others free."""
+    experiment = request.getfixturevalue(data)
+    world = universe([experiment], BASE, CANDIDATES)
+    start = world.fit(world.with_added(()), world.start).vector
+    name = parameter.split(".")[0]
+    seen = world.fit(world.with_added([name]), start, [name], decide=False)
+    assert parameter in seen.at_bound
+    asked = world.decided(seen)
+    assert (parameter in asked.at_bound) == held
+
+    entry, values = world.layout.entry(parameter), dict(zip(world.layout.names, seen.vector.tolist(), strict=True))
+    upper = entry.upper - values[parameter] < values[parameter] - entry.lower
+    inside = _at_place(entry, 0.9 if upper else 0.1)
+    effects = [_with_value(effect, parameter, inside), *BASE]
+    others = {known: value for known, value in values.items() if known != parameter}
+    there = fit([experiment], effects, fix=[parameter], start=others, starts=1)
+    rise, scatter = cost_of(there) - seen.cost, float(np.mean(seen.rows**2))
+    assert rise > 20 * scatter if held else rise < 2 * scatter
+
+
+def _at_place(entry, place):
+    """A value at so much of a range, counted as a search counts it."""
+    if entry.logarithmic:
+        return entry.lower * (entry.upper / entry.lower) ** place
+    return entry.lower + place * (entry.upper - entry.lower)
+
+
+def _with_value(effect, parameter, value):
+    return replace(effect, **{parameter.split(".")[1]: jnp.asarray(value)})
