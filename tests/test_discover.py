@@ -336,6 +336,44 @@ def test_what_does_not_pay_is_not_judged(found):
     assert judged == [[("a",)], [("b",), ("d",)], [("c", "d"), ("a", "c")]]
 
 
+@pytest.fixture
+def plainly(found, monkeypatch):
+    """`_plainly` on a search in which these effects lead with this share; with it what was proposed."""
+    asked = []
+
+    def one(leads, share, adequate=False):
+        glance = SimpleNamespace(base_is_adequate=adequate, world=None, base=None, fits={}, examiner=None)
+        here = SimpleNamespace(search=SimpleNamespace(glance=lambda: glance), present=[])
+        leading = leads and Leading(leads, share, 1.0, 4.0)
+        monkeypatch.setattr(discovering, "leading_of", lambda *_: leading)
+        monkeypatch.setattr(discovering, "concluded", lambda _: found)
+        monkeypatch.setattr(discovering, "_next", lambda *given: (asked.append(given[2]), ("larger", ("tried",)))[1])
+        return discovering._plainly(here, {}, None, RULES), asked
+
+    return one
+
+
+@pytest.mark.parametrize("share", [RULES.plain, 0.99])
+def test_what_plainly_leads_is_added_before_two_at_once_are_looked_at(plainly, share):
+    (said, larger, attempts), asked = plainly(("a",), share)
+    assert asked == [[[("a",)]]]
+    assert (said.verdict, said.explanations, said.nearest) == ("missing", (("a",),), ())
+    assert (larger, attempts) == ("larger", ("tried",))
+
+
+def test_of_a_class_that_plainly_leads_each_is_proposed(plainly):
+    (said, _, _), asked = plainly(("a", "c"), 0.9)
+    assert asked == [[[("a", "c"), ("a",), ("c",)]]]
+    assert said.verdict == "one of"
+
+
+def test_nothing_is_plain_where_nothing_is_missing_or_leads_or_leads_by_enough(plainly):
+    for given in ((("a",), 0.99, True), (None, 0.0), (("a",), 0.99 * RULES.plain)):
+        said, asked = plainly(*given)
+        assert said == (None, None, ())
+        assert asked == []
+
+
 # ---------------------------------------------------------------------------------------------------------- the command
 
 
