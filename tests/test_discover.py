@@ -15,17 +15,15 @@ from studied import spring_missing
 
 from fitting.cli.main import main
 from fitting.diagnosis import discover as discovering
-from fitting.diagnosis import step_rules
 from fitting.diagnosis.among_all import fit_from_smaller
-from fitting.diagnosis.discover import Judged, _ends, _first_sound, discover, in_order, proposals, worth_judging
-from fitting.diagnosis.findings import Fault, InstrumentAnswer, Objection
+from fitting.diagnosis.discover import _ends, _first_sound, discover, proposals, worth_judging
+from fitting.diagnosis.findings import Fault, InstrumentAnswer
 from fitting.diagnosis.lay_out import universe
 from fitting.diagnosis.outcomes import Reason, Why
 from fitting.diagnosis.record import Explanation, Leading
-from fitting.diagnosis.step_rules import RULES, Fitted, denied_sizes, objections
+from fitting.diagnosis.step_rules import RULES
 from fitting.instruments.sources import ErrorKind, Source
 from fitting.least_squares.fit import fit
-from fitting.problem.estimate import Estimate
 from fitting.recordings.accuracy import Channel
 from fitting.recordings.experiment import read_experiment
 from mckibben_jax.effect import Pulling
@@ -158,117 +156,6 @@ def test_among_all_candidates_too(small):
     assert world.fit(world.with_added(["trap"]), base.vector, ["trap"]).cost > 2 * base.cost
     for name in world.candidates:
         assert fit_from_smaller(world, world.with_added([name]), base).cost <= base.cost * (1 + 1e-6), name
-
-
-# -------------------------------------------------------------------------------------------------- when a step is kept
-
-
-def model(rmse=10.0, left_out=10.0, bound=(), denied=0.0, values=None, cost=None, readings=100, free=("a.K", "b.L"),
-          confined=False):  # fmt: skip
-    """A fitted model as the rules see it: errors in N, left-out rows of that size with some scatter."""
-    rows = left_out * np.tile([0.9, 1.1], readings // 2)
-    world = SimpleNamespace(
-        rmse=lambda rows: float(np.sqrt(np.mean(np.square(rows)))),
-        from_stated=lambda fit: {"muscle.radius": denied}, samples=range(readings), values=values or {"K": (5.0, 1.0)},
-    )  # fmt: skip
-    fit = SimpleNamespace(
-        rows=np.full(readings, rmse), cost=rmse**2 if cost is None else cost, free=free, at_bound=tuple(bound),
-        effects=frozenset(["a"]), confined=confined,
-    )  # fmt: skip
-    return Fitted(world, fit, rows, np.repeat(np.arange(10), readings // 10))
-
-
-@pytest.fixture(autouse=True)
-def stated_estimates(request, monkeypatch):
-    """The rules read the values that `model` states."""
-    if "rule" in request.node.name:
-        monkeypatch.setattr(
-            step_rules,
-            "estimate",
-            lambda world, *_: {name: Estimate(*known, "1") for name, known in world.values.items()},
-        )
-
-
-GOOD = {"rmse": 5.0, "left_out": 5.0}
-
-
-def test_the_rule_on_sizes_asks_for_them_whatever_else_is_wrong():
-    """In a muscle of twice the radius nothing else that a fit says counts."""
-    size, value = Objection(Fault.DENIES, "muscle.radius", 4.0), Objection(Fault.UNKNOWN, "tip.k", 0.5)
-    assert denied_sizes([size, value, Objection(Fault.BOUND, "muscle.radius")]) == ("muscle.radius",)
-    assert denied_sizes([value]) == denied_sizes([Objection(Fault.RISES)]) == denied_sizes([]) == ()
-
-
-def test_the_rule_on_bounds_lets_a_confined_size_stand_at_its_end():
-    loose, tight = (model(**GOOD, bound=["muscle.radius"], confined=confined) for confined in (False, True))
-    assert [why.reason for why in objections(model(), loose)] == [Fault.BOUND]
-    assert objections(model(), tight) == ()
-
-
-def test_the_rule_on_costs_compares_sizes_confined_alike():
-    """Where only the smaller model could leave the stated sizes, its cost says nothing."""
-    before, after = model(cost=10.0), model(**GOOD)
-    assert [why.reason for why in objections(before, after)] == [Fault.RISES]
-    assert objections(before, after, alike=model(rmse=20.0)) == ()
-
-
-@pytest.mark.parametrize(
-    ("before", "after", "reasons"),
-    [
-        ({}, GOOD, []),
-        ({}, {"rmse": 10.1, "left_out": 5.0}, [Fault.RISES]),
-        ({}, GOOD | {"cost": 101.0}, [Fault.RISES]),
-        ({}, {"rmse": 5.0, "left_out": 9.1}, [Fault.SMALL_GAIN]),
-        ({}, {"rmse": 5.0, "left_out": 10.5}, [Fault.NO_GAIN]),
-        ({}, GOOD | {"bound": ["a.K"]}, [Fault.BOUND]),
-        ({"bound": ["a.K"]}, GOOD | {"bound": ["a.K"]}, []),  # it was there before
-        ({}, GOOD | {"denied": -3.1}, [Fault.DENIES]),
-        ({}, GOOD | {"denied": 2.9}, []),
-        ({"denied": 9.0}, GOOD | {"denied": -4.0}, [Fault.DENIES]),  # however far the smaller one was from it
-        ({}, GOOD | {"values": {"K": (5.0, 1.0), "c": (-0.9, 1.0)}}, [Fault.UNKNOWN]),
-        ({}, GOOD | {"values": {"K": (5.0, 1.0), "c": (-1.1, 1.0)}}, []),
-        ({"values": {"K": (0.5, 1.0)}}, GOOD | {"values": {"K": (0.5, 1.0)}}, []),  # nor was it known before
-        ({}, GOOD | {"values": {"K": (0.5, 1.0)}}, [Fault.UNKNOWN]),
-        ({"readings": 20}, GOOD | {"readings": 20, "free": ("a.K",) * 16}, [Fault.FEW]),
-    ],
-)
-def test_each_rule_of_a_step(before, after, reasons):
-    assert [why.reason for why in objections(model(**before), model(**after))] == reasons
-
-
-def test_the_rule_on_scatter_between_runs():
-    """A fall that one run alone makes is no gain: within its own standard error."""
-    before, after = model(), model(rmse=5.0)
-    rows = before.left_out.copy()
-    rows[before.groups == 0] = 0.0
-    rows[before.groups == 1] *= 1.3
-    assert [why.reason for why in objections(before, replace(after, left_out=rows))] == [Fault.NO_GAIN]
-
-
-def test_the_rule_of_a_tenth_is_not_asked_of_what_is_identified():
-    assert objections(model(), model(rmse=5.0, left_out=9.1), RULES, adequate=True) == ()
-
-
-def test_the_rule_on_values_asks_one_parameter_of_an_effect_that_is_identified():
-    half, none = ({"K": (k, 1.0), "c": (0.5, 1.0)} for k in (5.0, 0.5))
-    assert objections(model(free=()), model(**GOOD, values=half, free=()), RULES, adequate=True) == ()
-    vague = objections(model(free=()), model(**GOOD, values=none, free=()), RULES, adequate=True)
-    assert [why.about for why in vague] == ["a.K", "a.c"]
-
-
-@pytest.mark.parametrize(
-    ("other", "first"),
-    [
-        ({"rmse": 4.0, "left_out": 5.0}, "other"),  # held-out runs do not decide: the smaller error in sample
-        ({"rmse": 6.0, "left_out": 5.0}, "one"),
-        ({"rmse": 4.0, "left_out": 5.0, "confined": True}, "one"),  # it had to be forced into the stated sizes
-        ({"rmse": 4.0, "left_out": 5.0, "free": ("a.K", "b.L", "b.M")}, "one"),  # it has a number more
-        ({"rmse": 4.0, "left_out": 6.0}, "one"),  # held-out runs decide
-    ],
-)
-def test_the_rule_on_sound_rivals(other, first):
-    judged = [Judged((name,), model(**how), model(), (), ()) for name, how in (("one", GOOD), ("other", other))]
-    assert in_order(judged, RULES)[0].names == (first,)
 
 
 # -------------------------------------------------------------------------------------------------------- what is tried
