@@ -1,6 +1,7 @@
 """A discovery on motions alone reads them as force; what it saves was fitted to the motions themselves."""
 
 import json
+from dataclasses import replace
 from types import SimpleNamespace
 
 import pytest
@@ -13,6 +14,8 @@ from fitting.library.library import library
 from fitting.model_files.model_file import read_model
 from fitting.report.text.changes import on_motions_result, on_motions_text
 from fitting.study import discovering
+from fitting.study.confined import confined
+from fitting.study.diagnosing import in_newtons
 from fitting.study.discovering import on_motions
 from fitting.study.request import Request
 from fitting.study.task import task_of
@@ -25,12 +28,13 @@ def told(*_):
     """Progress that nobody looks at."""
 
 
-def found_on(task):
+def found_on(task, is_confined=False):
     """A discovery that added a drag, with its value from the motions read as force."""
     fit = SimpleNamespace(values={"viscous_damping.B": 138.0})
-    return SimpleNamespace(
-        task=task.with_effects([*task.effects, ViscousDamping()]), comparison=SimpleNamespace(fit=fit)
-    )
+    larger = in_newtons(task).with_effects([*task.effects, ViscousDamping()])
+    if is_confined:
+        larger = replace(larger, experiments=confined(larger.experiments))
+    return SimpleNamespace(task=larger, comparison=SimpleNamespace(fit=fit))
 
 
 @pytest.fixture
@@ -60,6 +64,15 @@ def test_the_motions_themselves_have_the_last_word(tmp_path, asked, after, confi
     assert [r.test for e in last.experiments for r in e.recordings] == ["quick release"]
     assert motions.confirmed == confirmed
     assert ("They confirm the model." in on_motions_text(motions)) == confirmed
+
+
+def test_sizes_that_the_discovery_confined_stay_so_in_the_motions(tmp_path, asked):
+    released(tmp_path)
+    task = task_of(Request(data=(str(tmp_path),)))
+    on_motions(task, found_on(task, is_confined=True), told)
+    before, last = asked
+    assert [e.is_confined for e in (*before.experiments, *last.experiments)] == [False, True]
+    assert [r.test for e in last.experiments for r in e.recordings] == ["quick release"]
 
 
 def test_where_force_was_measured_it_was_in_the_fit_already(tmp_path, asked):

@@ -64,13 +64,20 @@ def test_the_table_of_steps_has_the_test_and_the_sizes_of_every_model(study, dia
     task, c = study
     text = page(task, c, diagnosis, two_steps(c, diagnosis))
     table = text.split("The error, down to the noise</h2>")[1].split("</table>")[0]
-    heads, *rows = [re.findall(r"<t[hd][^>]*>(.*?)</t[hd]>", row) for row in table.split("</tr>")[:3]]
-    assert heads[3] == "p"
-    assert [row[3] for row in rows] == ["0.001", "0.37"]
+    heads, *rows = [re.findall(r"<t[hd][^>]*>(.*?)</t[hd]>", row) for row in table.split("</tr>")[:-1]]
+    assert heads[1:3] == ["measured", "before"]
+    assert len(heads) == 4
+    told = {what: cells for what, *cells in rows}
+    assert told["p"][1:] == ["0.001", "0.37"]
     sizes = [name for name in c.fit.free if name.startswith("muscle.")]
-    assert len(heads) == 5 + len(sizes)
     assert sizes
-    assert all(cell for row in rows for cell in row[4:-1])
+    for name in sizes:
+        mean, error = c.fit.layout.entry(name).prior
+        measured, *values = told[name.removeprefix("muscle.").replace("_", " ")]
+        apart = abs(c.fit.values[name] - mean) / error
+        assert "+/-" in measured
+        assert all(value.endswith(f", {apart:.1f} errors away") for value in values)
+    assert list(told) == ["RMS", "on held-out runs", "p", *list(told)[3:-1], "verdict then"]
 
 
 def test_a_diagnosis_shows_what_would_come_of_it_and_stays_with_its_own_model(study, diagnosis):

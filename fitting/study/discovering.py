@@ -84,7 +84,9 @@ def on_motions(task: Task, found: Discovery, progress: Progress) -> OnMotions | 
         return OnMotions(before, before)
     progress("fitting the motions themselves, after", 0.95)
     known = {**before.values, **found.comparison.fit.values}
-    after = fit_task(replace(found.task, known=known))
+    held = any(experiment.is_confined for experiment in found.task.experiments)  # those are read as force
+    there = confined(task.experiments) if held else task.experiments
+    after = fit_task(replace(task.with_effects(found.task.effects), experiments=there, known=known))
     return OnMotions(before, after)
 
 

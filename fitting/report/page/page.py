@@ -82,7 +82,7 @@ def page(
     sections = [
         misfit.overview(models, task),
         misfit.where(models, live),
-        steps.fall(models, c, d, stages, names.html),
+        steps.fall(models, c, d, stages, names),
         misfit.loops(models, task),
         *(misfit.tables(model, len(models)) for model in models),
         *of_diagnoses(models, names),

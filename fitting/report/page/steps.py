@@ -7,13 +7,15 @@ from fitting.comparison.compare import Comparison
 from fitting.diagnosis.record import Diagnosis
 from fitting.least_squares.record import Fit
 from fitting.report.page.models import ShownModel, bar_width, short_name
-from fitting.report.page.parts import Grid, Line, Named, Section
+from fitting.report.page.names import PageNames
+from fitting.report.page.parts import Grid, Line, Section
 from fitting.report.pictures.fall import fall_html
 from fitting.report.text.amounts import amount
 from fitting.report.text.attempts import held_text, why_not_kept
 from fitting.report.text.diagnosis import effect_set
 from fitting.report.text.fit import value_cells
 from fitting.report.text.path import path_texts
+from fitting.report.text.side_by_side import MEASURED
 from fitting.report.text.stages import dropped_text, stage_text, tested_text
 from fitting.report.text.stated_sizes import measured_cells
 from fitting.study.stages import Stage
@@ -58,9 +60,9 @@ def chosen_of(models: Sequence[ShownModel]) -> ShownModel:
 
 
 def fall(
-    models: Sequence[ShownModel], c: Comparison, d: Diagnosis | None, stages: Sequence[Stage], named: Named
+    models: Sequence[ShownModel], c: Comparison, d: Diagnosis | None, stages: Sequence[Stage], names: PageNames
 ) -> Section:
-    """How the error fell from model to model, as bars and as a table; `named` makes HTML of the names of effects."""
+    """How the error fell from model to model, as bars and as a table."""
     switched = len(models) > 1
     shown = models[-1].stages if switched else stages or _explained(c, d)
     words = (BARS,) if switched else ()
@@ -69,8 +71,8 @@ def fall(
     return Section(
         "The error, down to the noise",
         sentences=words,
-        picture=fall_html(shown, c.floor, c.unit, named, "step" if switched else ""),
-        tables=_table(shown, models, c.unit),
+        picture=fall_html(shown, c.floor, c.unit, names.html, "step" if switched else ""),
+        tables=_table(shown, models, c.unit, names),
         folded=folded,
         folded_title="Larger models that were tried and not kept" if folded else "",
         rail="Error",
@@ -86,30 +88,34 @@ def _explained(c: Comparison, d: Diagnosis | None) -> list[Stage]:
     return [first, *(Stage(f"with {effect_set(e.effects)}", e.rmse, e.held_out_rmse) for e in best[:5])]
 
 
-def _table(shown: Sequence[Stage], models: Sequence[ShownModel], unit: str) -> tuple[Grid, ...]:
-    """The steps, one a row: errors, test, verdict, and what each model makes of the sizes of the muscle."""
+def _table(shown: Sequence[Stage], models: Sequence[ShownModel], unit: str, names: PageNames) -> tuple[Grid, ...]:
+    """Errors, test and verdict of every step; where each is a model of the page, with what it makes of the sizes."""
     judged = any(stage.verdict for stage in shown)
     if len(shown) < 2 or not (judged or len(models) > 1):
         return ()
-    fits = [model.comparison.fit for model in models] if len(models) == len(shown) else []
-    sizes = _sizes(fits)
-    values = [tuple(_size(fit, name) for name in sizes) for fit in fits] or [()] * len(shown)
-    rows = tuple(
-        Line(
-            (
-                stage_text(s),
-                amount(s.rmse, unit),
-                amount(s.held_out_rmse, unit),
-                tested_text(s.p_value),
-                *own,
-                *([s.verdict] if judged else []),
-            )
-        )
-        for s, own in zip(shown, values, strict=True)
-    )
-    heads = ("model", "RMS", "on held-out runs", "p", *(_size_head(fits[0], name) for name in sizes))
-    heads += ("verdict then",) if judged else ()
-    return (Grid(heads, rows, words=(0, *range(4, len(heads)))),)
+    told = {"RMS": [amount(s.rmse, unit) for s in shown]}
+    told["on held-out runs"] = [amount(s.held_out_rmse, unit) for s in shown]
+    told["p"] = [tested_text(s.p_value) for s in shown]
+    then = {"verdict then": [s.verdict for s in shown]} if judged else {}
+    if len(models) == len(shown):
+        return (_by_model(models, told, then, names),)
+    columns = [[stage_text(s) for s in shown], *(told | then).values()]
+    rows = tuple(Line(row) for row in zip(*columns, strict=True))
+    return (Grid(("model", *told, *then), rows, words=(0, 4)),)
+
+
+def _by_model(
+    models: Sequence[ShownModel], told: dict[str, list[str]], then: dict[str, list[str]], names: PageNames
+) -> Grid:
+    """The same with one column a model, and one row for each size of the muscle that any of them fits."""
+    fits = [model.comparison.fit for model in models]
+    called = [names.plain(short_name(model, len(models))) for model in models]
+    sizes = {name: [_size(fit, name) for fit in fits] for name in _sizes(fits)}
+    measured = {name: measured_cells(fits[0], name)[0] for name in sizes}
+    rows = [Line((what, "", *cells)) for what, cells in told.items()]
+    rows += [Line((_size_text(name), measured[name], *cells)) for name, cells in sizes.items()]
+    rows += [Line((what, "", *cells)) for what, cells in then.items()]
+    return Grid(("", MEASURED, *called), tuple(rows), words=tuple(range(2 + len(models))))
 
 
 def _sizes(fits: Sequence[Fit]) -> tuple[str, ...]:
@@ -117,9 +123,8 @@ def _sizes(fits: Sequence[Fit]) -> tuple[str, ...]:
     return tuple(dict.fromkeys(name for fit in fits for name in fit.free if name.startswith("muscle.")))
 
 
-def _size_head(fit: Fit, name: str) -> str:
-    measured = measured_cells(fit, name)[0]
-    return f"{name.removeprefix('muscle.').replace('_', ' ')}{f' (measured {measured})' if measured else ''}"
+def _size_text(name: str) -> str:
+    return name.removeprefix("muscle.").replace("_", " ")
 
 
 def _size(fit: Fit, name: str) -> str:
