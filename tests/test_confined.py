@@ -10,6 +10,7 @@ from click.testing import CliRunner
 from folders import folder_of, loop_columns, model_beside, table
 
 from fitting.cli.main import main
+from fitting.least_squares.uncertainty import beside_stated, covariances
 from fitting.model_files.model_file import read_model
 from fitting.model_files.writer import model_text
 from fitting.problem.estimate import ParameterState
@@ -101,3 +102,23 @@ def test_commands_after_a_discovery_speak_of_its_muscle(after_discovery):
     free = [word for name in again["provenance"]["confined"] for word in ("--free", name)]
     let_go = told("diagnose", folder, "--candidates", "tip", *free)[1]
     assert let_go["rmse_N"] < 0.9 * ended["rmse_N"]
+
+
+def test_what_a_confined_size_leaves_of_a_value_is_what_was_stated_of_it():
+    """A slope beside a size that the data would teach: as uncertain as the stated size makes it."""
+    random, count = np.random.default_rng(3), 400
+    x = np.linspace(0.0, 1.0, count)
+    data, cluster = np.column_stack([x, 0.5 * x + x**2]), np.repeat(np.arange(8), count // 8)
+    priors, stated = np.array([[0.0, 1 / 0.2]]), np.array([False, True])
+    rows = 0.3 * random.normal(size=count)
+    for found, alone in zip(
+        beside_stated(data, rows, priors, cluster, stated),
+        covariances(data[:, :1], rows, priors[:, :1], cluster),
+        strict=True,
+    ):
+        moved = 0.2 * (x @ data[:, 1]) / (x @ x)  # of the slope, if the size is off by its stated error
+        assert found[1, 1] == pytest.approx(0.2**2)
+        assert found[0, 0] == pytest.approx(alone[0, 0] + moved**2)
+        assert found[0, 1] == found[1, 0] == pytest.approx(-moved * 0.2)
+    only = beside_stated(data[:, 1:], rows, priors[:, 1:], cluster, np.array([True]))
+    assert [float(one[0, 0]) for one in only] == pytest.approx([0.04, 0.04])

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import jax.numpy as jnp
 import numpy as np
@@ -10,7 +11,7 @@ from fitting.instruments.errors import InstrumentErrors
 from fitting.least_squares.search import Evaluated
 from fitting.least_squares.subset import Subset
 from fitting.least_squares.summary import Failure, SearchSummary
-from fitting.least_squares.uncertainty import at_bound, clusters, covariances, ties
+from fitting.least_squares.uncertainty import at_bound, beside_stated, clusters, covariances, ties
 from fitting.problem.estimate import Estimate, ParameterState
 from fitting.problem.residuals import Problem, Samples
 from fitting.problem.unknowns import Unknowns
@@ -102,7 +103,9 @@ def record_fit(
     errors = InstrumentErrors.none(samples.run) if errors is None else errors
     cluster = clusters(samples, per_unit)
     parts = per_unit[:count], rows[:count], per_unit[count:], cluster
-    (covariance, robust), (_, repeatable) = covariances(*parts, errors), covariances(*parts)
+    stated = np.array([layout.entry(name).is_confined for name in names], dtype=bool)
+    spread = partial(beside_stated, *parts, stated) if stated.any() else partial(covariances, *parts)
+    (covariance, robust), (_, repeatable) = spread(errors), spread()
     return Fit(
         layout=layout,
         problem=given,

@@ -79,6 +79,34 @@ def covariances(
     return plain, robust + least * np.outer(lacking, lacking) + common
 
 
+def beside_stated(
+    data: np.ndarray,
+    rows: np.ndarray,
+    priors: np.ndarray,
+    cluster: np.ndarray,
+    stated: np.ndarray,
+    errors: InstrumentErrors | None = None,
+) -> tuple[np.ndarray, np.ndarray]:
+    """The same where the data may not teach sizes of the muscle: `stated` (k,) tells which of the parameters are such.
+
+    They are as uncertain as was stated. All others have the covariance that they have with these sizes held, and move
+    with them as the optimum does. A model that would deny a stated size says nothing about it.
+    """
+    others = ~stated
+    own = covariances(data[:, others], rows, priors[:, others], cluster, errors)
+    root = _root_of_inverse(data[:, others].T @ data[:, others] + priors[:, others].T @ priors[:, others])
+    moved = np.zeros((len(stated), int(stated.sum())))
+    moved[stated] = np.eye(moved.shape[1])
+    moved[others] = -root @ root.T @ (data[:, others].T @ data[:, stated] + priors[:, others].T @ priors[:, stated])
+    moved /= np.linalg.norm(priors[:, stated], axis=0)  # by one stated error of each
+    found = []
+    for covariance in own:
+        whole = moved @ moved.T
+        whole[np.ix_(others, others)] += covariance
+        found.append(whole)
+    return found[0], found[1]
+
+
 def moved_by(errors: InstrumentErrors, data: np.ndarray, priors: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """How far the optimum moves by one standard deviation of each error of an instrument, to first order.
 

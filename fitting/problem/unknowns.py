@@ -38,6 +38,11 @@ class Unknown:
         """Whether the search goes in the logarithm."""
         return self.lower > 0 and self.upper / self.lower > LOG_RATIO
 
+    @property
+    def is_confined(self) -> bool:
+        """Whether it is a stated size that a fit may not deny."""
+        return self.prior is not None and self.upper - self.lower < (2 * BELIEVED + 1e-6) * self.prior[1]
+
     def slope(self, value: float) -> float:
         """d(value)/d(place in the range, which counts from 0 to 1)."""
         return value * float(np.log(self.upper / self.lower)) if self.logarithmic else self.upper - self.lower
