@@ -93,7 +93,8 @@ def test_commands_after_a_discovery_speak_of_its_muscle(after_discovery):
     folder, (said, ended) = after_discovery
     assert "later commands keep to that" in said
     modulus = ended["parameters"]["bladder_neo_hookean.G"]
-    assert modulus["robust_error"] > 0.05 * modulus["value"]  # the sizes are not known any better for being confined
+    assert 0.2 < modulus["robust_error"] / modulus["value"] < 0.6  # an angle known to 3 of 26 degrees makes most of it
+    assert "comes from braid angle (muscle.braid_angle)" in said
     text, again = told("diagnose", folder, "--candidates", "tip")
     assert "No size of the muscle may lie further than 2 standard errors" in text
     assert "Left free, this model would deny what was measured" in text

@@ -5,7 +5,7 @@ import numpy as np
 from fitting.instruments.sources import Source
 from fitting.least_squares.decomposed import lstsq
 from fitting.least_squares.record import Fit
-from fitting.least_squares.uncertainty import moved_by
+from fitting.least_squares.uncertainty import moved_by, moved_by_stated
 
 
 def rests_on(fit: Fit) -> dict[str, dict[str, float]]:
@@ -18,7 +18,7 @@ def rests_on(fit: Fit) -> dict[str, dict[str, float]]:
     stated = [entry.name for entry in fit.layout.entries if entry.prior is not None]
     if not stated or not fit.free:
         return {name: {} for name in fit.free}
-    moves = _moves(fit.slopes, len(stated))
+    moves = _moves_beside_confined(fit, stated)
     variance = np.maximum(np.diag(fit.robust), 1e-300)
     shares = np.minimum(moves**2 / variance[:, None], 1.0)
     return {
@@ -41,6 +41,17 @@ def rests_on_instruments(fit: Fit) -> dict[str, dict[Source, float]]:
         for source, share in zip(fit.errors.sources_shared, row, strict=True):  # some have several columns
             found[name][source] = min(found[name].get(source, 0.0) + float(share), 1.0)
     return found
+
+
+def _moves_beside_confined(fit: Fit, stated: list[str]) -> np.ndarray:
+    """How far the optimum moves (parameters, stated sizes); where the data may not teach sizes, all by these alone."""
+    confined = np.array([fit.layout.entry(name).is_confined for name in fit.free])
+    if not confined.any():
+        return _moves(fit.slopes, len(stated))
+    count, moves = len(fit.samples), np.zeros((len(fit.free), len(stated)))
+    sizes = [stated.index(name) for name, is_confined in zip(fit.free, confined, strict=True) if is_confined]
+    moves[:, sizes] = moved_by_stated(fit.slopes[:count], fit.slopes[count:], confined)
+    return moves
 
 
 def _moves(slopes: np.ndarray, priors: int) -> np.ndarray:

@@ -92,19 +92,26 @@ def beside_stated(
     They are as uncertain as was stated. All others have the covariance that they have with these sizes held, and move
     with them as the optimum does. A model that would deny a stated size says nothing about it.
     """
-    others = ~stated
-    own = covariances(data[:, others], rows, priors[:, others], cluster, errors)
-    root = _root_of_inverse(data[:, others].T @ data[:, others] + priors[:, others].T @ priors[:, others])
-    moved = np.zeros((len(stated), int(stated.sum())))
-    moved[stated] = np.eye(moved.shape[1])
-    moved[others] = -root @ root.T @ (data[:, others].T @ data[:, stated] + priors[:, others].T @ priors[:, stated])
-    moved /= np.linalg.norm(priors[:, stated], axis=0)  # by one stated error of each
+    others, moved = ~stated, moved_by_stated(data, priors, stated)
     found = []
-    for covariance in own:
+    for covariance in covariances(data[:, others], rows, priors[:, others], cluster, errors):
         whole = moved @ moved.T
         whole[np.ix_(others, others)] += covariance
         found.append(whole)
     return found[0], found[1]
+
+
+def moved_by_stated(data: np.ndarray, priors: np.ndarray, stated: np.ndarray) -> np.ndarray:
+    """How far all parameters move (k, sizes) where each `stated` (k,) size, taken as measured, is off by its error.
+
+    Slopes are those of `covariances`; to first order.
+    """
+    others, count = ~stated, int(stated.sum())
+    root = _root_of_inverse(data[:, others].T @ data[:, others] + priors[:, others].T @ priors[:, others])
+    moved = np.zeros((len(stated), count))
+    moved[stated] = np.eye(count)
+    moved[others] = -root @ root.T @ (data[:, others].T @ data[:, stated] + priors[:, others].T @ priors[:, stated])
+    return moved / np.linalg.norm(priors[:, stated], axis=0)
 
 
 def moved_by(errors: InstrumentErrors, data: np.ndarray, priors: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
