@@ -52,6 +52,16 @@ def test_they_are_let_go_by_name_and_by_another_model(folder):
     assert told(free=("muscle.radius",)).held
 
 
+def test_a_size_that_was_measured_badly_is_not_taken_for_one_that_may_not_be_denied(folder):
+    """Its range is as narrow as its error is wide."""
+    text = (folder / "muscle.toml").read_text(encoding="utf-8").replace("7.0 +/- 0.1 mm", "7.0 +/- 12 mm")
+    (folder / "muscle.toml").write_text(text, encoding="utf-8")
+    entry = task_of(Request(data=(str(folder),), baseline=True)).layout.entry("muscle.radius")
+    assert entry.upper - entry.lower < 4 * 12e-3
+    assert not entry.is_confined
+    assert held(folder)().layout.entry("muscle.radius").is_confined
+
+
 def test_what_was_fitted_and_what_lies_outside_confine_nothing(folder):
     """Who set a size outside what was stated wanted it there; and a size that was fitted may go where it likes."""
     assert held(folder, "fitted")().held == ()

@@ -338,7 +338,7 @@ def confined(layout: Unknowns, errors: float) -> Unknowns:
             return entry
         mean, sd = entry.prior
         lower, upper = max(entry.lower, mean - errors * sd), min(entry.upper, mean + errors * sd)
-        return replace(entry, lower=lower, upper=upper)
+        return replace(entry, lower=lower, upper=upper, is_confined=True)
 
     return replace(layout, entries=tuple(map(cut, layout.entries)))
 

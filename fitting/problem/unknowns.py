@@ -23,7 +23,10 @@ BELIEVED = 2.0  # the same where a fit may not deny it: 95 of 100 honest measure
 
 @dataclasses.dataclass(frozen=True)
 class Unknown:
-    """One number that may vary: its full name, unit and range, where a search starts, and its normal prior if any."""
+    """One number that may vary: its full name, unit and range, where a search starts, and its normal prior if any.
+
+    `is_confined`: a stated size that a fit may not deny.
+    """
 
     name: str
     unit: str
@@ -32,16 +35,12 @@ class Unknown:
     start: float
     starts: tuple[float, ...]
     prior: tuple[float, float] | None = None
+    is_confined: bool = False
 
     @property
     def logarithmic(self) -> bool:
         """Whether the search goes in the logarithm."""
         return self.lower > 0 and self.upper / self.lower > LOG_RATIO
-
-    @property
-    def is_confined(self) -> bool:
-        """Whether it is a stated size that a fit may not deny."""
-        return self.prior is not None and self.upper - self.lower < (2 * BELIEVED + 1e-6) * self.prior[1]
 
     def slope(self, value: float) -> float:
         """d(value)/d(place in the range, which counts from 0 to 1)."""
@@ -159,7 +158,8 @@ def _measured(name: str, unit: str, value: float, experiment: Experiment) -> Unk
     if prior is not None:
         mean, spread = prior
         lower, upper = max(lower, mean - width * spread), min(upper, mean + width * spread)
-    return Unknown(name, unit, lower, upper, value, (value,), prior)
+    is_confined = prior is not None and experiment.is_confined
+    return Unknown(name, unit, lower, upper, value, (value,), prior, is_confined)
 
 
 def _of_effects(template: Model) -> list[Unknown]:
