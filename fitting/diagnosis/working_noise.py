@@ -82,8 +82,8 @@ class Kinds:
         whole = without_own(np.column_stack([rows, self.basis, slopes, errors.shared]), errors)
         known = orthonormal(whole[:, 1:])
         left = len(rows) - known.shape[1] - sum(own.shape[1] for _, own in _own_of_runs(errors))
-        removed = max(left, 1) / (len(rows) - self.basis.shape[1])
-        return self._of((whole[:, 0] - known @ (known.T @ whole[:, 0])) / np.sqrt(removed))
+        share = max(left, 1) / max(len(rows) - self.basis.shape[1], 1)  # of the noise, that is left
+        return self._of((whole[:, 0] - known @ (known.T @ whole[:, 0])) / np.sqrt(share))
 
     def _of(self, residual: np.ndarray) -> Noise:
         """From rows of which everything known has been removed."""
