@@ -18,7 +18,7 @@ from fitting.diagnosis.record import Diagnosis
 from fitting.diagnosis.search import Search
 from fitting.diagnosis.search_result import SearchResult
 from fitting.diagnosis.settings import DIAGNOSIS, DiagnosisSettings
-from fitting.diagnosis.universe import Universe, confined
+from fitting.diagnosis.universe import Universe
 from fitting.diagnosis.verdict import diagnosis_of
 from fitting.errors import InputError
 from fitting.least_squares.fit import fit_problem
@@ -123,7 +123,7 @@ def _alone(
 ) -> Fit:  # fmt: skip
     """The model alone fitted from several starts, with stated sizes confined to so many standard errors, if to any."""
     layout = unknowns(light, effects, varying.own)
-    layout = layout if errors is None else confined(layout, errors)
+    layout = layout if errors is None else layout.confined(errors)
     begin = np.array([start.get(name, value) for name, value in zip(layout.names, layout.start, strict=True)])
     given, samples = problem(light, layout)
     names = varying.names(layout)

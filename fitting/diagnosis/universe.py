@@ -19,7 +19,7 @@ from fitting.least_squares.subset import Subset
 from fitting.least_squares.uncertainty import at_bound
 from fitting.problem.residuals import LIGHT, Problem, Samples
 from fitting.problem.sizes import Standard, widened
-from fitting.problem.unknowns import Unknown, Unknowns
+from fitting.problem.unknowns import Unknowns
 from fitting.recordings.accuracy import Accuracy
 from mckibben_jax.effect import Effect
 from mckibben_jax.model import Model
@@ -212,7 +212,7 @@ class Universe:
 
     def confined(self) -> "Universe":
         """The same where no stated size can leave what was stated by more than a few of its standard errors."""
-        return replace(self, layout=confined(self.layout, self.settings.believed), is_confined=True)
+        return replace(self, layout=self.layout.confined(self.settings.believed), is_confined=True)
 
     @property
     def allows_for_instruments(self) -> bool:
@@ -328,19 +328,6 @@ class Universe:
             vectors.append(vector)
         rest = subset.full[len(start) :]
         return np.array([subset.place(np.append(vector, rest)) for vector in vectors or [start]])
-
-
-def confined(layout: Unknowns, errors: float) -> Unknowns:
-    """The same unknowns with the range of each stated size cut to so many standard errors of the statement."""
-
-    def cut(entry: Unknown) -> Unknown:
-        if entry.prior is None:
-            return entry
-        mean, sd = entry.prior
-        lower, upper = max(entry.lower, mean - errors * sd), min(entry.upper, mean + errors * sd)
-        return replace(entry, lower=lower, upper=upper, is_confined=True)
-
-    return replace(layout, entries=tuple(map(cut, layout.entries)))
 
 
 def _rise(found: MultistartResult, at: int, shift: float) -> float:

@@ -46,6 +46,18 @@ class Unknown:
         """d(value)/d(place in the range, which counts from 0 to 1)."""
         return value * float(np.log(self.upper / self.lower)) if self.logarithmic else self.upper - self.lower
 
+    def within(self, errors: float) -> "Unknown":
+        """The same where a stated value may move by so many of its standard errors at most."""
+        if self.prior is None:
+            return self
+        mean, error = self.prior
+        ends = {"lower": max(self.lower, mean - errors * error), "upper": min(self.upper, mean + errors * error)}
+        return dataclasses.replace(self, **ends)
+
+    def confined(self, errors: float) -> "Unknown":
+        """The same where a fit may not deny a stated value: it stays within so many of its standard errors."""
+        return dataclasses.replace(self.within(errors), is_confined=self.prior is not None)
+
 
 @dataclasses.dataclass(frozen=True)
 class Unknowns:
@@ -63,6 +75,10 @@ class Unknowns:
     def names(self) -> tuple[str, ...]:
         """Full names, in the order of the vector."""
         return tuple(entry.name for entry in self.entries)
+
+    def confined(self, errors: float) -> "Unknowns":
+        """The same where a fit may deny no stated value by more than so many standard errors."""
+        return dataclasses.replace(self, entries=tuple(entry.confined(errors) for entry in self.entries))
 
     @property
     def lower(self) -> np.ndarray:
@@ -151,15 +167,12 @@ def _of_muscle(experiment: Experiment) -> list[Unknown]:
 
 
 def _measured(name: str, unit: str, value: float, experiment: Experiment) -> Unknown:
-    prior, width = experiment.priors.get(name), BELIEVED if experiment.is_confined else PRIOR_WIDTH
+    prior = experiment.priors.get(name)
     lower, upper = (value / 5, value * 5) if value > 0 else (0.0, float(experiment.muscle.radius))
     if name == "muscle.braid_angle":
         lower, upper = np.radians(3.0), np.radians(54.0)
-    if prior is not None:
-        mean, spread = prior
-        lower, upper = max(lower, mean - width * spread), min(upper, mean + width * spread)
-    is_confined = prior is not None and experiment.is_confined
-    return Unknown(name, unit, lower, upper, value, (value,), prior, is_confined)
+    entry = Unknown(name, unit, lower, upper, value, (value,), prior)
+    return entry.confined(BELIEVED) if experiment.is_confined else entry.within(PRIOR_WIDTH)
 
 
 def _of_effects(template: Model) -> list[Unknown]:

@@ -39,9 +39,10 @@ def discover_task(
         if stages:
             new = [kind() for kind in effects_named(step.added, task.library)]
             kept = [effect for effect in tasks[-1].effects if name_of(effect) not in step.dropped]
-            before = tasks[-1].experiments
-            there = confined(before) if step.held else before
-            tasks.append(replace(task.with_effects(with_effects(kept, new)), experiments=there))
+            before = tasks[-1]
+            there = confined(before.experiments) if step.held else before.experiments
+            held = step.held or before.held
+            tasks.append(replace(task.with_effects(with_effects(kept, new)), experiments=there, held=held))
         label, added = ("", step.added) if stages else (step.effect, ())
         errors = step.rmse, step.held_out_rmse
         stages.append(
