@@ -10,8 +10,9 @@ from hidden.study.sizes import base_of, hiding
 from hidden.study.values import HOW, values_of
 
 from fitting.diagnosis.diagnose import prepared
-from fitting.instruments.columns import most_errors
+from fitting.instruments.columns import most_errors, most_independent
 from fitting.instruments.through import SIZES, Through, standard_number
+from fitting.least_squares.search import solve
 from fitting.recordings.experiment import read_experiment
 from mckibben_jax.effects import CoulombFriction, EndStop, IdealCylinder, SchulteFriction
 
@@ -34,6 +35,39 @@ def test_what_was_seen_can_be_undone():
     through, rows = Through.of(errors(), SIZES[0]), np.random.default_rng(2).normal(size=(30, 3))
     assert through.undone(through(rows)) == pytest.approx(rows, abs=1e-9)
     assert through(rows[:, 0]) == pytest.approx(through(rows)[:, 0])
+
+
+def test_errors_that_act_alike_take_one_column():
+    """Two columns in any proportion are one error of the root of the sum of their squares; what is not felt is none."""
+    one = errors(count=1)
+    through = Through.of(np.hstack([0.6 * one, -0.8 * one, 0.0 * one]))
+    assert np.count_nonzero(np.any(through.errors, axis=0)) == 1
+    rows = np.random.default_rng(4).normal(size=(30, 2))
+    assert through(rows) == pytest.approx(Through.of(one)(rows), abs=1e-12)
+
+
+def test_many_errors_take_as_many_columns_as_are_independent():
+    """Two hundred errors in seventy directions have room in 128 columns, and at least as many as are asked for."""
+    rng = np.random.default_rng(5)
+    many = rng.normal(size=(300, 70)) @ rng.normal(size=(70, 200))
+    assert Through.of(many).size == 128
+    assert Through.of(many, least=200).size == 256
+    with pytest.raises(ValueError, match="1100 independent errors"):
+        Through.of(np.eye(1100))
+
+
+@pytest.mark.parametrize("count", [3, None])
+def test_all_slopes_are_seen_through_instruments_however_many_vary(search, count):
+    """Only the first eight, sixteen or so columns are turned: against the map applied to plain slopes."""
+    world = search.world
+    effects, vary = world.with_added(["end_stop"]), np.arange(len(world.layout.names))[:count]
+    subset = world.subset(effects, vary, world.start)
+    through = search.seen.through
+    plain = world.looked_at(subset)
+    seen = solve(world.problem, subset, subset.place(subset.full)[None], 60, np.array(True), np.array(0.0), through)
+    wanted = through(np.asarray(plain.slopes))
+    assert np.asarray(seen.slopes) == pytest.approx(wanted, abs=1e-9 * np.abs(wanted).max())
+    assert np.asarray(seen.rows) == pytest.approx(through(np.asarray(plain.rows)), abs=1e-9)
 
 
 def test_exact_instruments_change_nothing():
@@ -63,6 +97,18 @@ def test_there_is_room_for_all_errors_and_not_for_many_more(search):
     assert felt <= most_errors(world.accuracies, runs, lost=1) <= felt + 3 * runs
     assert search.seen.allows_for_instruments
     assert not world.allows_for_instruments
+
+
+def test_errors_of_runs_at_one_length_are_known_to_be_fewer(search):
+    """As many independent ones are expected as there are: what is compiled for them is as small as it can be."""
+    world = search.world
+    columns = search.examiner.errors(search.base).columns
+    independent = np.linalg.matrix_rank(columns, tol=1e-4)
+    runs = len(np.unique(world.samples.run))
+    held = runs * bool(np.all(world.samples.rate == 0))
+    expected = most_independent(world.accuracies, runs, held, lost=1)
+    assert independent <= expected <= independent + 6
+    assert (expected < most_errors(world.accuracies, runs, lost=1)) == bool(held)
 
 
 def test_a_fit_through_instruments_makes_small_what_the_tests_look_at(search):
@@ -100,3 +146,13 @@ def test_values_are_nearer_to_the_truth_than_those_of_the_curve_of_least_error()
     assert np.sqrt(np.mean([value.off**2 for value in seen])) < 2
     missed = [np.sqrt(np.mean([value.missed**2 for value in some])) for some in (seen, bent)]
     assert missed[0] < 0.5 * missed[1]
+
+
+def test_a_single_effect_that_trusts_every_reading_begins_also_where_instruments_saw_it(search):
+    """Its error is what people read: it is no larger than from the base alone, or from the fit through instruments."""
+    search.fit_singles()
+    added = frozenset(["end_stop"])
+    effects, found = search.world.with_added(added), search.examiner.trusting[added]
+    from_base = search.world.fit(effects, search.base.vector, sorted(added), decide=False, enough=1e-4)
+    from_seen = search.world.fit(effects, search.fits[added].vector, decide=False, enough=1e-4)
+    assert found.cost == pytest.approx(min(from_base.cost, from_seen.cost), rel=1e-9)

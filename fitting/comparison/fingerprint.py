@@ -8,7 +8,6 @@ exponent is the one whose power law, with any shape in contraction, takes most o
 from collections.abc import Callable
 from dataclasses import dataclass
 
-import jax.numpy as jnp
 import numpy as np
 
 from fitting.comparison.settings import FINGERPRINT
@@ -82,7 +81,7 @@ def _rows(fit: Fit, mask: np.ndarray) -> Rows:
     at = at[:: max(1, len(at) // FINGERPRINT.rows)]
     samples = fit.samples.where(at)
     count = len(fit.samples)
-    priors = np.asarray(fit.problem.prior_rows(jnp.asarray(fit.vector))) / np.sqrt(mask.sum() / len(at))
+    priors = fit.prior_rows / np.sqrt(mask.sum() / len(at))
     slopes = np.concatenate([fit.slopes[at], fit.slopes[count:] / np.sqrt(mask.sum() / len(at))])
     residual = np.concatenate([fit.residual[at] / samples.sigma, priors])
     scale = np.maximum(np.linalg.norm(slopes, axis=0), 1e-300)

@@ -8,7 +8,7 @@ import numpy as np
 from fitting.diagnosis.outcomes import Reason, Why
 from fitting.diagnosis.settings import FITS, FitSettings
 from fitting.diagnosis.universe import Universe
-from fitting.instruments.columns import most_errors
+from fitting.instruments.columns import most_errors, most_independent
 from fitting.instruments.through import SIZES, Through, standard_number
 from fitting.least_squares.instruments import accuracies_of
 from fitting.problem.residuals import problem
@@ -47,7 +47,10 @@ def universe(
     muscle = [name for name in varying.names(layout) if name.startswith("muscle.")]
     accuracies = accuracies_of(experiments)
     lost = sum(effect.stage == "lost" for effect in effects)
-    room = standard_number(most_errors(accuracies, len(np.unique(samples.run)), lost))
+    runs = len(np.unique(samples.run))
+    room = standard_number(most_errors(accuracies, runs, lost)) or SIZES[0]
+    held = sum(len(r.runs) for e in experiments for r in e.recordings if r.test == "isometric")
+    independent = standard_number(most_independent(accuracies, runs, held, lost)) or SIZES[0]
     return Universe(
         layout,
         given,
@@ -62,7 +65,8 @@ def universe(
         frozenset(name for name in quantities() if not any(e.muscle.lacks(name) for e in experiments)),
         np.array([float(experiment.muscle.length) for experiment in experiments]),
         accuracies,
-        Through.nothing(given.count, room or SIZES[0]),
+        room,
+        Through.nothing(given.count, min(room, independent)),
         settings,
         any(experiment.is_confined for experiment in experiments),
     )

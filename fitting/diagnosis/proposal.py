@@ -11,7 +11,6 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-import jax.numpy as jnp
 import numpy as np
 from scipy import stats
 from scipy.optimize import least_squares
@@ -109,7 +108,7 @@ def misfit_of(fit: Fit) -> Misfit:
     return Misfit(
         fit.residual[rows] / samples.sigma,
         fit.slopes[rows],
-        np.asarray(fit.problem.prior_rows(jnp.asarray(fit.vector))),
+        fit.prior_rows,
         fit.slopes[count:],
         samples.sigma,
         states,

@@ -42,6 +42,7 @@ class Universe:
     measured: frozenset[str]  # quantities that are known of every muscle
     lengths: np.ndarray  # m, at rest, of each data set's muscle
     accuracies: tuple[Accuracy, ...]  # of the instruments of each recording
+    room: int  # for how many errors of instruments there is room in memory
     through: Through  # what instruments can make of the rows; nothing, where fits trust every reading
     settings: FitSettings = FITS
     is_confined: bool = False  # to within a few standard errors of the stated sizes
@@ -60,11 +61,6 @@ class Universe:
     def standard(self) -> Standard:
         """The problem as it is searched, and where the measurements and the stated sizes stand in it."""
         return Standard(self.problem, np.concatenate([self.real, self._count + np.arange(len(self._stated))]))
-
-    @property
-    def room(self) -> int:
-        """For how many errors of instruments there is room."""
-        return self.through.errors.shape[1]
 
     @property
     def _count(self) -> int:
@@ -229,7 +225,7 @@ class Universe:
             return self
         wide = np.zeros((self.problem.count, errors.shape[1]))
         wide[self.real] = errors
-        return replace(self, through=Through.of(wide, self.room))
+        return replace(self, through=Through.of(wide, self.through.size))
 
     def as_seen(self, columns: np.ndarray) -> np.ndarray:
         """Rows (rows,) or columns (rows, q) of the measurements as such a fit sees them."""

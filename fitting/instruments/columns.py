@@ -70,6 +70,19 @@ def most_errors(
     return runs * own + common
 
 
+def most_independent(accuracies: Sequence[Accuracy], runs: int, held: int, lost: int) -> int:
+    """How many of them may be independent, where so many of the runs are held at one length.
+
+    Nothing is lost to friction there, and a length that is off changes the force as a gain of the load cell does.
+    """
+    own = lambda accuracy: (  # noqa: E731
+        lost * bool(accuracy.friction_per_run)
+        + bool(accuracy.position.zero_per_run or accuracy.position.gain_per_run) * bool(accuracy.force.gain_per_run)
+    )
+    alike = max(map(own, accuracies), default=0)
+    return most_errors(accuracies, runs, lost) - held * alike
+
+
 def _source(
     channel: Channel,
     kind: ErrorKind,

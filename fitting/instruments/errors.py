@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fitting.instruments.sources import Source
-from fitting.instruments.through import roots
+from fitting.instruments.through import root
 
 
 @dataclass(frozen=True)
@@ -93,7 +93,7 @@ class InstrumentErrors:
 class InstrumentWhitener:
     """Multiplies by a root of the inverse of 1 + U U': first run by run, then what all runs share.
 
-    The root is 1 - U M U' (`roots`).
+    The root is 1 - U M U' (`root`).
     """
 
     parts: tuple[tuple[np.ndarray, np.ndarray, np.ndarray], ...]  # rows, U (rows, k), M (k, k)
@@ -104,9 +104,9 @@ class InstrumentWhitener:
         parts = []
         for one in np.unique(errors.run):
             at = np.flatnonzero(errors.run == one)
-            parts.append((at, errors.per_run[at], roots(errors.per_run[at])[0]))
+            parts.append((at, errors.per_run[at], root(errors.per_run[at])))
         shared = cls(tuple(parts))(errors.shared)
-        return cls((*parts, (np.arange(len(errors.run)), shared, roots(shared)[0])))
+        return cls((*parts, (np.arange(len(errors.run)), shared, root(shared))))
 
     def __call__(self, columns: np.ndarray) -> np.ndarray:
         """Columns (rows, q) or rows (rows,), without these errors as far as priors let them go."""

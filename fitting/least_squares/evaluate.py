@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 
-import jax.numpy as jnp
 import numpy as np
 
 from fitting.least_squares.fit import constrained_names
@@ -59,7 +58,7 @@ def held_out_residual(fit: Fit) -> np.ndarray:
     count, group = len(fit.samples), folds(fit.samples)
     if count < HELD_OUT.refit_below and fit.free:
         return _refitted(fit, group) * fit.samples.sigma
-    priors = np.asarray(fit.problem.prior_rows(jnp.asarray(fit.vector)))
+    priors = fit.prior_rows
     rows = left_out_rows(fit.residual / fit.samples.sigma, fit.slopes[:count], priors, fit.slopes[count:], group)
     return rows * fit.samples.sigma
 

@@ -4,7 +4,6 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from functools import cached_property
 
-import jax.numpy as jnp
 import numpy as np
 
 from fitting.least_squares.band_level import band_edges, cautious_width, expected_width, runs_needed
@@ -116,7 +115,7 @@ def fitted_to_these(fit: Fit) -> bool:
         return False
     free = np.array([name not in fit.at_bound for name in fit.free])
     slopes = fit.slopes[:, free]
-    priors = np.asarray(fit.problem.prior_rows(jnp.asarray(fit.vector)))
+    priors = fit.prior_rows
     rows = np.concatenate([fit.residual / fit.samples.sigma, priors])
     scale = 1 / np.maximum(np.linalg.norm(slopes, axis=0), 1e-300)
     gradient = scale * (slopes.T @ rows)

@@ -50,8 +50,14 @@ class Fit:
     @property
     def cost(self) -> float:
         """What the fit has minimised: the sum of squares, in standard deviations, of measurements and priors."""
-        priors = np.asarray(self.problem.prior_rows(jnp.asarray(self.vector)))
-        return float(np.sum((self.residual / self.samples.sigma) ** 2) + np.sum(priors**2))
+        return float(np.sum((self.residual / self.samples.sigma) ** 2) + np.sum(self.prior_rows**2))
+
+    @property
+    def prior_rows(self) -> np.ndarray:
+        """How far each stated value is from what was stated, in its standard errors (values,)."""
+        given = self.problem
+        at, mean, error = map(np.asarray, (given.prior_at, given.prior_mean, given.prior_sd))
+        return (np.asarray(self.vector)[at] - mean) / error
 
     @property
     def values(self) -> dict[str, float]:
@@ -99,7 +105,7 @@ def record_fit(
     Rows and slopes have to be finite numbers, unless nothing varies. Without `errors` every reading is trusted.
     """
     place, rows, slopes = map(np.asarray, at)
-    count, per_unit = len(samples), slopes / np.asarray(subset.slope(at.place))
+    count, per_unit = len(samples), slopes / np.asarray(subset.slope(place))
     errors = InstrumentErrors.none(samples.run) if errors is None else errors
     cluster = clusters(samples, per_unit)
     parts = per_unit[:count], rows[:count], per_unit[count:], cluster

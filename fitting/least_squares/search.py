@@ -16,6 +16,7 @@ from fitting.least_squares.box import BoxLevenbergMarquardt, OfLower
 from fitting.least_squares.subset import Array, Subset
 
 MAX_STEPS = 150  # of one search: chosen
+EIGHT = 8  # slopes that are seen through instruments at once: most sets of effects have as many unknowns or fewer
 
 
 class Residuals(Protocol):
@@ -51,9 +52,20 @@ def rows_and_slopes(
     wanted = lambda rows: ~(_cost(seen(rows)) >= below)  # noqa: E731
     if subset.varying is None:
         value, slopes = _together(given, subset, place)
-    else:
-        value, slopes = _two_by_two(given, subset, place, wanted)
-    return seen(value), jax.lax.cond(wanted(value), seen, lambda slopes: slopes, slopes)
+        return seen(value), jax.lax.cond(wanted(value), seen, lambda slopes: slopes, slopes)
+    value, slopes = _two_by_two(given, subset, place, wanted)
+    return seen(value), slopes if through is None else _seen(through, slopes, wanted(value) * subset.varying)
+
+
+def _seen(through: Through, slopes: jax.Array, varying: jax.Array) -> jax.Array:
+    """Slopes as they are seen through instruments, along the first that vary: the others are 0.
+
+    Along all of a standard size that was a quarter of a step, for most sets have a third of them.
+    """
+    count = slopes.shape[1]
+    upto = [0, *range(EIGHT, count, EIGHT), count]
+    some = [lambda slopes, k=k: slopes.at[:, :k].set(through(slopes[:, :k])) for k in upto]
+    return jax.lax.switch((varying + EIGHT - 1) // EIGHT, some, slopes)
 
 
 def _cost(rows: jax.Array) -> jax.Array:

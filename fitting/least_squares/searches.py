@@ -120,11 +120,9 @@ class Alone:
         return replace(self, standard=replace(self.standard, problem=self.standard.problem.coarser(times)))
 
     def _through(self, errors: np.ndarray) -> Through:
-        room = self.room(errors.shape[1])
-        assert room is not None
         wide = np.zeros((self.standard.problem.count, errors.shape[1]))
         wide[self.standard.rows[: len(errors)]] = errors
-        return Through.of(wide, room)
+        return Through.of(wide)
 
 
 def cost_of(at: Evaluated) -> float:

@@ -3,7 +3,6 @@
 from collections.abc import Sequence
 from dataclasses import replace
 
-import jax.numpy as jnp
 import numpy as np
 
 from fitting.diagnosis import omnibus
@@ -79,7 +78,7 @@ def anything_missing(fit: Fit, seed: int) -> Missing | None:
     basis = omnibus.basis(samples)
     errors = fit.errors.at(kept)
     noise = noise_from(rows, np.hstack([basis.whole, slopes, errors.columns]), samples)
-    priors = np.asarray(fit.problem.prior_rows(jnp.asarray(fit.vector)))
+    priors = fit.prior_rows
     none = np.zeros((len(rows), 0))  # no candidate is asked for: the basis that knows no effect decides
     groups = flip_groups(samples, noise.memory)
     by = Nuisance(slopes, priors, fit.slopes[len(fit.samples) :])
