@@ -82,6 +82,18 @@ def _shown(text: str, longest: int = 160) -> str:
     return "".join(letter if letter.isprintable() else ascii(letter)[1:-1] for letter in short)
 
 
+NAMED = 3  # rows that a message names where a problem concerns more
+
+
+def alike(rows: Iterable[int]) -> str:
+    """How many rows a problem concerns, and which, to stand behind it; nothing where it is one alone."""
+    found = [int(row) for row in rows]
+    first = [str(row) for row in found[:NAMED]]
+    if len(found) > NAMED:
+        return f" ({len(found):,} rows, the first are {', '.join(first)})"
+    return f" (rows {', '.join(first[:-1])} and {first[-1]})" if len(found) > 1 else ""
+
+
 def nearest(name: str, known: Iterable[str], alike: float = 0.6) -> str | None:
     """The known name that a misspelt one most likely means; None if none is like it."""
     by_folded = {k.lower(): k for k in known}

@@ -33,6 +33,18 @@ def cell(line, column, text):
     return change
 
 
+def cells(lines, column, text):
+    """The same in several lines."""
+
+    def change():
+        rows = [row.split(",") for row in loop_csv().splitlines()]
+        for line in lines:
+            rows[line - 1][column] = text
+        return "\n".join(",".join(row) for row in rows)
+
+    return change
+
+
 BAD_TABLES = {
     "misspelt column": (changed("force [N]", "forse [N]"), "", ("needs a column force", "'forse [N]'", "mean 'force'")),
     "misspelt optional column": (lambda: table({"Runs": 1} | loop_columns()), "", ("'Runs'", "mean 'run'")),
@@ -165,6 +177,14 @@ BAD_TABLES = {
         'columns = { force = "a\\nb" }',
         ("unknown column for force", "a\\nb", "known: time [s]"),
     ),
+    "texts in two rows": (cells([17, 40], 3, "OVLD"), "", ("row 17", "not a number (rows 17 and 40)")),
+    "texts in many rows": (
+        cells(range(17, 97), 3, "OVLD"),
+        "",
+        ("row 17", "not a number (80 rows, the first are 17, 18, 19)"),
+    ),
+    "too large in three rows": (cells([9, 17, 40], 3, "1e200"), "", ("row 9", "too large (rows 9, 17 and 40)")),
+    "spikes in two rows": (cells([17, 40], 3, "90000"), "", ("what the ideal muscle", "(rows 17 and 40)")),
     "a long cell": (cell(17, 3, "x" * 9000), "", ("row 17", "not a number", "xxx ...")),
     "not text": (lambda: b"time\x00\x01\n1\n", "", ("not a text file",)),
     "unknown branch": (

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from fitting import showing, units
-from fitting.errors import InputError
+from fitting.errors import InputError, alike
 from fitting.recordings.records import Run
 from fitting.recordings.settings import TABLES
 from fitting.recordings.tables import COLUMNS, Table
@@ -63,9 +63,8 @@ def _refuse(
     """Refuse a table with `bad` readings, naming the first of them (a pressure in `unit`, if it is given)."""
     if bad.any():
         at = int(np.argmax(bad))
-        more = f" ({np.count_nonzero(bad)} rows)" if np.count_nonzero(bad) > 1 else ""
         raise table.error(
-            problem + more,
+            problem + alike(table.row[bad]),
             at,
             column,
             showing.show(values[at], str(COLUMNS[column]) if column in PRESSURES else "1", unit=unit),

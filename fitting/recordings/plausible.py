@@ -11,7 +11,7 @@ from dataclasses import replace
 import numpy as np
 
 from fitting import showing
-from fitting.errors import InputError
+from fitting.errors import InputError, alike
 from fitting.recordings.ideal import ideal_pull
 from fitting.recordings.readings import POSITIONS
 from fitting.recordings.records import FORCE_TESTS, Experiment, Recording, Run
@@ -57,14 +57,15 @@ def _too_large(parts: Sequence[Run], table: Table, column: str, reach: float) ->
     if times > PLAUSIBLE.beyond or (
         times > PLAUSIBLE.odd and whole and len(values) >= PLAUSIBLE.fewest and np.ptp(values) > 0
     ):
-        beyond = int(np.count_nonzero(np.abs(values) > min(PLAUSIBLE.beyond, max(PLAUSIBLE.odd, 0.5 * times)) * reach))
-        few = beyond < max(3, 0.01 * len(values))
+        beyond = np.abs(values) > min(PLAUSIBLE.beyond, max(PLAUSIBLE.odd, 0.5 * times)) * reach
+        few = np.count_nonzero(beyond) < max(3, 0.01 * len(values))
         raw = "whole numbers look like a converter's raw counts: turn them into newtons with its calibration; else "
         look = "check this reading" if few else "check the units of force and pressure, and the radius"
         mine = f'valid = {{ {column} = ["-10 N", "5 kN"] }} with your limits'
         cure = f"{raw if whole and not few else ''}{look}; if it is right, say so: {mine}"
         here = int(np.flatnonzero(table.row == rows[at])[0])
-        raise table.error(f"the {column} is {most}", here, column, showing.show(values[at], "N"), cure)
+        problem = f"the {column} is {most}{alike(rows[beyond])}"
+        raise table.error(problem, here, column, showing.show(values[at], "N"), cure)
     return (
         [f"the {column} reaches {most}: is its unit right, and that of the pressure?"] if times > PLAUSIBLE.odd else []
     )

@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 
 from fitting import units
-from fitting.errors import InputError, nearest, unknown_name
+from fitting.errors import InputError, alike, nearest, unknown_name
 from fitting.recordings.kinds import open_source
 from fitting.recordings.settings import TABLES
 from fitting.recordings.source import FAILED, Source
@@ -208,16 +208,16 @@ def _column(name: str, cells: pd.Series, head: str, unit: str | None, place: _Pl
     if beyond.any():
         at = int(np.argmax(beyond))
         cure = "write a reading that can be measured; leave the cell empty where one is missing"
-        raise InputError("the number is too large", place.path, int(place.rows[at]), head, numbers[at], cure)
+        problem = f"the number is too large{alike(place.rows[beyond])}"
+        raise InputError(problem, place.path, int(place.rows[at]), head, numbers[at], cure)
     return numbers * factor
 
 
 def _labels(cells: pd.Series, head: str, place: _Place) -> np.ndarray:
     empty = cells.isna().to_numpy()
     if empty.any():
-        raise InputError(
-            "the cell is empty", place.path, int(place.rows[np.argmax(empty)]), head, cure="fill it in every row"
-        )
+        problem = f"the cell is empty{alike(place.rows[empty])}"
+        raise InputError(problem, place.path, int(place.rows[np.argmax(empty)]), head, cure="fill it in every row")
     if pd.api.types.is_float_dtype(cells) and ((cells % 1 == 0) & (cells.abs() < 2**53)).all():
         cells = cells.astype(int)
     return cells.astype(str).str.strip().to_numpy(dtype=object)
@@ -234,9 +234,8 @@ def _numbers(cells: pd.Series, head: str, place: _Place) -> np.ndarray:
         if wrong.any():
             at = int(np.argmax(wrong))
             text = str(cells.iloc[at])
-            raise InputError(
-                "not a number", place.path, int(place.rows[at]), head, text, _number_cure(text, place.decimal, at == 0)
-            )
+            problem, cure = f"not a number{alike(place.rows[wrong])}", _number_cure(text, place.decimal, at == 0)
+            raise InputError(problem, place.path, int(place.rows[at]), head, text, cure)
         cells = numbers
     numbers = cells.to_numpy(dtype=float, copy=True)
     numbers[~np.isfinite(numbers)] = np.nan
