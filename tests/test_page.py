@@ -16,6 +16,7 @@ from studied import EVIL, as_read, headings, nothing_missing, proposed, seen_thr
 
 from fitting import showing
 from fitting.cli.main import main
+from fitting.diagnosis.findings import Attempt, Fault, Objection
 from fitting.diagnosis.outcomes import Verdict
 from fitting.diagnosis.record import Evidence
 from fitting.least_squares.force_band import ForceBand
@@ -203,6 +204,23 @@ def test_every_step_of_a_discovery_can_be_chosen(study):
         top = as_read(re.search(rf'<div class="model m{number}">(.*?)\n</div>', text, flags=re.DOTALL)[1])
         assert f"{stage.diagnosis.p_value:.2g}p in the test that nothing is missing" in top
         assert f"{amount(stage.comparison.rmse, 'N')}error, root mean square" in top
+
+
+def test_the_page_says_why_what_the_verdict_names_was_not_added(study):
+    """Beside the verdict: a reader who asks for it finds nothing in a fold far below."""
+    task, _ = study
+    first, *_ = discover_task(task, [LinearSpring()], lambda *_: None).stages
+    refused = Attempt(("linear_spring",), 1.5, 1.6, (Objection(Fault.BOUND, "linear_spring.K"),))
+    other = dataclasses.replace(refused, effects=("weight",))
+    stages = [
+        dataclasses.replace(first, rmse=50.0, diagnosis=None),
+        dataclasses.replace(first, added=("tip",), attempts=(refused, other)),
+    ]
+    text = page(task, first.comparison, first.diagnosis, stages)
+    top = as_read(re.search(r'<div class="model m1">(.*?)\n</div>', text, flags=re.DOTALL)[1])
+    why = "was tried (1.5 N, on held-out runs 1.6 N) and is not kept: stiffness in parallel linear_spring.K ends at its"
+    assert f"Spring in parallel linear_spring {why}" in top
+    assert "weight was tried" not in top
 
 
 def test_steps_whose_models_are_unknown_have_bars_alone(study):

@@ -23,7 +23,7 @@ def model(rmse=10.0, left_out=10.0, bound=(), denied=0.0, values=None, cost=None
     )  # fmt: skip
     fit = SimpleNamespace(
         rows=np.full(readings, rmse), cost=rmse**2 if cost is None else cost, free=free, at_bound=tuple(bound),
-        effects=frozenset(["a"]), confined=confined,
+        effects=frozenset(["a"]), confined=confined, slopes=np.ones((readings, len(free))),
     )  # fmt: skip
     return Fitted(world, fit, rows, np.repeat(np.arange(10), readings // 10))
 
@@ -53,6 +53,23 @@ def test_the_rule_on_bounds_lets_a_confined_size_stand_at_its_end():
     loose, tight = (model(**GOOD, bound=["muscle.radius"], confined=confined) for confined in (False, True))
     assert [why.reason for why in objections(model(), loose)] == [Fault.BOUND]
     assert objections(model(), tight) == ()
+
+
+@pytest.mark.parametrize(
+    ("slope", "value", "lower", "reasons"),
+    [
+        (0.0, 0.0, 0.0, []),  # friction of a muscle that is held, and does not slide inside either
+        (1.0, 0.0, 0.0, [Fault.BOUND]),  # the smaller model could tell it
+        (0.0, 0.5, 0.0, [Fault.BOUND]),  # it stands at the upper end
+        (0.0, -1.0, -1.0, [Fault.BOUND]),  # it is not 0 that it may not leave
+    ],
+)
+def test_the_rule_on_bounds_lets_the_data_say_that_what_was_never_told_is_absent(slope, value, lower, reasons):
+    before, after = model(), model(**GOOD, bound=["b.L"])
+    before.fit.slopes = np.array([[3.0, slope], [4.0, 0.0]])
+    after.world.layout = SimpleNamespace(at=lambda names: [1], entry=lambda name: SimpleNamespace(lower=lower))
+    after.fit.vector = np.array([7.0, value])
+    assert [why.reason for why in objections(before, after)] == reasons
 
 
 def test_the_rule_on_costs_compares_sizes_confined_alike():

@@ -11,6 +11,7 @@ from fitting.diagnosis.findings import Fault, Objection
 from fitting.diagnosis.universe import Universe
 from fitting.full_names import owner_of
 from fitting.least_squares import held_out
+from fitting.least_squares.fit import SETTINGS
 
 
 @dataclass(frozen=True)
@@ -84,10 +85,28 @@ def no_gain(before: Fitted, after: Fitted, rules: StepRules, adequate: bool) -> 
 
 
 def _bounds(before: Fitted, after: Fitted) -> tuple[Objection, ...]:
-    """Parameters at the end of their range that were not there in the smaller model; not sizes that are confined."""
+    """Parameters at the end of their range that were not there in the smaller model; not sizes that are confined.
+
+    Nor what the smaller model could not tell and the larger one finds to be 0: where strands stretch, a muscle that is
+    held at one length moves inside, and data that show no friction then say so.
+    """
     sizes = after.world.from_stated(after.fit) if after.fit.confined else ()
-    ends = (name for name in after.fit.at_bound if name not in before.fit.at_bound and name not in sizes)
-    return tuple(Objection(Fault.BOUND, name) for name in ends)
+    ends = [name for name in after.fit.at_bound if name not in before.fit.at_bound and name not in sizes]
+    return tuple(Objection(Fault.BOUND, n) for n in ends if not (_is_untold(before, n) and _is_absent(after, n)))
+
+
+def _is_untold(model: Fitted, name: str) -> bool:
+    """Whether a parameter is free in a model whose readings it does not change."""
+    if name not in model.fit.free:
+        return False
+    moves = np.linalg.norm(model.fit.slopes, axis=0)
+    return bool(moves[model.fit.free.index(name)] <= SETTINGS.blind * moves.max())
+
+
+def _is_absent(model: Fitted, name: str) -> bool:
+    """Whether a parameter is 0, and may be no less."""
+    layout = model.world.layout
+    return bool(model.fit.vector[layout.at([name])[0]] == layout.entry(name).lower == 0.0)
 
 
 def _denials(after: Fitted, rules: StepRules) -> tuple[Objection, ...]:

@@ -10,6 +10,7 @@ from fitting.report.page.diagnosis import Meaning, meanings
 from fitting.report.page.models import ShownModel
 from fitting.report.settings import ERROR_TEXT
 from fitting.report.text.amounts import amount, percent
+from fitting.report.text.attempts import attempt_text
 from fitting.report.text.comparison import fails, judgement, place_text
 from fitting.report.text.diagnosis import effect_set, leading_text, verdict_text
 from fitting.report.text.fit import fit_warnings
@@ -115,7 +116,15 @@ def lead(model: ShownModel, models: Sequence[ShownModel], enough: float) -> list
     if len(stages) < 2:
         return said
     fell = f"The error fell from {amount(stages[0].rmse, c.unit)} to {amount(stages[-1].rmse, c.unit)}."
-    return [practice_text(practice(stages, c, enough)), *said, fell]
+    return [practice_text(practice(stages, c, enough)), *_refused(model), *said, fell]
+
+
+def _refused(model: ShownModel) -> list[str]:
+    """Why what the verdict names was not added, though it was tried."""
+    if model.diagnosis is None:
+        return []
+    named = [{*names} for names in model.diagnosis.explanations]
+    return [attempt_text(a, model.comparison.unit) for a in model.stage.attempts if {*a.effects} in named]
 
 
 def _of_diagnosis(d: Diagnosis, c: Comparison) -> list[str]:
