@@ -281,6 +281,18 @@ def test_what_helps_only_with_another_is_not_called_idle(diagnosis):
     assert "NOT IT    End stop (end_stop):" in text_of(diagnosis_report(pair))
 
 
+def test_the_nearest_set_says_why_it_explains_nothing(diagnosis):
+    """A few newtons are worth little with a load cell that is off by half of full scale."""
+    best = dataclasses.replace(diagnosis.tried[0], unexplained=0.2)
+    whys = (Why(Reason.UNBELIEVED, ("force_offset",)), Why(Reason.STILL_MISSING, p_value=0.002), Why(Reason.FAR_WORSE))
+    near = tuple(dataclasses.replace(best, why=why) for why in whys)
+    words = " ".join(text_of(diagnosis_report(dataclasses.replace(diagnosis, nearest=near))).split())
+    left = "Spring in parallel (linear_spring): 0.31 N, of which 0.2 N is unexplained"
+    assert f"{left}; needs an instrument that is off by more than a tenth of full scale: Wrong zero" in words
+    assert f"{left}; something is still missing (p = 0.002)" in words
+    assert "others leave far less" not in words
+
+
 def test_the_terminal_gives_the_values_of_what_is_missing(diagnosis):
     words = text_of(diagnosis_report(diagnosis))
     assert "VALUES    stiffness in parallel (linear_spring.K) = 1.600 +/- 0.020 N/mm" in words

@@ -9,6 +9,7 @@ from rich.text import Text
 
 from fitting import showing
 from fitting.diagnosis.flip_groups import rests_on_in_words
+from fitting.diagnosis.outcomes import Reason
 from fitting.diagnosis.record import Diagnosis, Evidence, Explanation
 from fitting.recordings.records import FORCE_TESTS, MOVING_TESTS, Experiment
 from fitting.report.settings import ADVICE, SHOWN
@@ -191,7 +192,10 @@ def _evidence(d: Diagnosis, unit: str) -> list[RenderableType]:
 
 
 def _nearest_text(e: Explanation, unit: str) -> str:
-    return f"{effect_set(e.effects)}: {amount(e.rmse, unit)}, of which {amount(e.unexplained, unit, 2)} is unexplained"
+    """What a set leaves that does not explain the data, and why it does not: it may need an absurd instrument."""
+    left = f"{amount(e.rmse, unit)}, of which {amount(e.unexplained, unit, 2)} is unexplained"
+    why = "" if e.why is None or e.why.reason is Reason.FAR_WORSE else f"; {why_text(e.why)}"
+    return f"{effect_set(e.effects)}: {left}{why}"
 
 
 def _idle_text(d: Diagnosis) -> str:
