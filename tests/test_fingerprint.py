@@ -41,10 +41,9 @@ def found(missing, noise=0.0, memory=0.0, seed=0, samples=SAMPLES):
     rows = (noise * autoregression(memory, len(samples), np.random.default_rng(seed)) + missing) / samples.sigma
     slopes = SLOPES[: len(samples)]
     rows = rows - slopes @ np.linalg.lstsq(slopes, rows, rcond=None)[0]
-    problem = SimpleNamespace(prior_rows=lambda vector: np.zeros(1))
     fit = SimpleNamespace(
         samples=samples, residual=rows * samples.sigma, slopes=np.vstack([slopes, np.zeros((1, 3))]),
-        vector=np.zeros(3), problem=problem,
+        prior_rows=np.zeros(1),
     )  # fmt: skip
     return exponents(fit, np.ones(len(samples), bool))
 
