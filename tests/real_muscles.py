@@ -122,11 +122,12 @@ def outcome_text(outcome: Outcome) -> str:
     stages, compared = outcome.found.stages, outcome.found.comparison
     free, scale = outcome.free, compared.full_scale
     held_out = stages[-1].held_out_rmse or float("nan")
+    added = len(outcome.found.task.names) - len(outcome.task.names)
     n = lambda value: f"{amount(value, 'N')} ({percent(value / scale)})"  # noqa: E731
     lines = [
         outcome.task.experiments[0].name,
         f"  first effect  {'+'.join(stages[1].added) if len(stages) > 1 else 'none'}",
-        f"  effects       {len(stages) - 1} added: {' + '.join(outcome.found.task.names)}",
+        f"  effects       {added} added: {' + '.join(outcome.found.task.names)}",
         f"  error         {n(stages[0].rmse)} -> {n(compared.rmse)}, held out {n(held_out)} of full scale",
         f"  polynomial    {free.degrees} in (contraction, pressure): {n(free.rmse)}, held out {n(free.held_out_rmse)};"
         f" one per length {n(outcome.per_length)}",

@@ -73,6 +73,19 @@ def test_a_remark_in_the_last_column_is_broken_and_never_cut(width):
     assert all(words.count(word) >= 2 for word in remark.split())
 
 
+def test_the_head_of_a_number_is_broken_before_a_remark_is():
+    """Forty rows of remarks in three lines each hid the table of a measured muscle; the head has one row."""
+    table = columns("effect added", "smallest detectable", "", words=(0, 2))
+    table.add_row("tip", "19 N", "leaves most of the error")
+    wide, narrow = (printed([table], width).splitlines() for width in (60, 55))
+    assert [len(shown) for shown in (wide, narrow)] == [2, 3]
+    assert [line.split() for line in narrow] == [
+        ["smallest"],
+        ["effect", "added", "detectable"],
+        ["tip", "19", "N", "leaves", "most", "of", "the", "error"],
+    ]
+
+
 def everything_found(d):
     """A diagnosis with all effects of the library, the longest names in every place."""
     effects = {name_of(kind): evidence(kind) for kind in KINDS}

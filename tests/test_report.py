@@ -221,6 +221,15 @@ def test_motions_read_as_force_are_not_called_described(study):
     assert "mckibben compare" in read
 
 
+def test_an_error_is_held_against_a_noise_that_is_told(study):
+    """Which noise, how large, and where it is known from: the error of a loop's repetition, or one reading's."""
+    stated = dataclasses.replace(study[1], rmse=3.0, noise=0.5, noise_floor=None, noise_sources=(NoiseSource.STATED,))
+    assert "3 N, 6 times the noise of one reading, 0.5 N (as stated)." in judgement(stated)
+    assert "0.5 N (presumed)." in judgement(dataclasses.replace(stated, noise_sources=(NoiseSource.ASSUMED,)))
+    repeated = dataclasses.replace(stated, noise_floor=1.0)
+    assert "3 N, 3 times that by which repeated loops differ, 1 N." in judgement(repeated)
+
+
 def test_one_run_that_is_off_alone_is_named(study):
     """Not an effect but a recording to look at; and not where others are off as well, or runs are too few."""
     rows = [Row(f"run {k}", 100, size, 0.0, 2 * size) for k, size in enumerate((1.0, 1.2, 9.0, 1.1))]

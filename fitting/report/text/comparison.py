@@ -53,8 +53,7 @@ def error_text(c: Comparison) -> str:
 
 def floor_text(c: Comparison) -> str:
     """The noise, and where it is known from."""
-    sources = " and ".join(NOISE_TEXT[source] for source in c.noise_sources)
-    reading = f"The noise of one reading is {amount(c.noise, c.unit)} ({sources})"
+    reading = f"The noise of one reading is {amount(c.noise, c.unit)} ({_sources(c)})"
     if c.noise_floor is None:
         return f"{reading}; no loop was repeated, so it cannot be checked."
     return f"{reading}; repeated loops agree to {amount(c.noise_floor, c.unit)}."
@@ -87,8 +86,19 @@ def judgement(c: Comparison) -> str:
     size = " The error is small: below 0.5 % of full scale." if c.negligible else ""
     guessed = not c.noise_floor and NoiseSource.NEIGHBOURS in c.noise_sources and c.rmse < ERROR_TEXT.slow * c.floor
     doubt = " Neighbouring readings do not show slow noise: if you know the noise, state it in muscle.toml."
-    error = f"The RMS error of the model is {amount(c.rmse, c.unit)}, {times} the noise of these data."
+    error = f"The RMS error of the model is {amount(c.rmse, c.unit)}, {times} {_floor(c)}."
     return f"{error}{size}{doubt * guessed}"
+
+
+def _floor(c: Comparison) -> str:
+    """The noise that the error is held against: how large it is, and where it is known from."""
+    if c.noise_floor:
+        return f"that by which repeated loops differ, {amount(c.noise_floor, c.unit)}"
+    return f"the noise of one reading, {amount(c.noise, c.unit)} ({_sources(c)})"
+
+
+def _sources(c: Comparison) -> str:
+    return " and ".join(NOISE_TEXT[source] for source in c.noise_sources)
 
 
 def kind_text(c: Comparison) -> str:

@@ -85,9 +85,9 @@ def lines(label: str, texts: Iterable[str], style: str = "") -> list[RenderableT
 
 
 class TextTable:
-    """A table without rules. Where the terminal is narrow, cells with names are broken before identifiers; then columns
-    that are spare go; if that is not enough, columns of words are broken between words. A word or a number is never
-    split.
+    """A table without rules. Where the terminal is narrow, heads of numbers are broken between words, and cells with
+    names before identifiers; then columns that are spare go; if that is not enough, columns of words are broken between
+    words. A word or a number is never split.
     """
 
     def __init__(self, heads: Sequence[str], words: Collection[int], spare: Sequence[int]):
@@ -120,20 +120,32 @@ class TextTable:
         """
         least, whole = [], []
         for number in shown:
-            cells = [self.heads[number], *(str(row[number]) for row, _ in rows)]
-            longest = lambda parts: max(cell_len(part) for cell in cells for part in parts(cell) or [""])  # noqa: B023, E731
-            narrow = longest(pieces if number in self.words else _whole)
+            cells = self._cells(rows, number)
+            narrow = _longest(cells, pieces if number in self.words else _whole)
             last = number == len(self.heads) - 1
-            least.append(max(longest(str.split), min(narrow, LAYOUT.note)) if last else narrow)
-            whole.append(longest(_whole))
+            least.append(max(_longest(cells, str.split), min(narrow, LAYOUT.note)) if last else narrow)
+            whole.append(_longest(cells, _whole))
         return least, whole
 
+    def _cells(self, rows: Rows, number: int) -> list[str]:
+        """A column from its head down."""
+        return [self.heads[number], *(str(row[number]) for row, _ in rows)]
+
+    def _with_broken_head(self, rows: Rows, number: int) -> int:
+        """The width of a column whose head stands in several lines."""
+        head, *below = self._cells(rows, number)
+        return max(_longest([head], str.split), _longest(below, _whole))
+
     def _table(self, rows: Rows, shown: Sequence[int], least: Sequence[int], whole: Sequence[int], room: int) -> Table:
-        """The columns that are shown, the widest of them narrowed until all have room.
+        """The columns that are shown. Where they have no room, heads of numbers are broken, which costs nothing but a
+        line; if that is not enough, the widest columns are narrowed.
 
         Rich would narrow a column below its least width, widen it again, and cut the last one off.
         """
         widths, gaps = list(whole), LAYOUT.gap * (len(shown) - 1)
+        if sum(widths) + gaps > room:
+            of_numbers = [i for i, number in enumerate(shown) if number not in self.words]
+            widths = [self._with_broken_head(rows, shown[i]) if i in of_numbers else w for i, w in enumerate(widths)]
         while sum(widths) + gaps > room and any(width > low for width, low in zip(widths, least, strict=True)):
             widths[max(range(len(shown)), key=lambda i: (widths[i] > least[i], widths[i]))] -= 1
         table = Table(box=None, pad_edge=False, padding=(0, LAYOUT.gap), collapse_padding=True)
@@ -147,6 +159,11 @@ class TextTable:
 
 def _spoken(console: Console, cell: str | Text) -> str | Text:
     return names_of(console).spoken(cell) if isinstance(cell, str) else cell
+
+
+def _longest(cells: Sequence[str], pieces: Callable[[str], list[str]]) -> int:
+    """Letters of the longest piece of any cell."""
+    return max((cell_len(piece) for cell in cells for piece in pieces(cell)), default=0)
 
 
 def _whole(cell: str) -> list[str]:
