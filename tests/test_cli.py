@@ -1,5 +1,6 @@
 """The command line as a user meets it: help, what each command says, the keys it writes, and what comes after."""
 
+import gc
 import json
 import subprocess
 import sys
@@ -8,7 +9,7 @@ import pytest
 from typed import copied, refused, run
 
 from fitting.cli.commands.compare import command
-from fitting.cli.main import COMMANDS, main
+from fitting.cli.main import COMMANDS, MANY, main
 from fitting.diagnosis.findings import GroupKind, RestsOn
 from fitting.diagnosis.outcomes import Verdict
 from fitting.diagnosis.record import Diagnosis, Evidence, Explanation
@@ -36,6 +37,14 @@ def test_help_is_there_before_anything_heavy_is_loaded(args):
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     assert "Usage" in done.stdout
+
+
+def test_a_command_collects_seldom_and_leaves_the_process_as_it_was(monkeypatch):
+    """Importing JAX makes nothing but what stays; a program that calls the command keeps its own setting."""
+    usual, during = gc.get_threshold(), []
+    monkeypatch.setattr(main, "get_command", lambda *_: during.append(gc.get_threshold()[0]))
+    run("effects", status=2)  # nothing is loaded: there is no such command now
+    assert (during[-1], gc.get_threshold()) == (MANY, usual)
 
 
 def test_every_command_that_is_there_has_help_and_the_common_options():
