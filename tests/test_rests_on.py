@@ -10,7 +10,7 @@ from hidden.simulator import Noise, Truth, dataset, loops, with_baseline, write
 from fitting.least_squares.fit import fit
 from fitting.least_squares.rests_on import rests_on
 from fitting.recordings.experiment import read_experiment
-from fitting.report.text.stated_sizes import rests_on_texts
+from fitting.report.text.stated_sizes import denied_texts, rests_on_texts
 from mckibben_jax.effects import CoulombFriction, IdealCylinder, PressureGain
 
 
@@ -45,6 +45,18 @@ def test_what_rests_on_a_stated_size_is_said(experiment):
     said = rests_on_texts(found)
     assert any("uncertainty of ⟦pressure_gain.g⟧ comes from ⟦muscle.radius⟧" in text for text in said)
     assert not any(text.startswith("Most of the uncertainty of ⟦muscle.radius⟧") for text in said)
+
+
+@pytest.mark.parametrize(("copies", "more"), [(4, ""), (6, ", and 2 more sizes that were measured")])
+def test_of_many_sizes_that_a_fit_denies_the_farthest_are_named(experiment, copies, more):
+    """Three hoses fitted together had nine, with the name of the data set behind each: half a screen."""
+    off = [dataclasses.replace(stated(experiment, 10.0 + n), name=f"hose {n}") for n in range(copies)]
+    found = fit(off, [IdealCylinder(), CoulombFriction()], free=["muscle.radius"], starts=1)
+    (said,) = denied_texts(found)
+    assert said.count("was measured") == 4
+    assert said.endswith(f"errors apart){more}. A model that needs this is wrong somewhere.")
+    farthest = f"muscle.radius@hose {copies - 1}"
+    assert said.startswith(f"The fit asks for ⟦{farthest}⟧")
 
 
 def test_nothing_rests_on_sizes_that_are_held(experiment):

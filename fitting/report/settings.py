@@ -23,6 +23,7 @@ class AmountSettings:
     designs: int = 5  # best designs of a sweep; chosen
     listed_designs: int = 1000  # of the best ones in the result for machines; chosen
     runs: int = 12  # in a table of errors; chosen
+    denied: int = 4  # sizes that a fit denies, of the many that several data sets have; chosen
     valued: int = 3  # explanations of which the values are shown; chosen
     named: int = 4  # effects of a list on the terminal that have their names for readers beside identifiers; chosen
     explained: int = 4  # effects that are explained under the verdict of a page; chosen

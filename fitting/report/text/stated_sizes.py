@@ -6,7 +6,7 @@ from fitting import full_names, showing
 from fitting.least_squares.record import Fit
 from fitting.least_squares.rests_on import rests_on, rests_on_instruments
 from fitting.problem.unknowns import BELIEVED
-from fitting.report.settings import STATED, WARNING_TEXT
+from fitting.report.settings import SHOWN, STATED, WARNING_TEXT
 from fitting.report.text.amounts import amount, percent
 from fitting.report.text.instrument_answers import known_to_text
 from fitting.report.text.names import mark
@@ -22,7 +22,7 @@ def measured_cells(fit: Fit, name: str) -> tuple[str, str]:
 
 
 def denied_texts(fit: Fit) -> list[str]:
-    """A warning of all stated sizes that the fit denies, the farthest first, and one of all that it is kept from."""
+    """A warning of the stated sizes that the fit denies, the farthest first, and one of all that it is kept from."""
     return [*_denied_texts(fit), *_kept_texts(fit)]
 
 
@@ -32,9 +32,10 @@ def _denied_texts(fit: Fit) -> list[str]:
     sizes = [
         f"{mark(name)} = {amount(fit.values[name], fit.layout.entry(name).unit)} "
         f"({measured_cells(fit, name)[0]} was measured, {showing.figures(_apart(fit, name))} errors apart)"
-        for name in far
+        for name in far[: SHOWN.denied]
     ]
-    return [f"The fit asks for {', '.join(sizes)}. A model that needs this is wrong somewhere."] if far else []
+    more = f", and {len(far) - len(sizes)} more sizes that were measured" * (len(far) > len(sizes))
+    return [f"The fit asks for {', '.join(sizes)}{more}. A model that needs this is wrong somewhere."] if far else []
 
 
 def kept_from(fit: Fit) -> tuple[str, ...]:
