@@ -10,7 +10,7 @@ import jax
 import numpy as np
 import pytest
 from click.testing import CliRunner
-from small_muscle import loops, write
+from small_muscle import loops, surface, write
 from studied import spring_missing
 
 from fitting.cli.main import main
@@ -35,6 +35,7 @@ from mckibben_jax.effects import (
     EndStop,
     IdealCylinder,
     LinearSpring,
+    TextileFriction,
     Tip,
 )
 from mckibben_jax.parameter import parameter
@@ -156,6 +157,18 @@ def test_among_all_candidates_too(small):
     assert world.fit(world.with_added(["trap"]), base.vector, ["trap"]).cost > 2 * base.cost
     for name in world.candidates:
         assert fit_from_smaller(world, world.with_added([name]), base).cost <= base.cost * (1 + 1e-6), name
+
+
+def test_a_friction_in_place_of_another_is_told_as_that(tmp_path):
+    """Else a reader takes both for parts of the model, which has one."""
+    load = lambda eps, pressure: surface(eps) * pressure / 1000.0  # noqa: E731  kN
+    textile = lambda eps, p, sign: (20.0 * load(eps, p) ** 0.7 - 12.0 * load(eps, p)) * sign  # noqa: E731
+    experiment = read_experiment(write(tmp_path / "set", loops(textile, points=40, repeats=2)))
+    steps = discover([experiment], BASE, candidates=[TextileFriction(), Tip()])
+    assert [(step.added, step.dropped) for step in steps] == [
+        (("baseline",), ()),
+        (("textile_friction",), ("coulomb_friction",)),
+    ]
 
 
 # -------------------------------------------------------------------------------------------------------- what is tried

@@ -11,10 +11,11 @@ from small_muscle import loops, write
 from fitting.cli.main import main
 from fitting.comparison.compare import Comparison
 from fitting.diagnosis.outcomes import NOTHING_MISSING, Verdict
+from fitting.report.text.attempts import held_text
 from fitting.report.text.practice import practice_result, practice_text
 from fitting.shipped import example_data
 from fitting.study.practice import Practice, practice
-from fitting.study.stages import Stage
+from fitting.study.stages import Stage, added_by
 
 
 def test_what_is_left_is_said_first_and_then_what_it_is():
@@ -46,6 +47,23 @@ def test_an_effect_that_was_dropped_again_explains_nothing():
     found = practice(steps, cast(Comparison, SimpleNamespace(rmse=10.0, full_scale=1000.0)))
     assert found.added == ("cones",)
     assert (found.left, found.held_out) == (0.01, 0.012)
+
+
+def test_what_gave_way_and_came_back_explains_its_share():
+    """Of a rubber in place of another one the second explains; what was taken out and added again does so, too."""
+    steps = [Stage("baseline", 50.0, 60.0), Stage("", 9.0, 9.0, added=("rubber",)),
+             Stage("", 8.0, 8.0, added=("other",), dropped=("rubber",))]  # fmt: skip
+    assert added_by(steps) == ("other",)
+    assert added_by([*steps, Stage("", 7.0, 7.0, added=("rubber",), dropped=("other",))]) == ("rubber",)
+
+
+def test_sizes_of_several_data_sets_are_named_once():
+    """Three hoses have twelve, and the names of data sets have blanks: no shell takes them after --free."""
+    (one,) = held_text(["muscle.radius"])
+    assert "From here on ⟦muscle.radius⟧ stay" in one
+    (both,) = held_text(["muscle.radius@long hose", "muscle.length@long hose", "muscle.radius@hose, short"])
+    assert "From here on ⟦muscle.radius⟧, ⟦muscle.length⟧ of every data set stay" in both
+    assert "(--free muscle.radius muscle.length lets them go)" in both
 
 
 @pytest.mark.parametrize("text", ["0", "110 %", "much", "5 N"])

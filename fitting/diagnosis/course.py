@@ -16,8 +16,9 @@ from mckibben_jax.effect import Effect
 class Step:
     """One model on the way: how it differs from the one before it, its errors (N), and what is said of it.
 
-    `added` are names of effects, "baseline" first; `dropped` those that are not needed any more. `attempts` are the
-    larger models that were tried after this one, in their order, and not kept.
+    `added` are names of effects, "baseline" first; `dropped` those whose place they took, or, where nothing was added,
+    those that are not needed any more. `attempts` are the larger models that were tried after this one, in their order,
+    and not kept.
     """
 
     added: tuple[str, ...]

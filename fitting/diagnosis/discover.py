@@ -137,7 +137,8 @@ def _next(
             after = _fitted(larger.world, larger.base, larger)  # its own search may have ended in a lower valley
             why = objections(before, after, rules, fit.names in adequate, fit.alike)
             if not why:
-                return ModelOnTheWay(fit.names, effects, larger, fit.confined), tuple(attempts)
+                gone = tuple(each for each in map(name_of, present) if each not in map(name_of, effects))
+                return ModelOnTheWay(fit.names, effects, larger, fit.confined, gone), tuple(attempts)
             attempts.append(Attempt(fit.names, after.rmse, after.held_out_rmse, why))
     return None, tuple(attempts)
 

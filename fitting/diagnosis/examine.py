@@ -34,7 +34,7 @@ class Examiner:
         self.world, self.base, self.seed, self.settings = world, base, seed, settings
         self.basis = omnibus.basis(world.samples)
         self.kinds = Kinds.after_removal(np.hstack([self.basis.whole, base.slopes]), world.samples, settings.noise)
-        self.trusting: dict[frozenset[str], CandidateFit] = {}  # single effects, fitted as if no instrument erred
+        self.trusting: dict[frozenset[str], CandidateFit] = {}  # sets, fitted as if no instrument erred
         self._noise: dict[CandidateFit, Noise] = {}
         self._errors: dict[CandidateFit, tuple[InstrumentErrors, InstrumentErrors]] = {}
         self._left_out: dict[tuple[CandidateFit, bool], np.ndarray] = {}

@@ -17,6 +17,7 @@ from fitting.diagnosis.likelihood import outdone
 from fitting.diagnosis.linear_look import LinearLook
 from fitting.diagnosis.outcomes import Reason, Why
 from fitting.diagnosis.search_result import SearchResult
+from fitting.diagnosis.trusting import fit_trusting
 from fitting.diagnosis.universe import Universe
 from fitting.least_squares.record import Fit
 from fitting.progress import Progress
@@ -77,26 +78,7 @@ class Search:
         """Every effect by itself, as far as it was not fitted yet."""
         singles = [frozenset([name]) for name in self.world.candidates]
         self.fit_level([added for added in singles if added not in self.fits and added not in self.numberless], True)
-        self.fit_trusting()
-
-    def fit_trusting(self) -> None:
-        """Single effects once more, with every reading trusted: what people read of errors is of such fits.
-
-        Each begins at the base, and at the fit through instruments: from the base alone, strand bending ended at 31 N
-        on a hose where 8 N can be had.
-        """
-        new = [added for added in self.fits if len(added) == 1 and added not in self.examiner.trusting]
-        if self.seen.allows_for_instruments:
-            effects = [self.world.with_added(added) for added in new]
-            jobs = [(each, self.base.vector, sorted(added)) for each, added in zip(effects, new, strict=True)]
-            jobs += [(each, self.fits[added].vector, ()) for each, added in zip(effects, new, strict=True)]
-            ends = self.world.fit_all(jobs, decide=False)
-            found = [
-                min(pair, key=lambda fit: fit.cost) for pair in zip(ends[: len(new)], ends[len(new) :], strict=True)
-            ]
-        else:
-            found = [self.fits[added] for added in new]
-        self.examiner.trusting.update(zip(new, found, strict=True))
+        fit_trusting(self.examiner, self.fits, [added for added in self.fits if len(added) == 1])
 
     def result(self, test: AdequacyTest, base_is_adequate: bool) -> SearchResult:
         """All that was fitted and tested, with the test of the base."""

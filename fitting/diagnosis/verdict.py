@@ -18,6 +18,7 @@ from fitting.diagnosis.outcomes import NOTHING_MISSING, Reason, Verdict, Why
 from fitting.diagnosis.record import Diagnosis, Evidence, Explanation
 from fitting.diagnosis.search_result import SearchResult
 from fitting.diagnosis.substitutes import substitutes
+from fitting.diagnosis.trusting import fit_trusting
 from fitting.instruments.errors import InstrumentErrors
 from fitting.least_squares.held_out import difference
 
@@ -31,10 +32,9 @@ def diagnosis_of(search: SearchResult) -> Diagnosis:
     verdict, why = _decided(search, kept)
     if verdict is Verdict.INCONCLUSIVE:
         kept, classes = [], ()
-    tried = sorted((_explanation(search, added, passed) for added in search.fits), key=lambda e: e.held_out_rmse)
-    near = sorted(tried, key=lambda e: (not e.plausible, e.unexplained))
-    near = [e for e in near if e.unexplained < settings.explains * unexplained(search, search.base)]
-    nearest = tuple(near[: settings.nearest]) if verdict is Verdict.NOT_IN_LIBRARY else ()
+    near = _nearest(search) if verdict is Verdict.NOT_IN_LIBRARY else []
+    fit_trusting(examiner, search.fits, [*kept[: settings.nearest], *near])
+    found = {added: _explanation(search, added, passed) for added in search.fits}
     rmse, full_scale = world.rmse(search.base.rows), float(np.max(np.abs(world.samples.measured[world.in_newtons])))
     left = world.rmse(examiner.as_fitted(kept[0], search.fits[kept[0]]).rows) if kept else search.noise
     return Diagnosis(
@@ -42,7 +42,7 @@ def diagnosis_of(search: SearchResult) -> Diagnosis:
         negligible=verdict not in NOTHING_MISSING and np.sqrt(max(rmse**2 - left**2, 0)) < NEGLIGIBLE * full_scale,
         explanations=tuple(tuple(sorted(added)) for added in kept),
         classes=classes,
-        nearest=nearest,
+        nearest=tuple(found[added] for added in near),
         leading=None if verdict in NOTHING_MISSING else leading_of(world, search.base, search.fits, examiner, settings),
         p_value=search.missing_effect_test.test.p,
         level=search.missing_effect_test.test.level,
@@ -52,7 +52,7 @@ def diagnosis_of(search: SearchResult) -> Diagnosis:
         noise_floor=search.noise,
         full_scale=full_scale,
         effects=evidence,
-        tried=tuple(tried),
+        tried=tuple(sorted(found.values(), key=lambda e: e.held_out_rmse)),
         instruments=instrument_answers(examiner, search.base, search.missing_effect_test.rejected),
         blamed=_blamed(search, kept),
         faint=_faint(search, search.missing_effect_test),
@@ -66,6 +66,15 @@ def diagnosis_of(search: SearchResult) -> Diagnosis:
         substitutes=_substitutes(search),
         changes={added: _change(search, added) for added in search.fits if len(added) == 1 or added in kept},
     )
+
+
+def _nearest(search: SearchResult) -> list[frozenset[str]]:
+    """The sets that leave least unexplained, what stands by itself first."""
+    left = {added: unexplained(search, fit) for added, fit in search.fits.items()}
+    settings, before = search.examiner.settings.verdict, unexplained(search, search.base)
+    helping = [added for added in left if left[added] < settings.explains * before]
+    stands = {added: plausible(search.world, added, search.fits[added]) for added in helping}
+    return sorted(helping, key=lambda added: (not stands[added], left[added]))[: settings.nearest]
 
 
 def _change(search: SearchResult, added: frozenset[str]) -> np.ndarray:

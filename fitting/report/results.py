@@ -227,7 +227,8 @@ def _explanation(e: Explanation) -> dict[str, Any]:
 def steps_result(stages: Sequence[Stage]) -> dict[str, Any]:
     """`discover`: one step per effect added; the first is the model that it began with.
 
-    At the end stand the steps that drop what is not needed any more: their `effect` is empty, and `dropped` names it.
+    `dropped` names what gave way to the effect. At the end stand the steps that drop what is not needed any more: their
+    `effect` is empty.
     `held` are stated sizes of the muscle that are held from there on, for a free fit denies them; `not_kept` are the
     larger models that were tried after a step, in their order, each with the reasons against it.
     """

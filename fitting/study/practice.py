@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from fitting.comparison.compare import Comparison
-from fitting.study.stages import Stage
+from fitting.study.stages import Stage, added_by
 
 ENOUGH = 0.01  # of full scale: what most users of a muscle need; chosen
 
@@ -29,6 +29,4 @@ def practice(stages: Sequence[Stage], c: Comparison, enough: float = ENOUGH) -> 
     """Of the last of these stages, which is the model of the comparison."""
     last = stages[-1]
     held_out = None if last.held_out_rmse is None else last.held_out_rmse / c.full_scale
-    dropped = {name for stage in stages for name in stage.dropped}
-    added = tuple(name for stage in stages for name in stage.added if name not in dropped)
-    return Practice(added, c.rmse / c.full_scale, held_out, enough, last.verdict)
+    return Practice(added_by(stages), c.rmse / c.full_scale, held_out, enough, last.verdict)

@@ -1,5 +1,6 @@
 """The steps of a study: how the error fell from model to model."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -38,3 +39,11 @@ class Stage:
     def residual(self) -> np.ndarray | None:
         """Model minus measurement of every sample that carries weight, in the recording's unit, where it is known."""
         return None if self.comparison is None else self.comparison.fit.residual
+
+
+def added_by(stages: Iterable[Stage]) -> tuple[str, ...]:
+    """What the last of these models has that the first had not: what was added, less what was dropped after that."""
+    here: list[str] = []
+    for stage in stages:
+        here = [name for name in here if name not in stage.dropped] + list(stage.added)
+    return tuple(here)

@@ -1,7 +1,7 @@
 """The top of the page: of each model the verdict, the sentences and the numbers below it, and what to type next."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from fitting.comparison.compare import Comparison
 from fitting.diagnosis.outcomes import Verdict
@@ -21,7 +21,7 @@ from fitting.report.text.stages import added_text
 from fitting.report.text.warnings import comparison_warnings
 from fitting.study.practice import practice
 from fitting.study.preview import suggested
-from fitting.study.stages import Stage
+from fitting.study.stages import Stage, added_by
 from fitting.study.task import Task
 
 
@@ -86,8 +86,10 @@ def _was_missing(d: Diagnosis, model: ShownModel) -> bool:
 
 
 def _added(stages: Sequence[Stage]) -> str:
-    gone = {name for stage in stages for name in stage.dropped}
-    return " and ".join(added_text(stage) for stage in stages[1:] if set(stage.added) - gone)
+    """What the last model has that the first had not, and what of the first gave way to it."""
+    here, own = set(added_by(stages)), {name for stage in stages for name in stage.added}
+    steps = [replace(stage, dropped=tuple(name for name in stage.dropped if name not in own)) for stage in stages[1:]]
+    return " and ".join(added_text(stage) for stage in steps if here & {*stage.added})
 
 
 def _diagnosed(model: ShownModel, models: Sequence[ShownModel]) -> Diagnosis | None:

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from typing import Any
 
+from fitting import full_names
 from fitting.diagnosis.findings import Attempt, Fault, Objection
 from fitting.report.settings import SHOWN
 from fitting.report.text.amounts import amount
@@ -20,9 +21,11 @@ def held_text(names: Sequence[str]) -> list[str]:
     """Which stated sizes are confined since a step, and how a later command keeps them."""
     if not names:
         return []
-    named = " ".join(names)
+    sizes = tuple(dict.fromkeys(map(full_names.common, names)))
+    named = " ".join(sizes)
+    of = " of every data set" if len(sizes) < len(names) else ""
     return [
-        f"A free fit would deny what was measured. From here on {marked(names)} stay within two standard errors "
+        f"A free fit would deny what was measured. From here on {marked(sizes)}{of} stay within two standard errors "
         f"of what was stated. The model that is saved holds them, and later commands keep to that (--free {named} lets "
         "them go)."
     ]

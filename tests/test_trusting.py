@@ -1,0 +1,48 @@
+"""The error that is told of a set is the one that every other command finds: of a fit that trusts every reading."""
+
+import pytest
+from hidden.instruments import EVERY_KIND
+from hidden.simulator import NOISES, write
+from hidden.study.protocols import PROTOCOLS
+from hidden.study.sizes import base_of, hiding
+
+from fitting.diagnosis.diagnose import concluded, searched
+from fitting.diagnosis.trusting import fit_trusting
+from fitting.least_squares.fit import fit
+from fitting.recordings.experiment import read_experiment
+from mckibben_jax.effects import CoulombFriction, EndStop, IdealCylinder, LinearSpring, Tip
+
+BASE = [IdealCylinder(), CoulombFriction()]
+HIDDEN = {"linear_spring": {"K": 300.0}, "end_stop": {"K": 270.0, "eps_s": 0.15}}
+
+
+@pytest.fixture(scope="module")
+def experiment(tmp_path_factory):
+    """Few loops in which two effects hide and every instrument errs."""
+    data = PROTOCOLS["poor"].data(hiding(base_of({}), HIDDEN), NOISES["ar"], 5, EVERY_KIND["laboratory"])
+    return read_experiment(write(data, tmp_path_factory.mktemp("trusting") / "data", say_accuracy=True))
+
+
+@pytest.fixture(scope="module")
+def search(experiment):
+    return searched([experiment], BASE, candidates=[LinearSpring(), EndStop(), Tip()])
+
+
+def test_a_pair_that_is_named_leaves_what_a_fit_of_it_leaves(experiment, search):
+    found = concluded(search)
+    assert found.explanations == (("end_stop", "linear_spring"),)
+    (named,) = (e for e in found.tried if e.effects == found.explanations[0])
+    fitted = fit([experiment], [*BASE, LinearSpring(), EndStop()])
+    assert named.rmse == pytest.approx(fitted.rmse, rel=1e-3)
+    through = search.world.rmse(search.fits[frozenset(named.effects)].rows)
+    assert through > 1.2 * named.rmse  # as instruments let it be seen, which is how it was judged
+
+
+def test_a_set_is_fitted_so_once(search, monkeypatch):
+    pair = frozenset(["end_stop", "tip"])
+    fit_trusting(search.examiner, search.fits, [pair])
+    kept = search.examiner.trusting[pair]
+    assert kept.cost <= search.world.at(kept.effects, search.fits[pair].vector).cost
+    monkeypatch.setattr(type(search.world), "fit_all", lambda *_, **__: [])
+    fit_trusting(search.examiner, search.fits, [pair])
+    assert search.examiner.trusting[pair] is kept
