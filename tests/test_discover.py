@@ -15,9 +15,11 @@ from studied import spring_missing
 
 from fitting.cli.main import main
 from fitting.diagnosis import discover as discovering
+from fitting.diagnosis import judging
 from fitting.diagnosis.among_all import fit_from_smaller
-from fitting.diagnosis.discover import _ends, _first_sound, discover, proposals, worth_judging
+from fitting.diagnosis.discover import discover, proposals, worth_judging
 from fitting.diagnosis.findings import Fault, InstrumentAnswer
+from fitting.diagnosis.judging import ends_of, first_sound
 from fitting.diagnosis.lay_out import universe
 from fitting.diagnosis.outcomes import Reason, Why
 from fitting.diagnosis.record import Explanation, Leading
@@ -305,9 +307,9 @@ def test_an_adequate_model_stays_in_its_valley(adequate, cost, stays, monkeypatc
         with_added=lambda names: names, fit=lambda *_, **__: there, decided=lambda fit: fit, left_out=lambda *_: None,
         at=lambda *_: there,
     )  # fmt: skip
-    monkeypatch.setattr(discovering, "fit_from_smaller", lambda *_, **__: other)
+    monkeypatch.setattr(judging, "fit_from_smaller", lambda *_, **__: other)
     search = SimpleNamespace(examiner=SimpleNamespace(groups=None, left=lambda fit: fit.cost))
-    found = next(_ends(world, search, None, SimpleNamespace(fit=None), ("end_stop",), adequate))
+    found = next(ends_of(world, search, None, SimpleNamespace(fit=None), ("end_stop",), adequate))
     assert found.fit is (there if stays else other)
 
 
@@ -319,10 +321,10 @@ def test_an_adequate_model_stays_where_it_is_right_though_the_way_leads_down(lef
         with_added=lambda names: names, fit=lambda *_, **__: there, decided=lambda fit: fit, left_out=lambda *_: None,
         at=lambda *_: before,
     )  # fmt: skip
-    monkeypatch.setattr(discovering, "fit_from_smaller", lambda *_, **__: other)
+    monkeypatch.setattr(judging, "fit_from_smaller", lambda *_, **__: other)
     beyond = {id(before): left, id(there): 1.0}
     search = SimpleNamespace(examiner=SimpleNamespace(groups=None, left=lambda fit: beyond[id(fit)]))
-    ends = list(_ends(world, search, None, SimpleNamespace(fit=None), ("end_stop",), True))
+    ends = list(ends_of(world, search, None, SimpleNamespace(fit=None), ("end_stop",), True))
     assert [end.fit for end in ends] == ([before, there] if stays else [there])
-    assert _first_sound(ends, lambda end: ("too dear",) if end.fit is before else ()).fit is there
-    assert _first_sound(ends, lambda end: ("anything",)) is ends[0]
+    assert first_sound(ends, lambda end: ("too dear",) if end.fit is before else ()).fit is there
+    assert first_sound(ends, lambda end: ("anything",)) is ends[0]

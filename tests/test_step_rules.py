@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from fitting.diagnosis import step_rules
-from fitting.diagnosis.discover import Judged, in_order
 from fitting.diagnosis.findings import Fault, Objection
+from fitting.diagnosis.judging import Judged, in_order
 from fitting.diagnosis.step_rules import RULES, Fitted, denied_sizes, objections
 from fitting.problem.estimate import Estimate
 

@@ -1,26 +1,20 @@
 """Diagnose and add one effect at a time, until nothing more can be said that a mechanician would sign."""
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
-import numpy as np
-
-from fitting.diagnosis.among_all import fit_from_smaller
-from fitting.diagnosis.candidate_fit import CandidateFit
 from fitting.diagnosis.course import ModelOnTheWay, OnStep, Step, values_of
 from fitting.diagnosis.diagnose import Progress, concluded, library_candidates, one_thread, prepared
 from fitting.diagnosis.dropping import smaller_models
 from fitting.diagnosis.equivalent import leading_of
-from fitting.diagnosis.findings import Attempt, Objection
+from fitting.diagnosis.findings import Attempt
+from fitting.diagnosis.judging import fitted, in_order, judge
 from fitting.diagnosis.outcomes import NOTHING_MISSING, Reason, Verdict, Why
 from fitting.diagnosis.record import Diagnosis
 from fitting.diagnosis.search import Search
 from fitting.diagnosis.search_result import SearchResult
-from fitting.diagnosis.step_rules import RULES, Fitted, StepRules, denied_sizes, objections
-from fitting.diagnosis.universe import Universe
-from fitting.least_squares import held_out
-from fitting.least_squares.unbent import UNBENT
+from fitting.diagnosis.step_rules import RULES, StepRules, objections
 from fitting.problem.varying import Varying
 from fitting.recordings.records import Experiment
 from mckibben_jax.effect import Effect, name_of
@@ -124,80 +118,23 @@ def _next(
     rules: StepRules,
 ) -> tuple[ModelOnTheWay | None, tuple[Attempt, ...]]:
     """The best proposal of the first tier that has one which obeys the rules, and what was tried and does not."""
-    before, attempts = _fitted(here.world, here.base, here), list[Attempt]()
+    before, attempts = fitted(here.world, here.base, here), list[Attempt]()
     adequate = {e.effects for e in found.tried if e.adequate}
     for tier in tiers:
-        judged = lambda names: _judged(here, before, names, rules, names in adequate)  # noqa: E731
+        judged = lambda names: judge(here, before, names, rules, names in adequate)  # noqa: E731
         with ThreadPoolExecutor(here.world.settings.workers) as workers:
             fits = list(workers.map(judged, tier))
         attempts += [fit.attempt for fit in fits if fit.why]
         for fit in in_order([t for t in fits if not t.why], rules):
             effects = with_added(present, [known[name] for name in fit.names])
             larger = begin(effects, values_of(here.world, fit.after.fit.vector), fit.after.fit.confined)
-            after = _fitted(larger.world, larger.base, larger)  # its own search may have ended in a lower valley
+            after = fitted(larger.world, larger.base, larger)  # its own search may have ended in a lower valley
             why = objections(before, after, rules, fit.names in adequate, fit.alike)
             if not why:
                 gone = tuple(each for each in map(name_of, present) if each not in map(name_of, effects))
                 return ModelOnTheWay(fit.names, effects, larger, fit.confined, gone), tuple(attempts)
             attempts.append(Attempt(fit.names, after.rmse, after.held_out_rmse, why))
     return None, tuple(attempts)
-
-
-@dataclass(frozen=True, eq=False)
-class Judged:
-    """A larger model among the candidates, beside the smaller one with stated sizes confined alike.
-
-    `confined` are the stated sizes if they had to be, for a free fit would deny some.
-    """
-
-    names: tuple[str, ...]
-    after: Fitted
-    alike: Fitted
-    confined: tuple[str, ...]
-    why: tuple[Objection, ...]
-
-    @property
-    def attempt(self) -> Attempt:
-        """As what was tried and not kept."""
-        return Attempt(self.names, self.after.rmse, self.after.held_out_rmse, self.why)
-
-
-def in_order(sound: Sequence[Judged], rules: StepRules) -> list[Judged]:
-    """Sound models in the order in which they are kept: by the error on held-out runs, as far as that tells.
-
-    Where the best is not better than another by its standard error, held-out runs do not decide between them. Then one
-    that stays by itself within the stated sizes comes first, then fewer numbers, then the smaller error in sample.
-    """
-    order = sorted(sound, key=lambda t: t.after.held_out_rmse)
-    if not order:
-        return []
-
-    def rivals_the_best(t: Judged) -> bool:
-        best = order[0].after
-        fall, error = held_out.difference(t.after.left_out, best.left_out, best.groups)
-        return fall <= rules.errors * error
-
-    first = [t for t in order if rivals_the_best(t)]
-    first.sort(key=lambda t: (t.after.fit.confined, len(t.after.fit.free), t.after.rmse))
-    return [*first, *(t for t in order if t not in first)]
-
-
-def _judged(search: SearchResult, before: Fitted, names: tuple[str, ...], rules: StepRules, adequate: bool) -> Judged:
-    """Fit a larger model, and see what speaks against it.
-
-    Where it denies a stated size, nothing else that it says counts: both models are fitted again with sizes confined.
-    """
-    ends = _ends(search.world, search, search.fits[frozenset(names)].vector, before, names, adequate)
-    after = _first_sound(ends, lambda end: objections(before, end, rules, adequate))
-    why = objections(before, after, rules, adequate)
-    if not denied_sizes(why):
-        return Judged(names, after, before, (), why)
-    world = search.world.confined()
-    smaller = _fitted(world, world.fit(search.base.effects, search.base.vector), search)
-    ends = _ends(world, search, after.fit.vector, smaller, names, adequate)
-    again = _first_sound(ends, lambda end: objections(before, end, rules, adequate, smaller))
-    why = objections(before, again, rules, adequate, smaller)
-    return Judged(names, again, smaller, tuple(world.from_stated(again.fit)), why)
 
 
 Tier = list[tuple[str, ...]]
@@ -256,42 +193,6 @@ def worth_judging(found: Diagnosis, rules: StepRules = RULES) -> list[Tier]:
         return one.held_out_rmse < share * found.held_out_rmse
 
     return _without_repeats([[names for names in tier if pays(names)] for tier in proposals(found, rules)])
-
-
-def _first_sound(ends: Iterable[Fitted], against: Callable[[Fitted], tuple[Objection, ...]]) -> Fitted:
-    """The first of these ends of a search against which nothing speaks; the first of all, if something does of each."""
-    every = list[Fitted]()
-    for end in ends:
-        if not against(end):
-            return end
-        every.append(end)
-    return every[0]
-
-
-def _ends(
-    world: Universe, search: SearchResult, begin: np.ndarray, smaller: Fitted, names: Sequence[str], adequate: bool
-) -> Iterator[Fitted]:
-    """A larger model fitted from where it ended before and from the smaller one's optimum, whichever ends lower.
-
-    An adequate one stays where it is so, unless it errs far more there: the lowest valley may be one that instruments
-    made, with an effect at the wrong end of its range. Where the way to it leads down from where the model is right,
-    that place itself comes first.
-    """
-    effects, left = world.with_added(names), search.examiner.left
-    there = world.fit(effects, begin, decide=False)
-    other = fit_from_smaller(world, effects, smaller.fit, decide=False)
-    if adequate:
-        before = world.at(effects, begin)
-        if left(before) < UNBENT.clearly**2 * left(there) and before.cost < UNBENT.dearer * other.cost:
-            yield _fitted(world, before, search)
-    stays = adequate and there.cost < UNBENT.dearer * other.cost
-    ended = there if stays else min((there, other), key=lambda end: end.cost)
-    yield _fitted(world, world.decided(ended), search)
-
-
-def _fitted(world: Universe, fit: CandidateFit, search: Search | SearchResult) -> Fitted:
-    groups = search.examiner.groups
-    return Fitted(world, fit, world.left_out(fit, groups), groups)
 
 
 def with_added(present: Sequence[Effect], new: Sequence[Effect]) -> list[Effect]:
