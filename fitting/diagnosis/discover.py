@@ -126,7 +126,8 @@ def _next(
             fits = list(workers.map(judged, tier))
         attempts += [fit.attempt for fit in fits if fit.why]
         for fit in in_order([t for t in fits if not t.why], rules):
-            effects = with_added(present, [known[name] for name in fit.names])
+            left = [effect for effect in present if name_of(effect) not in fit.gone]
+            effects = with_added(left, [known[name] for name in fit.names])
             larger = begin(effects, values_of(here.world, fit.after.fit.vector), fit.after.fit.confined)
             after = fitted(larger.world, larger.base, larger)  # its own search may have ended in a lower valley
             why = objections(before, after, rules, fit.names in adequate, fit.alike)

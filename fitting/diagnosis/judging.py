@@ -1,17 +1,18 @@
 """A larger model in a discovery: fitted from where it is likely to end, and what speaks against it."""
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from fitting.diagnosis.among_all import fit_from_smaller
 from fitting.diagnosis.candidate_fit import CandidateFit
-from fitting.diagnosis.findings import Attempt, Objection
+from fitting.diagnosis.findings import Attempt, Fault, Objection
 from fitting.diagnosis.search import Search
 from fitting.diagnosis.search_result import SearchResult
 from fitting.diagnosis.step_rules import Fitted, StepRules, denied_sizes, objections
 from fitting.diagnosis.universe import Universe
+from fitting.full_names import owner_of
 from fitting.least_squares import held_out
 from fitting.least_squares.unbent import UNBENT
 
@@ -20,7 +21,8 @@ from fitting.least_squares.unbent import UNBENT
 class Judged:
     """A larger model among the candidates, beside the smaller one with stated sizes confined alike.
 
-    `confined` are the stated sizes if they had to be, for a free fit would deny some.
+    `confined` are the stated sizes if they had to be, for a free fit would deny some; `gone` are effects of the smaller
+    model that the larger one has not.
     """
 
     names: tuple[str, ...]
@@ -28,6 +30,7 @@ class Judged:
     alike: Fitted
     confined: tuple[str, ...]
     why: tuple[Objection, ...]
+    gone: tuple[str, ...] = ()
 
     @property
     def attempt(self) -> Attempt:
@@ -58,6 +61,16 @@ def in_order(sound: Sequence[Judged], rules: StepRules) -> list[Judged]:
 def judge(search: SearchResult, before: Fitted, names: tuple[str, ...], rules: StepRules, adequate: bool) -> Judged:
     """Fit a larger model, and see what speaks against it.
 
+    Where nothing is missing from it but an effect of the smaller one has become idle beside what is new, that one gives
+    way: friction that was Coulomb's while there was no other ends at 0 where friction is constant.
+    """
+    found = _with_all(search, before, names, rules, adequate)
+    return (adequate and _giving_way(search, before, found, rules)) or found
+
+
+def _with_all(search: SearchResult, before: Fitted, names: tuple[str, ...], rules: StepRules, adequate: bool) -> Judged:
+    """The larger model with every effect of the smaller one.
+
     Where it denies a stated size, nothing else that it says counts: both models are fitted again with sizes confined.
     """
     ends = ends_of(search.world, search, search.fits[frozenset(names)].vector, before, names, adequate)
@@ -71,6 +84,23 @@ def judge(search: SearchResult, before: Fitted, names: tuple[str, ...], rules: S
     again = first_sound(ends, lambda end: objections(before, end, rules, adequate, smaller))
     why = objections(before, again, rules, adequate, smaller)
     return Judged(names, again, smaller, tuple(world.from_stated(again.fit)), why)
+
+
+def _giving_way(search: SearchResult, before: Fitted, found: Judged, rules: StepRules) -> Judged | None:
+    """A larger model without the effect of the smaller one that all objections are about; None unless that is sound.
+
+    It is sound if nothing is missing from it either, and it obeys every rule.
+    """
+    idle = {owner_of(why.about) if why.reason in (Fault.BOUND, Fault.UNKNOWN) else "" for why in found.why}
+    world, effects = found.after.world, found.after.fit.effects - idle
+    if len(idle) != 1 or not idle <= before.fit.effects or world.lacking(effects):
+        return None
+    through = search.examiner.seen.settled(effects, found.after.fit.vector)
+    if search.examiner.adequacy(frozenset(), through, search.fits).why is not None:
+        return None
+    after = fitted(world, world.fit(effects, found.after.fit.vector), search)
+    sound = not objections(before, after, rules, True, found.alike)
+    return replace(found, after=after, why=(), gone=tuple(idle)) if sound else None
 
 
 def first_sound(ends: Iterable[Fitted], against: Callable[[Fitted], tuple[Objection, ...]]) -> Fitted:

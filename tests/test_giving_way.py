@@ -1,0 +1,78 @@
+"""An effect of the smaller model that has become idle beside a new one gives way to it, and only then."""
+
+from types import SimpleNamespace
+
+import pytest
+from small_muscle import loops, surface, write
+
+from fitting.diagnosis import judging
+from fitting.diagnosis.discover import discover
+from fitting.diagnosis.findings import Fault, Objection
+from fitting.diagnosis.judging import Judged, judge
+from fitting.diagnosis.step_rules import RULES
+from fitting.recordings.experiment import read_experiment
+from mckibben_jax.effects import ConstantFriction, CoulombFriction, IdealCylinder, Tip
+
+BASE = (IdealCylinder(), CoulombFriction())
+BOUND, VAGUE = Objection(Fault.BOUND, "coulomb_friction.f_s"), Objection(Fault.UNKNOWN, "coulomb_friction.f_s", 0.3)
+
+
+def test_constant_friction_takes_the_place_of_coulombs(tmp_path):
+    """Coulomb's ends at 0 beside it; the step was refused for that, and the discovery stood still."""
+    constant = lambda eps, pressure, sign: (15.0 - 0.012 * surface(eps) * pressure) * sign  # noqa: E731
+    experiment = read_experiment(write(tmp_path / "set", loops(constant, points=40, repeats=2)))
+    steps = discover([experiment], BASE, candidates=[ConstantFriction(), Tip()])
+    assert [(step.added, step.dropped) for step in steps] == [
+        (("baseline",), ()),
+        (("constant_friction",), ("coulomb_friction",)),
+    ]
+    assert steps[-1].verdict == "nothing detectable"
+    assert steps[-1].rmse == pytest.approx(0.3, rel=0.05)  # the noise
+
+
+@pytest.fixture
+def judged(monkeypatch):
+    """`judge` of a model with "new" beside "coulomb_friction", when these objections are raised against it."""
+
+    def one(why, without=(), adequate=True, missing=None, needed=()):
+        effects = frozenset(["coulomb_friction", "new"])
+        world = SimpleNamespace(lacking=lambda left: needed, fit=lambda left, _: SimpleNamespace(effects=left))
+        after = SimpleNamespace(world=world, fit=SimpleNamespace(effects=effects, vector=None))
+        before = SimpleNamespace(fit=SimpleNamespace(effects=frozenset(["coulomb_friction"])))
+        seen = SimpleNamespace(settled=lambda *_: None)
+        tested = SimpleNamespace(adequacy=lambda *_: SimpleNamespace(why=missing), seen=seen)
+        monkeypatch.setattr(judging, "_with_all", lambda *_: Judged(("new",), after, before, (), tuple(why)))
+        monkeypatch.setattr(judging, "fitted", lambda world, fit, search: SimpleNamespace(world=world, fit=fit))
+        monkeypatch.setattr(judging, "objections", lambda *_: tuple(without))
+        return judge(SimpleNamespace(examiner=tested, fits={}), before, ("new",), RULES, adequate)
+
+    return one
+
+
+@pytest.mark.parametrize("why", [[BOUND], [VAGUE], [BOUND, VAGUE]])
+def test_what_has_become_idle_gives_way(judged, why):
+    found = judged(why)
+    assert (found.why, found.gone) == ((), ("coulomb_friction",))
+    assert found.after.fit.effects == {"new"}
+
+
+@pytest.mark.parametrize(
+    "given",
+    [
+        {"why": [BOUND], "adequate": False},  # something is missing from the larger model
+        {"why": [BOUND], "missing": "p"},  # or from the larger one without it
+        {"why": [BOUND], "without": [Objection(Fault.NO_GAIN)]},  # it pays only with both
+        {"why": [BOUND], "needed": ("friction",)},  # another effect needs it
+        {"why": [BOUND, Objection(Fault.NO_GAIN)]},  # it does not pay, whatever stands at its bound
+        {"why": [Objection(Fault.BOUND, "new.K")]},  # what is new is idle itself
+        {"why": [BOUND, Objection(Fault.BOUND, "ideal_cylinder.k")]},  # of two one cannot say which is idle
+        {"why": [Objection(Fault.DENIES, "muscle.radius")]},
+    ],
+)
+def test_in_all_other_cases_the_objections_stand(judged, given):
+    found = judged(**given)
+    assert (found.why, found.gone) == (tuple(given["why"]), ())
+
+
+def test_a_step_against_which_nothing_speaks_keeps_both(judged):
+    assert judged([]).gone == ()
