@@ -14,6 +14,8 @@ from fitting import use_64_bit
 use_64_bit()  # with the store of compiled programs: what one file of tests has compiled, the next ones load
 threadpool_limits(1, "blas")  # as a diagnosis does: on small matrices a second thread costs a hundredfold
 os.environ["OPENBLAS_NUM_THREADS"] = "1"  # and in the processes that tests start
+# JAX makes so many objects while it traces that Python looked for unreachable ones in an eighth of the time.
+gc.set_threshold(50_000, *gc.get_threshold()[1:])
 
 # Files that take a minute and more: they begin first, so that no worker waits for another one's at the end.
 LONGEST = (
