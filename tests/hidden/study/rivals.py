@@ -9,6 +9,7 @@ Whatever is left is the answer: none of these can say "one of" or "not in the li
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable, Sequence
 from typing import Any
 
@@ -218,10 +219,14 @@ def thresholded(columns: np.ndarray, left: np.ndarray, share: float) -> tuple[fl
 
 
 def lasso(columns: np.ndarray, left: np.ndarray, _groups: np.ndarray) -> np.ndarray:
-    """The point of the lasso path with the least BIC."""
+    """The point of the lasso path with the least BIC. The path ends where columns that are alike have no order left, of
+    which the library warns once a column: the point is chosen from what was followed before."""
+    from sklearn.exceptions import ConvergenceWarning
     from sklearn.linear_model import LassoLarsIC
 
-    return LassoLarsIC(criterion="bic", fit_intercept=False).fit(columns, left).coef_
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", ConvergenceWarning)
+        return LassoLarsIC(criterion="bic", fit_intercept=False).fit(columns, left).coef_
 
 
 def pursuit(columns: np.ndarray, left: np.ndarray, groups: np.ndarray) -> np.ndarray:
