@@ -2,6 +2,7 @@
 
 import gc
 import json
+import os
 import subprocess
 import sys
 
@@ -37,6 +38,18 @@ def test_help_is_there_before_anything_heavy_is_loaded(args):
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     assert "Usage" in done.stdout
+
+
+@pytest.mark.parametrize(("name", "set_by_the_user", "used"), [
+    ("compare", None, "cpu"), ("compare", "cuda", "cuda"), ("sweep", None, None), ("sweep", "cpu", "cpu"),
+])  # fmt: skip
+def test_only_a_sweep_takes_a_gpu_unless_the_user_says_so(name, set_by_the_user, used, monkeypatch):
+    monkeypatch.setenv("JAX_PLATFORMS", "")  # so that what the command sets is taken away again after the test
+    monkeypatch.delenv("JAX_PLATFORMS")
+    if set_by_the_user:
+        monkeypatch.setenv("JAX_PLATFORMS", set_by_the_user)
+    assert main.get_command(None, name) is not None  # type: ignore[arg-type]
+    assert os.environ.get("JAX_PLATFORMS") == used
 
 
 def test_a_command_collects_seldom_and_leaves_the_process_as_it_was(monkeypatch):
