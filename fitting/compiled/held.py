@@ -1,8 +1,9 @@
 """The compiled programs that a process holds: as many as memory and kernel bear, the least recently used go first.
 
-The large program of a diagnosis takes 300 MB and 3,300 of the 65,530 memory mappings that Linux allows a process.
-Beyond them LLVM ends the process ("Cannot allocate memory"); fifteen data sets of seven shapes had taken 27,500. A
-program that was let go is read from the disk again, in a second or two, when it is asked for.
+The large program of a diagnosis takes 1,400 of the 65,530 memory mappings that Linux allows a process (3,300 until it
+was compiled as `compiler.py` says). Beyond them LLVM ends the process ("Cannot allocate memory"); fifteen data sets of
+seven shapes had taken 27,500. A program that was let go is read from the disk again, in a second or two, when it is
+asked for.
 """
 
 import ctypes
@@ -16,7 +17,7 @@ from threading import RLock
 from typing import ClassVar
 from weakref import WeakSet
 
-MOST = 6  # programs of one process, for two data sets in turn: a diagnosis needs three, 3,500 mappings and 300 MB
+MOST = 6  # programs of one process, for two data sets in turn: a diagnosis needs three
 SHARE = 0.2  # of the mappings that the kernel allows: where that is passed, programs go though they are fewer
 MAPPINGS, ALLOWED = Path("/proc/self/maps"), Path("/proc/sys/vm/max_map_count")
 

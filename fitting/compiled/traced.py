@@ -23,6 +23,7 @@ from jax import export
 from jax.core import Tracer
 
 from fitting.compiled import store
+from fitting.compiled.compiler import compiler_options
 from fitting.compiled.held import Programs
 
 P = ParamSpec("P")
@@ -80,7 +81,7 @@ class Kept(Generic[P, R]):
         asked = (folder, tree, shapes, rest)
         program = self.programs.get(asked)
         if program is None:
-            program = jax.jit(self._read_or_traced(folder, leaves, tree, rest))
+            program = jax.jit(self._read_or_traced(folder, leaves, tree, rest), compiler_options=compiler_options())
             self.programs.put(asked, program)
         return program
 
