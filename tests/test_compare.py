@@ -14,6 +14,7 @@ from fitting.problem.residuals import Samples
 from fitting.recordings.experiment import read_experiment
 from fitting.report.text.comparison import error_cells, place_text
 from fitting.report.text.next_step import after_comparison
+from fitting.report.text.warnings import comparison_warnings
 from fitting.study.baseline import baseline
 
 
@@ -78,6 +79,25 @@ def test_loops_that_drift_are_told(tmp_path):
     assert found.fingerprint.cycle_drift > 0.5
 
 
+@pytest.mark.parametrize("later", [-3.0, 3.0])
+def test_loops_that_all_change_in_one_direction_are_no_noise(later, tmp_path):
+    """The second of two loops pulls 3 N less (or more) in all of six runs: the noise is still 0.3 N."""
+    pull = np.repeat([0.0, later], [119, 118])
+    found = compared(tmp_path, lambda *_: -pull, pressures=(1e5, 1.5e5, 2e5, 2.5e5, 3e5, 4e5), repeats=2)
+    assert found.noise_floor == pytest.approx(0.3, rel=0.15)
+    assert found.one_way.runs == 6
+    assert found.one_way.shift == pytest.approx(-later, rel=0.05)
+    words = f"N {'more' if later > 0 else 'less'} than the one before"
+    assert words in " ".join(comparison_warnings(found))
+
+
+def test_loops_that_change_in_either_direction_are_noise(tmp_path):
+    pulls = iter(np.repeat([0.0, later], [119, 118]) for later in (3, -3, 3, 3, -3, 3))
+    found = compared(tmp_path, lambda *_: -next(pulls), pressures=(1e5, 1.5e5, 2e5, 2.5e5, 3e5, 4e5), repeats=2)
+    assert found.one_way is None
+    assert found.noise_floor > 1.0
+
+
 def test_without_repetition_there_is_no_floor_and_it_is_said(tmp_path):
     found = compared(tmp_path, lambda *_: 0.0, repeats=1)
     assert found.noise_floor is None
@@ -100,6 +120,16 @@ def test_tables_hold_every_sample_and_the_whole_error(spring):
         assert count.sum() == len(spring.fit.samples)
         assert np.sqrt(np.average(square, weights=count)) == pytest.approx(spring.rmse)
     assert [table.title for table in spring.tables][:3] == ["pressure", "contraction", "branch"]
+
+
+def test_a_run_in_which_the_pressure_changes_is_sorted_by_its_loops(tmp_path):
+    """Two pressures in one run, one after the other: neither is shown under the other's name."""
+    rows = [(run // 2, time + 20.0 * (run % 2), *rest) for run, time, *rest in loops(pressures=(1e5, 2e5, 3e5, 4e5))]
+    experiment = read_experiment(write(tmp_path, rows))
+    found = compare(fit([experiment], baseline(), starts=1), [experiment])
+    shown = [float(row.label.removesuffix(" kPa")) for row in found.tables[0].rows]
+    assert shown == pytest.approx([100, 200, 300, 400], rel=0.01)
+    assert min(row.count for row in found.tables[0].rows) > 300
 
 
 def test_points_without_direction_have_no_parity(tmp_path):

@@ -5,7 +5,10 @@ from types import SimpleNamespace
 
 import pytest
 
-from fitting.report.text.path import path_result, path_texts
+from fitting.diagnosis.findings import Blamed
+from fitting.instruments.sources import ErrorKind, Source
+from fitting.recordings.accuracy import Channel
+from fitting.report.text.path import blamed_on_the_way, path_result, path_texts
 from fitting.study.stages import Stage
 
 AT_ONE_PERCENT = SimpleNamespace(level=0.01)
@@ -49,3 +52,13 @@ def test_a_step_from_instruments_that_erred_too_much_says_so():
 )
 def test_nothing_is_said_where_nothing_was_discovered(steps):
     assert path_texts(steps) == []
+
+
+@pytest.mark.parametrize(("added", "size", "told"), [("effect_0", 11e3, 1), ("effect_0", 300.0, 0), ("other", 11e3, 0)])
+def test_an_added_effect_that_blames_an_instrument_says_by_how_much_at_the_end_too(added, size, told):
+    zero = Source(Channel.PRESSURE, ErrorKind.ZERO, 400.0, 400.0)
+    blaming = SimpleNamespace(level=0.01, blamed=(Blamed(added, zero, size, None),))
+    first, last = stages(5e-4, 0.4)
+    said = blamed_on_the_way([replace(first, diagnosis=blaming), last])
+    assert len(said) == told
+    assert all("effect_0" in text and "off by 11 kPa (0.4 kPa allowed, 28 times" in text for text in said)

@@ -64,9 +64,9 @@ def _levels(values: np.ndarray) -> np.ndarray | None:
     return np.array([part[0] for part in parts])
 
 
-def by_run(values: np.ndarray, run: np.ndarray) -> np.ndarray:
-    """Each sample's value replaced by the median of its run."""
-    names, of = np.unique(run, return_inverse=True)
+def medians(values: np.ndarray, part: np.ndarray) -> np.ndarray:
+    """Each sample's value replaced by the median of its part of a recording: of its run, or its loop."""
+    names, of = np.unique(part, return_inverse=True)
     return np.array([np.median(values[of == k]) for k in range(len(names))])[of]
 
 

@@ -6,10 +6,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from fitting import units
-from fitting.comparison.bins import Bins, bins, by_run
+from fitting.comparison.bins import Bins, bins, medians
 from fitting.comparison.fingerprint import Fingerprint, exponents
 from fitting.comparison.parity import Cells, cells, pressure_bins
-from fitting.comparison.repeats import Pair, drift, find_repeats, noise_floor
+from fitting.comparison.repeats import OneWay, Pair, drift, find_repeats, noise_floor, one_way
 from fitting.comparison.settings import ERRORS
 from fitting.least_squares.evaluate import rmse_at_pressures
 from fitting.least_squares.force_band import ForceBand, force_bands
@@ -89,6 +89,7 @@ class Comparison:
     notes: tuple[str, ...]
     channels: tuple[ChannelErrors, ...] = ()  # what the instruments of each recording may err by
     if_absolute: float | None = None  # the error, were the pressures absolute; None where they cannot be
+    one_way: OneWay | None = None  # what every loop changes by beside the one before, where all runs agree
     bands: tuple[ForceBand, ...] = ()  # where force readings of a new run will lie, for each kind of test
 
     @property
@@ -137,6 +138,7 @@ def compare(fit: Fit, experiments: Sequence[Experiment]) -> Comparison:
         noise=float(np.sqrt(np.average([s.noise**2 for s in chosen], weights=[s.count for s in chosen]))),
         noise_sources=tuple(dict.fromkeys(score.noise_source for score in chosen)),
         noise_floor=noise_floor(pairs),
+        one_way=one_way(pairs),
         by_recording=scores,
         tables=_tables(samples, residual, tests, fit, recordings),
         worst=_worst(samples, residual, tests),
@@ -199,7 +201,7 @@ def _tables(
 ) -> tuple[Table, ...]:
     speed = np.abs(samples.rate) * np.array([float(t.muscle.length) for t in fit.layout.templates])[samples.dataset]
     held = np.isin(tests, ("loop",))
-    speed = np.where(held, by_run(speed, samples.run), speed)
+    speed = np.where(held, medians(speed, samples.run), speed)
     tables = [
         _table("pressure", pressure_bins(samples, tests == "loop"), "Pa", residual),
         _table("contraction", bins(samples.contraction), "1", residual),

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fitting.comparison.bins import Bins, bins, by_run
+from fitting.comparison.bins import Bins, bins, medians
 from fitting.comparison.settings import BINS
 from fitting.problem.residuals import Samples
 
@@ -40,8 +40,9 @@ class Cells:
 
 
 def pressure_bins(samples: Samples, steady: np.ndarray, steps: int = 6) -> Bins:
-    """Groups of pressure: of whole runs where the pressure is held (`steady`), else of samples."""
-    return bins(np.where(steady, by_run(samples.pressure, samples.run), samples.pressure), steps)
+    """Groups of pressure: of whole loops where the pressure is held (`steady`), else of samples."""
+    _, loop = np.unique(np.stack([samples.run, samples.loop]), axis=1, return_inverse=True)
+    return bins(np.where(steady, medians(samples.pressure, loop.ravel()), samples.pressure), steps)
 
 
 def cells(samples: Samples, residual: np.ndarray, steady: np.ndarray) -> Cells:

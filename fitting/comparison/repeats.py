@@ -15,11 +15,30 @@ class Pair:
 
     difference: np.ndarray  # later minus earlier, N
     spread: np.ndarray  # variance of the difference, in units of the variance of one reading
+    run: int  # of which run
 
     @property
     def variance(self) -> float:
         """Variance of one reading."""
         return float(np.mean(self.difference**2 / self.spread))
+
+    @property
+    def shift(self) -> float:
+        """How much the residual changes on average, N."""
+        return float(np.mean(self.difference))
+
+    @property
+    def own_variance(self) -> float:
+        """Variance of one reading beside that change."""
+        return float(np.mean((self.difference - self.shift) ** 2 / self.spread))
+
+
+@dataclass(frozen=True)
+class OneWay:
+    """What every loop differs by from the one before, always in one direction: the muscle or the rig changes."""
+
+    shift: float  # of the residual from a loop to the next, N: positive where the later loop pulls less
+    runs: int  # all of which agree in the direction
 
 
 def find_repeats(samples: Samples, residual: np.ndarray, pressure_led: np.ndarray) -> tuple[Pair, ...]:
@@ -41,9 +60,27 @@ def find_repeats(samples: Samples, residual: np.ndarray, pressure_led: np.ndarra
 def noise_floor(pairs: tuple[Pair, ...]) -> float | None:
     """Standard deviation of one reading from repetitions, N; None without any.
 
-    The median over pairs: a first loop with a fresh memory may differ from the second for a good reason.
+    The median over pairs: a first loop with a fresh memory may differ from the second for a good reason. What changes
+    in every run in the same direction is no noise, and is left out.
     """
-    return float(np.sqrt(np.median([pair.variance for pair in pairs]))) if pairs else None
+    if not pairs:
+        return None
+    steady = one_way(pairs) is None
+    return float(np.sqrt(np.median([pair.variance if steady else pair.own_variance for pair in pairs])))
+
+
+def one_way(pairs: tuple[Pair, ...]) -> OneWay | None:
+    """Whether loops change in one direction by more than they scatter; None where they do not, or in few runs.
+
+    By the signs of the runs, which are independent where the branches of one loop are not: six that agree come about by
+    chance in one of 32 rigs.
+    """
+    runs = {pair.run: [p.shift for p in pairs if p.run == pair.run] for pair in pairs}
+    shifts = np.array([np.mean(each) for each in runs.values()])
+    agree = len(shifts) >= ERRORS.fewest_agreeing and abs(np.sum(np.sign(shifts))) == len(shifts)
+    if not agree or np.mean(shifts**2) < np.median([pair.own_variance for pair in pairs]):
+        return None
+    return OneWay(float(np.mean(shifts)), len(shifts))
 
 
 def drift(pairs: tuple[Pair, ...]) -> float | None:
@@ -92,4 +129,4 @@ def _pair(
     left = right - 1
     share = (along[inside] - along[later[left]]) / np.maximum(along[later[right]] - along[later[left]], 1e-300)
     value = (1 - share) * residual[later[left]] + share * residual[later[right]]
-    return Pair(value - residual[inside], 1 + share**2 + (1 - share) ** 2)
+    return Pair(value - residual[inside], 1 + share**2 + (1 - share) ** 2, int(samples.run[earlier[0]]))

@@ -106,8 +106,8 @@ class Samples:
     dataset: np.ndarray
     recording: np.ndarray
     run: np.ndarray  # numbered through all recordings
-    loop: np.ndarray  # numbered through all runs
-    half: np.ndarray
+    loop: np.ndarray  # numbered within its run
+    half: np.ndarray  # the same
     row: np.ndarray
     time: np.ndarray
     contraction: np.ndarray

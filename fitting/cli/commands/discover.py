@@ -46,7 +46,7 @@ def command(**options: Any) -> None:
     from fitting.report.text.fit import fit_report
     from fitting.report.text.layout import line, lines
     from fitting.report.text.next_step import after_discovery
-    from fitting.report.text.path import path_result, path_texts
+    from fitting.report.text.path import blamed_on_the_way, path_result, path_texts
     from fitting.report.text.practice import practice_result, practice_text
     from fitting.report.text.study import step_report, steps_report
     from fitting.study.diagnosing import all_candidates, candidates_of, in_newtons
@@ -69,7 +69,7 @@ def command(**options: Any) -> None:
     words = fell + judgement(compared)
     use = practice(stages, compared, enough)
     run.print([line("RESULT", practice_text(use), "bold"), line("ERROR", words)])
-    run.print([line("MODEL NOW", effect_set(found.task.names))])
+    run.print([line("MODEL NOW", effect_set(found.task.names)), *lines("CHECK", blamed_on_the_way(stages))])
     run.print([*steps_report(stages, unit), *lines("PATH", path_texts(stages)), line("", "")])
     run.print([*diagnosis_report(found.diagnosis, unit, len(compared.fit.samples)), *fit_report(compared.fit)])
     final = compared.fit if motions is None else motions.after

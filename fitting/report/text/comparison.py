@@ -56,7 +56,8 @@ def floor_text(c: Comparison) -> str:
     reading = f"The noise of one reading is {amount(c.noise, c.unit)} ({_sources(c)})"
     if c.noise_floor is None:
         return f"{reading}; no loop was repeated, so it cannot be checked."
-    return f"{reading}; repeated loops agree to {amount(c.noise_floor, c.unit)}."
+    beside = "" if c.one_way is None else ", beside what changes in all of them in one direction"
+    return f"{reading}; repeated loops agree to {amount(c.noise_floor, c.unit)}{beside}."
 
 
 def fails(c: Comparison) -> bool:
@@ -144,7 +145,11 @@ def _meaning(exponent: float) -> str:
 
 def _drift(traces: Fingerprint) -> list[str]:
     drift = traces.cycle_drift
-    return [f"{percent(drift)} of the misfit changes from one loop to its repetition"] if drift and drift > 0.1 else []
+    return (
+        [f"{percent(min(drift, 1.0))} of the misfit changes from one loop to its repetition"]
+        if drift and drift > 0.1
+        else []
+    )
 
 
 def comparison_report(c: Comparison) -> list[RenderableType]:

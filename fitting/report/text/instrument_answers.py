@@ -13,6 +13,7 @@ from fitting.recordings.accuracy import Channel
 from fitting.recordings.channel_errors import UNITS
 from fitting.report.text.amounts import percent
 from fitting.report.text.instruments import accuracy_text
+from fitting.report.text.names import mark
 
 NAMES = {
     Channel.PRESSURE: "the pressure gauge",
@@ -70,12 +71,20 @@ def asked_texts(d: Diagnosis) -> list[str]:
     Someone has to go and look: no verdict makes a load cell read 400 N at rest.
     """
     first = "The likeliest of these" if len(d.explanations) > 1 else "This"
-    return [
-        f"{first} holds only if {_phrase(each.source, each.size)} ({_allowed(each.source)}{_times(each)}). "
+    return [_asked(first, each) for each in d.blamed if each.size > each.source.allowed]
+
+
+def asked_of_added_texts(d: Diagnosis, added: Sequence[str]) -> list[str]:
+    """The same of effects that a discovery has added for this diagnosis: they stay errors of instruments."""
+    blamed = [each for each in d.blamed if each.effect in added and each.size > each.source.allowed]
+    return [_asked(f"{mark(each.effect)} was added, which", each) for each in blamed]
+
+
+def _asked(what: str, each: Blamed) -> str:
+    return (
+        f"{what} holds only if {_phrase(each.source, each.size)} ({_allowed(each.source)}{_times(each)}). "
         "Check this before you believe it."
-        for each in d.blamed
-        if each.size > each.source.allowed
-    ]
+    )
 
 
 def _times(each: Blamed) -> str:

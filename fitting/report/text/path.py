@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from itertools import pairwise
 from typing import Any
 
+from fitting.report.text.instrument_answers import asked_of_added_texts
 from fitting.report.text.stages import added_text
 from fitting.study.stages import Stage
 
@@ -36,6 +37,14 @@ def _why_added_to(stage: Stage) -> str:
     if stage.strained:
         return "it was added because instruments alone would have to err by far more than their accuracy"
     return "it was added because it lowers the error on held-out runs"
+
+
+def blamed_on_the_way(stages: Sequence[Stage]) -> list[str]:
+    """What the effects that were added ask of instruments, beyond what these may err by."""
+    asked = [
+        asked_of_added_texts(before.diagnosis, after.added) for before, after in _additions(stages) if before.diagnosis
+    ]
+    return [text for texts in asked for text in texts]
 
 
 def path_result(stages: Sequence[Stage]) -> dict[str, Any]:

@@ -10,7 +10,7 @@ from fitting.report.text.amounts import amount
 
 def comparison_warnings(c: Comparison) -> list[str]:
     """Warnings for people; empty where nothing is suspicious."""
-    return [*_size(c), *_pressure(c)]
+    return [*_size(c), *_pressure(c), *_one_way(c)]
 
 
 def _size(c: Comparison) -> list[str]:
@@ -27,6 +27,19 @@ def _size(c: Comparison) -> list[str]:
         f"The measured force is on average {times} times the force of a muscle of these sizes. Check units and sizes "
         "before any effect is looked for: 0.1 is kgf taken for N, 0.25 or 4 a diameter taken for the radius or the "
         "reverse, 0.001 or 1000 a wrong prefix."
+    ]
+
+
+def _one_way(c: Comparison) -> list[str]:
+    """What to do where no loop repeats the one before."""
+    if c.one_way is None:
+        return []
+    force = c.unit == "N"
+    what = ("pulls", "less" if c.one_way.shift > 0 else "more") if force else ("lies", "elsewhere")
+    return [
+        f"Loops do not repeat: in all of {c.one_way.runs} runs a loop {what[0]} {amount(abs(c.one_way.shift), c.unit)} "
+        f"{what[1]} than the one before, on average. This is no noise. Run the muscle in before you record, or look "
+        "for creep, softening of the rubber (mullins), warming, or a load cell that drifts."
     ]
 
 
