@@ -120,6 +120,15 @@ def test_one_pressure_and_one_branch_are_said(tmp_path):
     assert "one pressure only, 2 bar" in notes
 
 
+def test_loops_faster_than_muscles_are_doubted(tmp_path):
+    """Seconds that stand under a head of milliseconds: a stroke of 50 mm in 3 ms."""
+    folder = write(tmp_path / "fast", loops())
+    called = (folder / "loops.csv").read_text().replace("time [s]", "time [ms]")
+    (folder / "loops.csv").write_text(called)
+    assert "is the unit of the time right?" in notes_of(folder)
+    assert "is the unit of the time right?" not in notes_of(write(tmp_path / "slow", loops()))
+
+
 def test_several_pressures_and_both_branches_are_not(tmp_path):
     notes = notes_of(write(tmp_path / "m", loops()))
     assert "only" not in notes

@@ -269,6 +269,7 @@ BAD_MUSCLES = {
     "wrong unit": (muscle_with(braid_angle='"20 mm"'), ("row 4", "'mm' cannot be the unit of an angle")),
     "question mark": (muscle_with(radius='"? mm"'), ("row 3", "still to be filled in")),
     "negative": (muscle_with(radius='"-7 mm"'), ("row 3", "radius must be positive", "-7 mm")),
+    "radians": (muscle_with(braid_angle='"0.387 deg"'), ("below 1 deg", "0.387 deg", "write '0.387 rad'")),
     "steep": (muscle_with(braid_angle='"95 deg"'), ("below 90 deg", "long axis")),
     "thick": (muscle_with(radius='"700 mm"'), ("radius is not below the length", "not diameter")),
     "no bore": (muscle_with(wall_thickness='"9 mm"'), ("leaves no bore", "9 mm")),

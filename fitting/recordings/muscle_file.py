@@ -18,6 +18,7 @@ from mckibben_jax.muscle import Muscle, quantities
 TOP_KEYS = ("name", "muscle", "recording", "source")
 INSTEAD = ("cord_length", "turns", "hardness")  # other ways to say the braid angle and the shear modulus
 TOO_MUCH = "a file of this kind has some dozens of lines; is it another file?"
+LEAST_ANGLE = math.radians(1.0)  # every braid has more, and every one in radians that is read as degrees has less
 REQUIRED = {"length": "300 mm", "radius": "7.0 +/- 0.1 mm", "braid_angle": "20 +/- 0.5 deg"}  # with an example
 
 
@@ -155,6 +156,10 @@ def _check_geometry(value: dict[str, float], path: Path, raw: bytes) -> None:
             raise refuse(key, "must be positive", "check the sign and the unit")
     if value["braid_angle"] >= math.pi / 2:
         raise refuse("braid_angle", "must be below 90 deg", "it is measured from the long axis of the muscle")
+    if value["braid_angle"] < LEAST_ANGLE:
+        degrees = math.degrees(value["braid_angle"])
+        problem = f"is below {math.degrees(LEAST_ANGLE):.0f} deg, as no braid is"
+        raise refuse("braid_angle", problem, f"if it is in radians, write '{degrees:.3g} rad'")
     if value["radius"] >= value["length"]:
         raise refuse("radius", "is not below the length", "check the units; radius, not diameter")
     outside = value.get("wall_outside", 0.0)

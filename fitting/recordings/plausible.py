@@ -40,6 +40,7 @@ def check_plausible(parts: Sequence[Run], table: Table, test: str, muscle: Muscl
         _opposed(parts, table, ideal)
         if test == "loop":
             _tiny_stroke(used, table)
+            notes += _too_fast(used, muscle)
     else:
         _at_rest(used, table)
     return notes
@@ -147,6 +148,16 @@ def _tiny_stroke(parts: Sequence[Run], table: Table) -> None:
             value=f"contraction {100 * max(strokes):.2g} %",
             cure="check the unit of this column, and the muscle's length in muscle.toml",
         )
+
+
+def _too_fast(parts: Sequence[Run], muscle: Muscle) -> list[str]:
+    """Milliseconds that are called seconds: loops faster than muscles are. On average, so that noise counts little."""
+    used = [(part.contraction[part.usable], part.time[part.usable]) for part in parts]
+    ways = [np.sum(np.abs(np.diff(place))) * float(muscle.length) for place, _ in used]
+    speed = max(way / max(np.ptp(time), 1e-9) for way, (_, time) in zip(ways, used, strict=True))
+    if speed < PLAUSIBLE.fast:
+        return []
+    return [f"the muscle moves at {speed:.3g} m/s on average: is the unit of the time right?"]
 
 
 def _at_rest(parts: Sequence[Run], table: Table) -> None:

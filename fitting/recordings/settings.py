@@ -70,6 +70,7 @@ class PlausibleSettings:
 
     beyond: float = 30.0  # times the ideal force, or one part in as many: a wrong unit or a dead sensor; chosen
     odd: float = 4.0  # times the ideal force: worth a word; whole numbers of that size are a converter's counts; chosen
+    fast: float = 2.0  # m/s on average over a loop: worth a word; 75 mm in a tenth of a second is 0.75; chosen
     standstill: float = 1e-4  # contraction; chosen
     fewest: int = 5  # readings from which something is said of how they go together; chosen
     least_pressure: float = 1e3  # Pa: of a vented muscle the ideal law says nothing; chosen
