@@ -2,10 +2,11 @@
 
 import dataclasses
 
+import pytest
 from studied import nothing_missing, seen_through
 
 from fitting.diagnosis.findings import Blamed
-from fitting.diagnosis.outcomes import Verdict
+from fitting.diagnosis.outcomes import Reason, Verdict, Why
 from fitting.instruments.sources import ErrorKind, Source
 from fitting.recordings.accuracy import Channel
 from fitting.report.page.parts import as_text
@@ -62,6 +63,19 @@ def test_nothing_detectable_says_what_would_have_been_seen_and_what_stays_open(d
     assert "OPEN Spring in parallel (linear_spring) below 6.1 N. " in within
     assert "could hide" not in within
     assert "LIMITS" not in as_text(diagnosis_report(diagnosis))
+
+
+@pytest.mark.parametrize("many", [1, 5])
+def test_the_verdict_names_a_few_effects_of_which_too_little_shows_and_open_names_all(diagnosis, many):
+    d = nothing_missing(diagnosis, Verdict.INCONCLUSIVE)
+    spring = d.effects["linear_spring"]
+    faint = {f"effect_{k}": dataclasses.replace(spring, name=f"effect_{k}") for k in range(many)}
+    why = Why(Reason.FAINT, tuple(faint))
+    d = dataclasses.replace(d, why=why, faint=(), effects=d.effects | faint)
+    words = " ".join(as_text(diagnosis_report(d)).split())
+    assert ("effect_3 and 1 more." in words) == (many == 5)
+    assert "OPEN effect_0 below 6.1 N" in words
+    assert words.count(f"effect_{many - 1} below 6.1 N") == 1
 
 
 def test_limits_of_one_step_stand_together_under_the_largest(diagnosis):

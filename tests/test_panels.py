@@ -16,7 +16,7 @@ from fitting.recordings.records import Run
 from fitting.report.page.page import page
 from fitting.report.pictures import figures, maps
 from fitting.report.pictures.loops import frame
-from fitting.report.pictures.panels import Panel, panels
+from fitting.report.pictures.panels import Panel, every_panel, panels
 from fitting.study.request import Request
 from fitting.study.stages import Stage
 from fitting.study.task import fit_task, task_of
@@ -122,13 +122,27 @@ def test_pictures_of_one_page_share_no_names(study):
     assert not first & second
 
 
-@pytest.mark.parametrize(("pressures", "held"), [((1e5, 2e5, 3e5), "100 kPa to 300 kPa"), ((2e5,), "200 kPa")])
-def test_a_map_is_titled_by_its_lowest_and_highest_pressure(pressures, held, tmp_path):
-    truth = Truth(Muscle(), with_baseline())
-    recording = static(truth, contractions=tuple(np.linspace(0, 0.2, 9)), pressures=pressures, noise=Noise(sd=0.1))
+@pytest.mark.parametrize(
+    ("lengths", "pressures", "held"),
+    [
+        (9, [1e5, 2e5, 3e5], ["100 kPa", "200 kPa", "300 kPa"]),
+        (9, [2e5], ["200 kPa"]),
+        (4, np.linspace(1e5, 3e5, 20), ["ε = 0", "ε = 0.0667", "ε = 0.133", "ε = 0.2"]),
+        (20, np.linspace(1e5, 3e5, 20), ["100 kPa to 300 kPa"]),
+    ],
+)
+def test_lines_of_a_map_join_points_of_one_pressure_or_one_length(lengths, pressures, held, tmp_path):
+    truth, contractions = Truth(Muscle(), with_baseline()), tuple(np.linspace(0, 0.2, lengths))
+    recording = static(truth, contractions=contractions, pressures=tuple(pressures), noise=Noise(sd=0.1))
     experiment = read_experiment(write_hidden(dataset(truth, [recording], "map"), tmp_path / "map"))
     _, samples = problem([experiment], unknowns([experiment], [IdealCylinder()]))
-    assert {panel.held for panel in panels([experiment], samples, np.zeros(len(samples)))} == {held}
+    residual = np.arange(float(len(samples)))
+    found = every_panel([experiment], samples, residual)
+    assert [panel.held for panel in found] == held
+    assert sorted(np.concatenate([panel.mine for panel in found])) == list(range(len(samples)))
+    for panel in found:
+        shown = panel.model(residual)[panel.position]
+        np.testing.assert_allclose(shown, samples.measured[panel.mine] + residual[panel.mine])
 
 
 def test_a_line_stops_where_its_branch_does(study):

@@ -108,12 +108,14 @@ def effects(d: Diagnosis, c: Comparison, names: PageNames, models: Mapping[froze
 
 
 def limits(d: Diagnosis) -> Section | None:
-    """Where nothing is missing: what would have been seen, and what remains open."""
+    """Where nothing is missing, or nothing is decided: what would have been seen, and what remains open."""
     rows = tuple(Line((f"from {step}", marked(names))) for step, names in would_have_shown(d, UNIT))
     still = open_text(d, UNIT)
-    sentences = (f"{SEEN}.", *([f"Still open: {still}"] if still else []))
+    sentences = (*[f"{SEEN}."] * bool(rows), *([f"Still open: {still}"] if still else []))
     grid = Grid(("RMS error left", "effects that would have been seen"), rows, words=(1,))
-    return Section("What would have been seen", sentences=sentences, tables=(grid,), rail="Effects") if rows else None
+    if not sentences:
+        return None
+    return Section("What would have been seen", sentences=sentences, tables=(grid,) * bool(rows), rail="Effects")
 
 
 def errors_grid(d: Diagnosis) -> Grid:

@@ -8,6 +8,7 @@ from functools import cached_property
 import numpy as np
 
 from fitting import showing
+from fitting.comparison.bins import bins
 from fitting.problem.residuals import Samples
 from fitting.recordings.noise import noise_of
 from fitting.recordings.records import FORCE_TESTS, Experiment, Recording, Run
@@ -146,13 +147,32 @@ def _panel(
     samples: Samples, residual: np.ndarray, recording: Recording, run: Run, number: int, noise: float
 ) -> list[Panel]:
     mine = np.flatnonzero(samples.run == number)
-    if not len(mine):
-        return []
+    position, found = samples.position[mine], []
+    for places in _curves(run, recording.test):
+        here = np.isin(position, places)
+        if here.any():
+            at = np.searchsorted(places, position[here])
+            found.append(_of_curve(residual, recording, run.at(places), mine[here], at, noise))
+    return found
+
+
+def _of_curve(
+    residual: np.ndarray, recording: Recording, run: Run, mine: np.ndarray, position: np.ndarray, noise: float
+) -> Panel:
     along, xlabel = _along(run, recording.test)
     rmse = float(np.sqrt(np.mean(residual[mine] ** 2)))
     held = _held(run, recording.test)
-    position, unit = samples.position[mine], recording.unit
-    return [Panel(run.name, held, run, mine, position, recording.test, unit, along, xlabel, rmse, noise)]
+    return Panel(run.name, held, run, mine, position, recording.test, recording.unit, along, xlabel, rmse, noise)
+
+
+def _curves(run: Run, test: str) -> list[np.ndarray]:
+    """The samples that one line may join: of a static map those at one pressure, or at one length, if it has such."""
+    if test == "static":
+        for held in (run.pressure, run.contraction):
+            groups = bins(held)
+            if groups.are_levels and len(run) >= FIGURE.fewest_on_a_curve * len(groups):
+                return [np.flatnonzero(groups.of == k) for k in range(len(groups))]
+    return [np.arange(len(run))]
 
 
 def _along(run: Run, test: str) -> tuple[np.ndarray, str]:

@@ -1,6 +1,7 @@
 """A diagnosis: the verdict, how sure it is, and the evidence for each effect."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -9,7 +10,7 @@ from rich.text import Text
 
 from fitting import showing
 from fitting.diagnosis.flip_groups import rests_on_in_words
-from fitting.diagnosis.outcomes import Reason
+from fitting.diagnosis.outcomes import Reason, Why
 from fitting.diagnosis.record import Diagnosis, Evidence, Explanation
 from fitting.recordings.records import FORCE_TESTS, MOVING_TESTS, Experiment
 from fitting.report.settings import ADVICE, SHOWN
@@ -76,7 +77,15 @@ def _verdict(d: Diagnosis) -> str:
         return f"One of these is missing, and these data cannot tell which (the likeliest first): {'; '.join(sets)}."
     if d.verdict == "not in the library":
         return "Something is missing, and no effect of the library explains all of it."
-    return f"These data cannot say whether something is missing: {why_text(d.why) or 'too little shows'}."
+    return f"These data cannot say whether something is missing: {_undecided(d.why) or 'too little shows'}."
+
+
+def _undecided(why: Why | None) -> str:
+    """Why nothing is decided; of many faint effects the first few, for OPEN lists all of them."""
+    if why is None or why.reason is not Reason.FAINT or len(why.names) <= SHOWN.named:
+        return why_text(why)
+    more = len(why.names) - SHOWN.named
+    return f"{why_text(replace(why, names=why.names[: SHOWN.named]))} and {more} more"
 
 
 def leading_text(d: Diagnosis, unit: str = "N") -> str | None:

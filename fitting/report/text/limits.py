@@ -4,7 +4,7 @@ import math
 from collections.abc import Sequence
 
 from fitting import showing
-from fitting.diagnosis.outcomes import NOTHING_MISSING, Verdict
+from fitting.diagnosis.outcomes import NOTHING_MISSING, Reason, Verdict
 from fitting.diagnosis.record import Diagnosis
 from fitting.report.text.amounts import amount
 from fitting.report.text.names import mark
@@ -31,7 +31,9 @@ def limits_lines(d: Diagnosis, unit: str = "N") -> list[str]:
 
 def open_text(d: Diagnosis, unit: str = "N") -> str | None:
     """What could hide here at a size that matters; None where nothing could, or where something is missing."""
-    if d.verdict not in NOTHING_MISSING or not (faint := _limits(d, d.faint)):
+    undecided = d.verdict == Verdict.INCONCLUSIVE and d.why is not None and d.why.reason is Reason.FAINT
+    faint = _limits(d, d.why.names if undecided and d.why else d.faint)
+    if not faint or not (undecided or d.verdict in NOTHING_MISSING):
         return None
     named = ", ".join(f"{mark(name)} below {amount(limit, unit, 2)}" for limit, name in faint)
     # with exact instruments none of these could hide, or the verdict were inconclusive
