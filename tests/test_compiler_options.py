@@ -9,11 +9,11 @@ from fitting.compiled.traced import Kept
 
 
 def test_the_installed_compiler_knows_the_option():
-    assert compiler.compiler_options() == {compiler.OLDER: False}
+    assert compiler.compiler_options() == {compiler.NEWER: False}
 
 
 def test_a_compiler_that_does_not_know_it_is_not_asked(monkeypatch):
-    monkeypatch.setattr(compiler, "OLDER", "xla_an_option_that_there_never_was")
+    monkeypatch.setattr(compiler, "NEWER", "xla_an_option_that_there_never_was")
     assert compiler.compiler_options() == {}
 
 

@@ -37,7 +37,7 @@ class Pair:
 class OneWay:
     """What every loop differs by from the one before, always in one direction: the muscle or the rig changes."""
 
-    shift: float  # of the residual from a loop to the next, N: positive where the later loop pulls less
+    shift: float  # of the residual from loop to loop, N or m: positive where the later one pulls less
     runs: int  # all of which agree in the direction
 
 

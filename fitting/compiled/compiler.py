@@ -9,12 +9,12 @@ from functools import cache
 
 import jax
 
-OLDER = "xla_cpu_use_fusion_emitters"
+NEWER = "xla_cpu_use_fusion_emitters"
 
 
 def compiler_options() -> dict[str, bool]:
-    """What XLA is asked for: nothing on other devices, or where it knows the option no more."""
-    return {OLDER: False} if jax.default_backend() == "cpu" and is_known(OLDER) else {}
+    """What XLA is asked for: the older way. Nothing on other devices, or where it does not know the option."""
+    return {NEWER: False} if jax.default_backend() == "cpu" and is_known(NEWER) else {}
 
 
 @cache

@@ -151,7 +151,7 @@ def _tiny_stroke(parts: Sequence[Run], table: Table) -> None:
 
 
 def _too_fast(parts: Sequence[Run], muscle: Muscle) -> list[str]:
-    """Milliseconds that are called seconds: loops faster than muscles are. On average, so that noise counts little."""
+    """Seconds that are called milliseconds: loops faster than muscles are. On average, for noise then counts little."""
     used = [(part.contraction[part.usable], part.time[part.usable]) for part in parts]
     ways = [np.sum(np.abs(np.diff(place))) * float(muscle.length) for place, _ in used]
     speed = max(way / max(np.ptp(time), 1e-9) for way, (_, time) in zip(ways, used, strict=True))

@@ -83,7 +83,7 @@ class FigureSettings:
     similar: int = 24  # effects on the map of similarity; chosen
     same_pressure: float = 0.05  # of the highest of a map: it varies by more, or it is held; chosen
     points: int = 400  # in a panel; chosen
-    fewest_on_a_curve: int = 3  # points on average, that a static map at one pressure is drawn as a line; chosen
+    fewest_on_a_curve: int = 3  # points of a map at one pressure, on average, that a line joins; chosen
     fewest_on_a_branch: int = 24  # points, or it has no shape: of too many branches some whole loops are drawn; chosen
     margin: float = 0.04  # of the span, around the readings; chosen
     sigmas: float = 2.0  # of the band in the strip that is noise; the custom of two

@@ -14,7 +14,7 @@ from fitting.report.text.amounts import amount
 from fitting.report.text.attempts import held_text, why_not_kept
 from fitting.report.text.diagnosis import effect_set
 from fitting.report.text.fit import value_cells
-from fitting.report.text.path import path_texts
+from fitting.report.text.path import blamed_on_the_way, path_texts
 from fitting.report.text.side_by_side import MEASURED
 from fitting.report.text.stages import dropped_text, stage_text, tested_text
 from fitting.report.text.stated_sizes import measured_cells
@@ -66,7 +66,11 @@ def fall(
     switched = len(models) > 1
     shown = models[-1].stages if switched else stages or _explained(c, d)
     words = (BARS,) if switched else ()
-    words += (*path_texts(stages), *(line for s in shown for line in (*held_text(s.held), *dropped_text(s))))
+    words += (
+        *blamed_on_the_way(stages),
+        *path_texts(stages),
+        *(line for s in shown for line in (*held_text(s.held), *dropped_text(s))),
+    )
     folded = tuple(_attempts(stage, c.unit) for stage in shown if stage.attempts)
     return Section(
         "The error, down to the noise",

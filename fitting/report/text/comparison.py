@@ -144,12 +144,8 @@ def _meaning(exponent: float) -> str:
 
 
 def _drift(traces: Fingerprint) -> list[str]:
-    drift = traces.cycle_drift
-    return (
-        [f"{percent(min(drift, 1.0))} of the misfit changes from one loop to its repetition"]
-        if drift and drift > 0.1
-        else []
-    )
+    drift = min(traces.cycle_drift or 0.0, 1.0)  # what changes may even be larger than what a fit leaves
+    return [f"{percent(drift)} of the misfit changes from one loop to its repetition"] if drift > 0.1 else []
 
 
 def comparison_report(c: Comparison) -> list[RenderableType]:

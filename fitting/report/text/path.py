@@ -41,10 +41,12 @@ def _why_added_to(stage: Stage) -> str:
 
 def blamed_on_the_way(stages: Sequence[Stage]) -> list[str]:
     """What the effects that were added ask of instruments, beyond what these may err by."""
-    asked = [
-        asked_of_added_texts(before.diagnosis, after.added) for before, after in _additions(stages) if before.diagnosis
+    return [
+        text
+        for before, after in _additions(stages)
+        if before.diagnosis is not None
+        for text in asked_of_added_texts(before.diagnosis, after.added)
     ]
-    return [text for texts in asked for text in texts]
 
 
 def path_result(stages: Sequence[Stage]) -> dict[str, Any]:

@@ -34,11 +34,10 @@ def _one_way(c: Comparison) -> list[str]:
     """What to do where no loop repeats the one before."""
     if c.one_way is None:
         return []
-    force = c.unit == "N"
-    what = ("pulls", "less" if c.one_way.shift > 0 else "more") if force else ("lies", "elsewhere")
+    verb, more = "pulls" if c.unit == "N" else "shortens", "less" if c.one_way.shift > 0 else "more"
     return [
-        f"Loops do not repeat: in all of {c.one_way.runs} runs a loop {what[0]} {amount(abs(c.one_way.shift), c.unit)} "
-        f"{what[1]} than the one before, on average. This is no noise. Run the muscle in before you record, or look "
+        f"Loops do not repeat: in all of {c.one_way.runs} runs a loop {verb} {amount(abs(c.one_way.shift), c.unit)} "
+        f"{more} than the one before, on average. This is no noise. Run the muscle in before you record, or look "
         "for creep, softening of the rubber (mullins), warming, or a load cell that drifts."
     ]
 
