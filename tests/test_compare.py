@@ -8,6 +8,7 @@ from small_muscle import LENGTH, ideal, loops, surface, write
 
 from fitting.comparison.bins import bins
 from fitting.comparison.compare import Row, compare, repetitions
+from fitting.comparison.repeats import Pair, one_way
 from fitting.least_squares.evaluate import evaluate, held_out_rmse
 from fitting.least_squares.fit import fit
 from fitting.problem.residuals import Samples
@@ -89,6 +90,21 @@ def test_loops_that_all_change_in_one_direction_are_no_noise(later, tmp_path):
     assert found.one_way.shift == pytest.approx(-later, rel=0.05)
     words = f"N {'more' if later > 0 else 'less'} than the one before"
     assert words in " ".join(comparison_warnings(found))
+
+
+@pytest.mark.parametrize(
+    ("shifts", "scatter", "told"),
+    [
+        ([3.0] * 6, 0.3, True),
+        ([3.0] * 5, 0.3, False),  # by chance in one of 16 rigs
+        ([3.0] * 9 + [-3.0], 0.3, False),
+        ([0.1] * 6, 0.3, False),  # less than readings scatter
+    ],
+)
+def test_a_change_is_told_where_six_runs_agree_and_readings_scatter_less(shifts, scatter, told):
+    around = scatter * np.tile([-1.0, 1.0], 20)
+    pairs = tuple(Pair(shift + around, np.ones(40), run) for run, shift in enumerate(shifts) for _ in range(2))
+    assert (one_way(pairs) is not None) == told
 
 
 def test_loops_that_change_in_either_direction_are_noise(tmp_path):
