@@ -8,8 +8,14 @@ from fitting.cli.run import CommandRun
 from fitting.errors import InputError
 from fitting.least_squares.record import Fit
 from fitting.model_files.writer import is_edited, write_model
-from fitting.report.text.layout import line, paste_line
+from fitting.report.text.layout import line, lines, paste_line
 from fitting.study.request import MODEL_FILE
+
+LIKELIER = "with the values that are likelier where instruments err"
+NONE_LIKELIER = (
+    "These are the values of the curve of least error. There are likelier ones only where the model leaves hardly more "
+    "than noise and errors of the instruments, and where no motion was recorded."
+)
 
 
 def save(run: CommandRun, fit: Fit, after: str | None = None) -> list[RenderableType]:
@@ -19,10 +25,14 @@ def save(run: CommandRun, fit: Fit, after: str | None = None) -> list[Renderable
     if not fit.converged:
         return [line("SAVED", "nothing: the search did not converge")]
     path = Path(run.request.save) if run.request.save else run.task.experiments[0].folder / MODEL_FILE
-    why = write_model(path, fit, run.task.experiments)
+    likelier = fit.through if run.request.through_instruments else None
+    why = write_model(path, likelier or fit, run.task.experiments)
     if why is None:
         how = f"--model {path} takes it up" if run.request.save else "the next command on these data begins from it"
-        return [line("SAVED", f"{path}; {how}"), *([paste_line("NEXT", after)] if after else [])]
+        which = f"{path}, {LIKELIER}" if likelier else f"{path}"
+        said = [NONE_LIKELIER] if run.request.through_instruments and not likelier else []
+        after_it = [paste_line("NEXT", after)] if after else []
+        return [line("SAVED", f"{which}; {how}"), *lines("", said, "yellow"), *after_it]
     if run.request.save and not (path.exists() and is_edited(path)):  # what comes next will look for it there
         raise InputError(f"the model is not saved: {why}", cure="make room, or name another file with --save")
     return [line("SAVED", f"nothing: {why}. Name another file with --save FILE", "yellow")]

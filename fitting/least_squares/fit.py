@@ -12,6 +12,7 @@ from fitting.least_squares.instruments import accuracies_of, errors_in
 from fitting.least_squares.record import Fit, record_fit
 from fitting.least_squares.search import MultistartResult, SearchEnd
 from fitting.least_squares.searches import Alone, Searches, cost_of
+from fitting.least_squares.seen_through import seen_through_instruments
 from fitting.least_squares.subset import Subset, subset_of
 from fitting.least_squares.summary import FailedStart, Failure, MissedMotions, SearchSummary
 from fitting.least_squares.unbent import is_better, leaves_noise, unbent
@@ -83,6 +84,7 @@ def fit(
     `free` name parameters; `own` those that each data set has for itself; `start` gives other starting values (SI), as
     those of a smaller model: the search also begins there with what is new as good as absent, and ends no higher.
     `shooting` cuts every recorded motion into so many stretches to find where the search had better begin.
+    The fit is the curve of least error; `through` of it has the values that are likelier where instruments err.
     InputError where the model gives no finite number wherever the search begins.
     """
     require_x64()
@@ -93,12 +95,13 @@ def fit(
         if name in layout.names:
             vector[layout.names.index(name)] = value
     names, known = Varying(fix, free, own).names(layout), tuple(start or ())
+    searches = Alone.of(given, max(starts, 1))
     found = fit_problem(
         layout, given, samples, vector, names, known, accuracies_of(experiments), starts=starts, seed=seed,
-        shooting=shooting,
+        shooting=shooting, searches=searches,
     )  # fmt: skip
     refuse_no_number(found.residual, samples, experiments)
-    return found
+    return replace(found, through=seen_through_instruments(found, searches))
 
 
 def fit_problem(

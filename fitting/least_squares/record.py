@@ -41,6 +41,7 @@ class Fit:
     converged: bool
     search: SearchSummary
     failures: tuple[Failure, ...]
+    through: "Fit | None" = None  # the same model where instruments may err, if that is all that it leaves
 
     @property
     def rmse(self) -> float:
@@ -107,10 +108,7 @@ def record_fit(
     place, rows, slopes = map(np.asarray, at)
     count, per_unit = len(samples), slopes / np.asarray(subset.slope(place))
     errors = InstrumentErrors.none(samples.run) if errors is None else errors
-    cluster = clusters(samples, per_unit)
-    parts = per_unit[:count], rows[:count], per_unit[count:], cluster
-    stated = np.array([layout.entry(name).is_confined for name in names], dtype=bool)
-    spread = partial(beside_stated, *parts, stated) if stated.any() else partial(covariances, *parts)
+    spread = partial(spread_of_values, layout, names, samples, rows, per_unit)
     (covariance, robust), (_, repeatable) = spread(errors), spread()
     return Fit(
         layout=layout,
@@ -132,3 +130,17 @@ def record_fit(
         search=search,
         failures=failures,
     )
+
+
+def spread_of_values(
+    layout: Unknowns, names: Sequence[str], samples: Samples, rows: np.ndarray, slopes: np.ndarray,
+    errors: InstrumentErrors | None = None,
+) -> tuple[np.ndarray, np.ndarray]:  # fmt: skip
+    """Covariances of the named unknowns, as if samples were independent, and robust: see `covariances`.
+
+    `rows` and `slopes` (along the unknowns, SI) are in standard deviations, those of priors below the measurements'.
+    """
+    count, cluster = len(samples), clusters(samples, slopes)
+    parts = slopes[:count], rows[:count], slopes[count:], cluster
+    stated = np.array([layout.entry(name).is_confined for name in names], dtype=bool)
+    return beside_stated(*parts, stated, errors) if stated.any() else covariances(*parts, errors)

@@ -19,6 +19,7 @@ from fitting.report.text.bands import bands_result
 from fitting.report.text.comparison import place_text
 from fitting.report.text.instrument_answers import instruments_result, odd_runs_result
 from fitting.report.text.instruments import channels_result
+from fitting.report.text.likelier import likelier_result
 from fitting.report.text.measurement import needs_text, purpose_text, what_text
 from fitting.report.text.names import identifiers
 from fitting.report.text.noise import NOISE_TEXT
@@ -87,10 +88,12 @@ def fit_result(fit: Fit) -> dict[str, Any]:
         "parameters": {
             name: _parameter(fit, name)
             | {"rests_on": on.get(name, {}), "rests_on_instruments": instruments.get(name, {})}
+            | {"through_instruments": likelier_result(fit, name)}
             for name in shown_names(fit)
         },
         "rmse_N": fit.rmse if force else None,
         **({} if force else {"rmse_m": fit.rmse}),
+        "rmse_through_instruments_N": fit.through.rmse if force and fit.through else None,
         "converged": fit.converged,
         "starts": search_text(fit),
         "failures": failure_texts(fit),

@@ -149,7 +149,15 @@ class StatedTextSettings:
     at_end: float = 0.01  # standard errors, from the end of what was stated, as a file rounds it; chosen
 
 
+@dataclass(frozen=True)
+class LikelierTextSettings:
+    """When values that allow for errors of instruments stand beside those of the curve of least error."""
+
+    sharper: float = 0.8  # times the standard error of any parameter; chosen
+
+
 LAYOUT, SHOWN, ERROR_TEXT, WARNING_TEXT = LayoutSettings(), AmountSettings(), ErrorTextSettings(), WarningTextSettings()
 ADVICE, FIGURE, PICTURE = AdviceTextSettings(), FigureSettings(), EffectPictureSettings()
 POSTERIOR_PICTURE, DESIGN_PICTURE = PosteriorPictureSettings(), DesignPictureSettings()
 LIVE, READINGS, STATED = LiveSettings(), ReadingPictureSettings(), StatedTextSettings()
+LIKELIER = LikelierTextSettings()

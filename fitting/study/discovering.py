@@ -58,6 +58,7 @@ def discover_task(
     # from the values of the last step alone: what was judged is what is saved
     final = replace(tasks[-1], known=last.diagnosis.baseline.values, starts=1)
     compared = compare(fit_task(final), final.experiments)
+    stages[-1] = replace(stages[-1], comparison=compared)  # which knows what no step asks: the likelier values
     return Discovery(tuple(stages), tasks[-1], compared, last.diagnosis)
 
 

@@ -80,6 +80,10 @@ class Request:
         "--save", SAVE, "FILE", "Where the fitted model goes; default: model.toml beside the data."
     )
     no_save: bool = _option("--no-save", SAVE, None, "Leave every model file as it is.", False)
+    through_instruments: bool = _option(
+        "--through-instruments", SAVE, None,
+        "Save the values that are likelier where instruments err, not those of the curve of least error.", False,
+    )  # fmt: skip
 
     json: str | None = _option("--json", OUTPUT, "FILE", "Write the result for machines, in SI units.")
     html: str | None = _option("--html", OUTPUT, "FILE", "Write the result as a page that needs no network.")

@@ -25,6 +25,7 @@ from fitting.report.text.comparison import error_text
 from fitting.report.text.diagnosis import measurement_text
 from fitting.report.text.fit import range_cells, value_cells
 from fitting.report.text.instruments import HEADS, channel_cells, channel_lines
+from fitting.report.text.likelier import likelier_rows, likelier_text
 from fitting.report.text.names import mark, marked
 from fitting.report.text.search import search_text
 from fitting.report.text.side_by_side import side_by_side
@@ -130,9 +131,13 @@ def _parameters(fit: Fit, experiments: Sequence[Experiment]) -> Section:
         "goes. The one beside it takes every sample for independent of the others, and is too small.",
         *rests_on_texts(fit),
     )
-    grid = Grid(heads, rows, words=(0, 7, 8))
+    grids = [Grid(heads, rows, words=(0, 7, 8))]
+    if likelier := likelier_text(fit):
+        words, values = (*words, likelier), tuple(map(Line, likelier_rows(fit)))
+        heads = ("parameter", "likelier value", "± robust")
+        grids.append(Grid(heads, values, "The likelier values, where instruments may err", words=(0,)))
     drawn = model_html(experiments, fit.layout, fit.vector, fit.switches)
-    return Section("Parameters", sentences=words, picture=drawn, caption=DRAWN, tables=(grid,), rail="Parameters")
+    return Section("Parameters", sentences=words, picture=drawn, caption=DRAWN, tables=tuple(grids), rail="Parameters")
 
 
 def _side_by_side(models: Sequence[ShownModel], names: PageNames) -> list[Section]:

@@ -2,9 +2,11 @@
 
 The effect is known; what is asked is its value and the standard error beside it. Once as a diagnosis fits it, through
 instruments that err; once as `fit` and `add` do: the curve of least error, whose standard errors know the instruments;
-and once by a quick posterior around that fit, in which instruments err as far as their accuracy goes.
+once as they do through instruments, which are the values after LIKELIER; and once by a quick posterior around that fit,
+in which instruments err as far as their accuracy goes.
 
     python -m tests.hidden.study.values --numbers 20
+    python -m tests.hidden.study.values --numbers 20 --way fit --way likelier
 """
 
 from __future__ import annotations
@@ -34,7 +36,9 @@ HIDDEN: dict[str, dict[str, float]] = {
     "weight": {"m": 1.0},
 }
 DIAGNOSED, FITTED, SAMPLED = "by a diagnosis, through the instruments", "by `fit` and `add`", "by `posterior --quick`"
-HOW = (DIAGNOSED, FITTED, SAMPLED)
+LIKELIER = "by `fit` and `add`, the likelier values"
+WAYS = {"diagnosis": DIAGNOSED, "fit": FITTED, "likelier": LIKELIER, "posterior": SAMPLED}
+HOW = tuple(WAYS.values())
 
 
 class Value(NamedTuple):
@@ -90,6 +94,8 @@ def _estimates(
     own = [entry for entry in fitted.free if entry.startswith(f"{name}.")]
     if FITTED in ways:
         found[FITTED] = {entry.split(".")[1]: (fitted.values[entry], fitted.error(entry)) for entry in own}
+    if LIKELIER in ways and fitted.through is not None:
+        found[LIKELIER] = {e.split(".")[1]: (fitted.through.values[e], fitted.through.error(e)) for e in own}
     if SAMPLED in ways:
         drawn = quick_look(fitted, [experiment]).parameters
         found[SAMPLED] = {entry.split(".")[1]: (drawn[entry].median, drawn[entry].sd) for entry in own}
@@ -107,6 +113,8 @@ def page(values: Sequence[Value], command: str, about: str) -> str:
              f"`{command}`"]  # fmt: skip
     for how in HOW:
         mine = [value for value in values if value.how == how]
+        if not mine:
+            continue
         names = dict.fromkeys(value.name for value in mine)
         groups = [*((name, [v for v in mine if v.name == name]) for name in names), ("all", mine)]
         parts += [f"## Fitted {how}", table(HEADS, [_row(name, of) for name, of in groups])]
@@ -131,17 +139,19 @@ def _row(name: str, of: Sequence[Value]) -> tuple[str, ...]:
 
 @click.command()
 @click.option("--numbers", default=20, show_default=True, help="Recordings of each effect.")
+@click.option("--way", "ways", type=click.Choice(list(WAYS)), multiple=True, default=list(WAYS), help="All, if none.")
 @click.option("--out", default="values.md", show_default=True, help="The page.")
 @click.option("--about", default="", help="A line for the page: date, version, machine.")
-def main(numbers: int, out: str, about: str) -> None:
+def main(numbers: int, ways: Sequence[str], out: str, about: str) -> None:
     """Fit known effects to recordings with erring instruments, and hold the values against the truth."""
     from fitting.compiled.prepare import prepare
 
     prepare()
-    found = [value for number in range(numbers) for name in HIDDEN for value in values_of(name, number)]
-    Path(out).write_text(
-        page(found, f"python -m tests.hidden.study.values --numbers {numbers}", about), encoding="utf-8"
-    )
+    asked = [WAYS[way] for way in ways]
+    found = [value for number in range(numbers) for name in HIDDEN for value in values_of(name, number, ways=asked)]
+    chosen = "" if len(ways) == len(WAYS) else "".join(f" --way {way}" for way in ways)
+    command = f"python -m tests.hidden.study.values --numbers {numbers}{chosen}"
+    Path(out).write_text(page(found, command, about), encoding="utf-8")
     click.echo(f"{len(found)} values; {out}")
 
 

@@ -1,0 +1,166 @@
+"""The values of a fit where instruments may err: against dense algebra and the truth, and as commands give them."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hidden.simulator import EVERY_NOISE, write
+from hidden.study.erring import NOISE, RIGS, TOGETHER
+from hidden.study.protocols import PROTOCOLS
+from hidden.study.sizes import base_of, hiding
+from typed import run
+
+from fitting.least_squares import seen_through
+from fitting.least_squares.evaluate import evaluate
+from fitting.least_squares.fit import fit
+from fitting.least_squares.held_out import rms
+from fitting.least_squares.searches import Alone
+from fitting.least_squares.unbent import left_beyond
+from fitting.recordings.accuracy import Accuracy, ChannelAccuracy
+from fitting.recordings.experiment import read_experiment
+from mckibben_jax.effects import CoulombFriction, IdealCylinder, LinearSpring
+
+STIFFNESS = 60.0
+EFFECTS = (IdealCylinder(), CoulombFriction(), LinearSpring())
+NAMES = ("ideal_cylinder", "coulomb_friction", "linear_spring")
+K = "linear_spring.K"
+
+
+def measured(protocol, folder, stiffness=STIFFNESS):
+    """A muscle with a weak spring in parallel, read by instruments of a laboratory whose accuracy is stated."""
+    truth = hiding(base_of({}), {"linear_spring": {"K": stiffness}})
+    data = PROTOCOLS[protocol].data(truth, EVERY_NOISE[NOISE], 7000, RIGS[TOGETHER])
+    return write(data, folder, say_accuracy=True)
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    return measured("rich", tmp_path_factory.mktemp("weak") / "spring")
+
+
+@pytest.fixture(scope="module")
+def experiment(folder):
+    return read_experiment(folder)
+
+
+@pytest.fixture(scope="module")
+def found(experiment):
+    return fit([experiment], EFFECTS, starts=2)
+
+
+def covariance_of_readings(found, noise):
+    """Of the rows of the measurements in standard deviations, written out: noise, and every error that may be."""
+    errors = found.errors
+    whole = errors.shared @ errors.shared.T
+    for column in errors.per_run.T:
+        whole += np.outer(column, column) * (errors.run[:, None] == errors.run)
+    return whole + noise**2 * np.eye(len(whole))
+
+
+def test_the_values_are_those_of_generalised_least_squares(tmp_path):
+    """Where few loops were measured: none of the dense algebra knows how the program makes rows small."""
+    experiment = read_experiment(measured("poor", tmp_path / "poor"))
+    found = fit([experiment], EFFECTS, starts=2)
+    through, sigma, count = found.through, found.samples.sigma, len(found.samples)
+    noise = rms(left_beyond(found.residual / sigma, found.slopes[:count], found.errors))
+    inverse = np.linalg.inv(covariance_of_readings(found, noise))
+    slopes, priors = through.slopes[:count], through.slopes[count:]
+    gradient = slopes.T @ inverse @ (through.residual / sigma) + priors.T @ through.prior_rows
+    curvature = slopes.T @ inverse @ slopes + priors.T @ priors
+    error = np.sqrt(np.diag(np.linalg.inv(curvature)))
+    assert np.all(np.abs(np.linalg.solve(curvature, gradient)) < 1e-3 * error)
+    # standard errors have the noise that these values leave, which is nearly that with which they were sought
+    assert [through.error(name, robust=False) for name in through.free] == pytest.approx(error, rel=0.05)
+    plain = found.slopes[:count].T @ inverse @ (found.residual / sigma) + found.slopes[count:].T @ found.prior_rows
+    assert np.max(np.abs(np.linalg.solve(curvature, plain)) / error) > 1.0  # the curve of least error is elsewhere
+
+
+def test_the_truth_is_told_closer_where_instruments_may_err(found):
+    """The curve of least error has 40 % more than the spring, for it follows the gain of the gauge."""
+    through = found.through
+    assert abs(through.values[K] - STIFFNESS) < 2 * through.error(K)
+    assert through.error(K) < 0.3 * found.error(K)
+    assert abs(through.values[K] - STIFFNESS) < 0.2 * abs(found.values[K] - STIFFNESS)
+    assert found.rmse < through.rmse < 1.6 * found.rmse
+    assert through.through is None
+    assert through.free == found.free
+
+
+def test_at_its_values_the_model_leaves_what_it_says(found, experiment):
+    again = evaluate([experiment], EFFECTS, found.through.values, found.free)
+    assert again.rmse == pytest.approx(found.through.rmse, rel=1e-9)
+    np.testing.assert_allclose(again.slopes, found.through.slopes, rtol=1e-6, atol=1e-6 * np.abs(again.slopes).max())
+
+
+@pytest.fixture(scope="module")
+def stiff(tmp_path_factory):
+    """The same with a spring ten times as stiff."""
+    return measured("rich", tmp_path_factory.mktemp("stiff") / "spring", 10 * STIFFNESS)
+
+
+def test_a_model_that_lacks_something_has_no_likelier_values(stiff):
+    """What it lacks is no error of the instruments."""
+    assert fit([read_experiment(stiff)], EFFECTS[:2], starts=2).through is None
+
+
+EXACT = ChannelAccuracy(**dict.fromkeys(
+    ("noise", "resolution", "zero", "gain", "zero_per_run", "gain_per_run", "hysteresis", "drift"), 0.0
+))  # fmt: skip
+
+
+def test_exact_instruments_leave_one_set_of_values(experiment):
+    accuracy = Accuracy(EXACT, EXACT, replace(EXACT, noise=20.0), 0.0, 0.0)  # so much noise that nothing is missing
+    exact = replace(experiment, recordings=tuple(replace(r, accuracy=accuracy) for r in experiment.recordings))
+    assert fit([exact], EFFECTS, starts=2).through is None
+
+
+def test_too_many_errors_are_not_held_in_memory(found, monkeypatch):
+    monkeypatch.setattr(seen_through, "MOST_NUMBERS", 100)
+    assert seen_through.seen_through_instruments(found, Alone.of(found.problem)) is None
+
+
+def fitted(folder, tmp_path, *more, effects=NAMES):
+    """What a fit prints and writes, and the model that it saves."""
+    model, out = tmp_path / "model.toml", tmp_path / "fit.json"
+    typed = run("fit", folder, "--effects", *effects, "--save", model, "--json", out, "--starts", 2, *more)
+    again = tmp_path / "again.json"
+    run("compare", folder, "--model", model, "--json", again)
+    return " ".join(typed.stdout.split()), json.loads(out.read_text()), json.loads(again.read_text())
+
+
+def test_both_values_are_printed_and_the_curve_of_least_error_is_saved(folder, found, tmp_path):
+    said, told, again = fitted(folder, tmp_path)
+    assert "LIKELIER The curve of least error (1.57 N) follows the errors of the instruments" in said
+    assert "with them the model errs by 2.08 N" in said
+    stiffness = told["parameters"][K]
+    assert stiffness["value"] == pytest.approx(found.values[K], rel=1e-4)
+    assert stiffness["through_instruments"]["value"] == pytest.approx(found.through.values[K], rel=1e-3)
+    assert stiffness["through_instruments"]["robust_error"] == pytest.approx(found.through.error(K), rel=0.01)
+    assert told["rmse_through_instruments_N"] == pytest.approx(found.through.rmse, rel=1e-4)
+    assert again["rmse_N"] == pytest.approx(told["rmse_N"], rel=1e-4)
+
+
+def test_the_likelier_values_are_saved_where_they_are_asked_for(folder, tmp_path):
+    said, told, again = fitted(folder, tmp_path, "--through-instruments")
+    assert "model.toml, with the values that are likelier where instruments err" in said
+    assert again["rmse_N"] == pytest.approx(told["rmse_through_instruments_N"], rel=1e-4)
+    assert again["fit"]["parameters"][K]["value"] == pytest.approx(
+        told["parameters"][K]["through_instruments"]["value"], rel=1e-4
+    )
+
+
+def test_it_is_said_that_there_are_none(stiff, tmp_path):
+    said, told, again = fitted(stiff, tmp_path, "--through-instruments", effects=NAMES[:2])
+    assert "LIKELIER" not in said
+    assert "These are the values of the curve of least error" in said
+    assert told["rmse_through_instruments_N"] is None
+    assert all(each["through_instruments"] is None for each in told["parameters"].values())
+    assert again["rmse_N"] == pytest.approx(told["rmse_N"], rel=1e-4)
+
+
+def test_the_page_has_both(folder, tmp_path):
+    page = tmp_path / "fit.html"
+    run("fit", folder, "--effects", *NAMES, "--no-save", "--html", page, "--starts", 2)
+    text = page.read_text()
+    assert "The likelier values, where instruments may err" in text
