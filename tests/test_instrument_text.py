@@ -20,7 +20,7 @@ def test_instruments_that_would_explain_it_stand_beside_the_effect_the_least_unl
     gain, ruler = rival_texts(told)
     assert gain == (
         "An instrument could also explain it only if the gain of the load cell differs by 1.8 % from run to run "
-        "(0.1 % allowed)."
+        "(known to 0.1 %)."
     )
     assert (
         ruler == "An instrument could also explain it only if the gain of the position reading is off by 4 % "
@@ -43,10 +43,10 @@ def test_the_checklist_begins_with_what_would_explain_it_and_leaves_out_what_is_
 def test_what_instruments_explain_names_the_errors_at_work(diagnosis):
     within = nothing_missing(diagnosis, Verdict.WITHIN_INSTRUMENTS)
     said = explaining_text(within)
-    assert said.startswith("Most likely, the zero of the pressure gauge is off by 0.45 kPa (0.5 kPa allowed).")
+    assert said.startswith("Most likely, the zero of the pressure gauge is off by 0.45 kPa (known to 0.5 kPa).")
     assert said.endswith(
-        "The readings ask for more than is allowed: the gain of the load cell differs by 1.5 % from run to run "
-        "(0.1 % allowed). Check this first."
+        "The readings ask for far more than the accuracy: the gain of the load cell differs by 1.5 % from run to run "
+        "(known to 0.1 %). Check this first."
     )
     assert "position" not in said  # it has no accuracy to be within
     assert f"LIKELY {said}" in " ".join(as_text(diagnosis_report(within)).split())
@@ -93,7 +93,7 @@ def blaming(d, channel, kind, size, allowed):
 def test_who_blames_an_instrument_is_told_what_that_asks_of_it(diagnosis):
     load_cell = blaming(diagnosis, Channel.FORCE, ErrorKind.GAIN, 0.02, 0.001)
     assert asked_texts(load_cell) == [
-        "This holds only if the gain of the load cell is off by 2 % (0.1 % allowed, 20 times as much is asked). "
+        "This holds only if the gain of the load cell is off by 2 % (known to 0.1 %, 20 times as much is asked). "
         "Check this before you believe it."
     ]
     assert f"CHECK {asked_texts(load_cell)[0]}" in " ".join(as_text(diagnosis_report(load_cell)).split())

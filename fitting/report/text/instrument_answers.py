@@ -44,7 +44,7 @@ LASTING = {
     ErrorKind.HYSTERESIS: "hysteresis",
     ErrorKind.DRIFT: "drift",
 }
-HEADS = ("instrument", "error", "most likely size", "allowed", "would explain the misfit")
+HEADS = ("instrument", "error", "most likely size", "known to", "would explain the misfit")
 EXACT, NEVER = "taken as exact", "no"
 MOST_NAMED = 3
 
@@ -55,7 +55,7 @@ def rival_texts(d: Diagnosis) -> list[str]:
     also = "also " if d.explanations else ""
     return [
         f"An instrument could {also}explain it only if {_phrase(each.source, each.needed or 0.0)} "
-        f"({_allowed(each.source)})."
+        f"({_known_to(each.source)})."
         for each in rivals[:MOST_NAMED]
     ]
 
@@ -82,7 +82,7 @@ def asked_of_added_texts(d: Diagnosis, added: Sequence[str]) -> list[str]:
 
 def _asked(what: str, each: Blamed) -> str:
     return (
-        f"{what} holds only if {_phrase(each.source, each.size)} ({_allowed(each.source)}{_times(each)}). "
+        f"{what} holds only if {_phrase(each.source, each.size)} ({_known_to(each.source)}{_times(each)}). "
         "Check this before you believe it."
     )
 
@@ -103,12 +103,12 @@ def explaining_text(d: Diagnosis) -> str:
     beyond = [each for each in at_work if each.is_beyond]
     within = [each for each in at_work if not each.is_beyond]
     texts = [f"Most likely, {_phrases(within)}."] if within else []
-    texts += [f"The readings ask for more than is allowed: {_phrases(beyond)}. Check this first."] if beyond else []
+    texts += [f"The readings ask for far more than the accuracy: {_phrases(beyond)}. Check this first."] if beyond else []
     return " ".join(texts)
 
 
 def _phrases(errors: Sequence[InstrumentAnswer]) -> str:
-    return "; ".join(f"{_phrase(each.source, each.found)} ({_allowed(each.source)})" for each in errors[:MOST_NAMED])
+    return "; ".join(f"{_phrase(each.source, each.found)} ({_known_to(each.source)})" for each in errors[:MOST_NAMED])
 
 
 def instrument_texts(d: Diagnosis) -> list[str]:
@@ -120,7 +120,7 @@ def odd_run_texts(d: Diagnosis) -> list[str]:
     """Runs that differ from the others by more than their instruments allow, and what the test says without each."""
     return [
         f"Run {each.run} of {each.file} differs from the others: {_in_one_run(each.source, each.size)} "
-        f"({_allowed(each.source)}). Without it, p = {each.p_value:.2g} in the test that nothing is missing. Look at "
+        f"({_known_to(each.source)}). Without it, p = {each.p_value:.2g} in the test that nothing is missing. Look at "
         "this run, and record it again."
         for each in d.odd_runs
     ]
@@ -141,11 +141,12 @@ def _phrase(source: Source, size: float) -> str:
 def known_to_text(source: Source) -> str:
     """An error that all runs share, with its accuracy: "the gain of the load cell, known to 0.5 %"."""
     name = "the readings" if source.channel is None else NAMES[source.channel]
-    return f"the {LASTING[source.kind]} of {name}, known to {size_text(source, source.allowed)}"
+    return f"the {LASTING[source.kind]} of {name}, {_known_to(source)}"
 
 
-def _allowed(source: Source) -> str:
-    return f"{size_text(source, source.allowed)} allowed" if source.allowed else EXACT
+def _known_to(source: Source) -> str:
+    """How well an error is known: one standard deviation, no limit."""
+    return f"known to {size_text(source, source.allowed)}" if source.allowed else EXACT
 
 
 def size_text(source: Source, size: float) -> str:
