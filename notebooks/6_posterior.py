@@ -12,7 +12,7 @@ with app.setup(hide_code=True):
 
     use_64_bit()
 
-    READINGS, SECONDS = 1000, 40  # thinned to so many readings, sampled for so long at most
+    READINGS, STEPS = 1000, 1000  # thinned to so many readings, sampled by so many steps at most
 
 
 @app.cell(hide_code=True)
@@ -34,7 +34,7 @@ def _():
 def _():
     muscle = read_experiment(example_data("muscle_b"))
     best = fit([muscle], [IdealCylinder(), TextileFriction()])
-    known = sample(best, [muscle], rows=READINGS, limit_s=SECONDS)
+    known = sample(best, [muscle], rows=READINGS, max_steps=STEPS)
     return best, known, muscle
 
 
@@ -86,7 +86,7 @@ def _(known):
 
 @app.cell
 def _(muscle):
-    wrong = sample(fit([muscle], [IdealCylinder(), CoulombFriction()]), [muscle], rows=READINGS, limit_s=SECONDS)
+    wrong = sample(fit([muscle], [IdealCylinder(), CoulombFriction()]), [muscle], rows=READINGS, max_steps=STEPS)
     return (wrong,)
 
 

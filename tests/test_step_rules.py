@@ -56,16 +56,20 @@ def test_the_rule_on_bounds_lets_a_confined_size_stand_at_its_end():
 
 
 @pytest.mark.parametrize(
-    ("slope", "value", "lower", "reasons"),
+    ("slope", "known", "value", "lower", "reasons"),
     [
-        (0.0, 0.0, 0.0, []),  # friction of a muscle that is held, and does not slide inside either
-        (1.0, 0.0, 0.0, [Fault.BOUND]),  # the smaller model could tell it
-        (0.0, 0.5, 0.0, [Fault.BOUND]),  # it stands at the upper end
-        (0.0, -1.0, -1.0, [Fault.BOUND]),  # it is not 0 that it may not leave
+        (0.0, 5.0, 0.0, 0.0, []),  # friction of a muscle that is held, and does not slide inside either
+        (1.0, 5.0, 0.0, 0.0, [Fault.BOUND]),  # the smaller model could tell it
+        (1.0, 3.0, 0.0, 0.0, [Fault.BOUND]),  # and knew it just so well
+        (1.0, 2.9, 0.0, 0.0, []),  # it may be 0 by chance there
+        (1.0, 2.9, 0.5, 0.0, [Fault.BOUND]),  # it stands at the upper end
+        (0.0, 5.0, 0.5, 0.0, [Fault.BOUND]),
+        (0.0, 5.0, -1.0, -1.0, [Fault.BOUND]),  # it is not 0 that it may not leave
     ],
 )
-def test_the_rule_on_bounds_lets_the_data_say_that_what_was_never_told_is_absent(slope, value, lower, reasons):
-    before, after = model(), model(**GOOD, bound=["b.L"])
+def test_the_rule_on_bounds_lets_the_data_say_that_an_effect_is_absent(slope, known, value, lower, reasons):
+    before, after = model(values={"L": (known, 1.0)}), model(**GOOD, bound=["a.L"])
+    before.fit.free = ("b.K", "a.L")
     before.fit.slopes = np.array([[3.0, slope], [4.0, 0.0]])
     after.world.layout = SimpleNamespace(at=lambda names: [1], entry=lambda name: SimpleNamespace(lower=lower))
     after.fit.vector = np.array([7.0, value])

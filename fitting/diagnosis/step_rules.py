@@ -23,6 +23,7 @@ class StepRules:
     share: float = 0.1  # of the held-out error that a step must remove: less is not worth a parameter to a mechanician
     plain: float = 0.5  # of the squared held-out error that a leading effect removes: it leaves less than it removes
     denied: float = 3.0  # standard errors from a stated size: one honest measurement in 370 lies farther away
+    absent: float = 3.0  # standard errors from 0, from which a value is not 0 by chance, as above
     known: float = 1.0  # standard errors that a value must reach: a smaller one may as well be zero
     spare: int = 5  # readings more than fitted numbers; as for any verdict
     rounding: float = 1e-6  # relative, of an error in sample that counts as the same
@@ -67,7 +68,7 @@ def objections(
     unsound = (
         *_rising(before, after, rules, before if alike is None else alike),
         *_few(after, rules),
-        *_bounds(before, after),
+        *_bounds(before, after, rules),
         *_denials(after, rules),
         *_unknown(before, after, rules, adequate),
     )
@@ -84,15 +85,17 @@ def no_gain(before: Fitted, after: Fitted, rules: StepRules, adequate: bool) -> 
     return None
 
 
-def _bounds(before: Fitted, after: Fitted) -> tuple[Objection, ...]:
+def _bounds(before: Fitted, after: Fitted, rules: StepRules) -> tuple[Objection, ...]:
     """Parameters at the end of their range that were not there in the smaller model; not sizes that are confined.
 
-    Nor what the smaller model could not tell and the larger one finds to be 0: where strands stretch, a muscle that is
-    held at one length moves inside, and data that show no friction then say so.
+    Nor what the larger model finds to be 0, if in the smaller one it may be 0 by chance, as a friction that the points
+    of a map hardly show; or if the smaller one could not tell it: where strands stretch, a muscle that is held at one
+    length moves inside, and data that show no friction then say so.
     """
-    sizes = after.world.from_stated(after.fit) if after.fit.confined else ()
+    sizes, known = after.world.from_stated(after.fit) if after.fit.confined else (), in_errors(before)
     ends = [name for name in after.fit.at_bound if name not in before.fit.at_bound and name not in sizes]
-    return tuple(Objection(Fault.BOUND, n) for n in ends if not (_is_untold(before, n) and _is_absent(after, n)))
+    may_be_absent = {n for n in ends if known.get(n, rules.absent) < rules.absent or _is_untold(before, n)}
+    return tuple(Objection(Fault.BOUND, n) for n in ends if not (n in may_be_absent and _is_absent(after, n)))
 
 
 def _is_untold(model: Fitted, name: str) -> bool:
