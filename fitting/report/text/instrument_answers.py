@@ -103,7 +103,8 @@ def explaining_text(d: Diagnosis) -> str:
     beyond = [each for each in at_work if each.is_beyond]
     within = [each for each in at_work if not each.is_beyond]
     texts = [f"Most likely, {_phrases(within)}."] if within else []
-    texts += [f"The readings ask for far more than the accuracy: {_phrases(beyond)}. Check this first."] if beyond else []
+    more = f"The readings ask for far more than the accuracy: {_phrases(beyond)}. Check this first."
+    texts += [more] if beyond else []
     return " ".join(texts)
 
 
