@@ -115,6 +115,12 @@ def test_exact_instruments_leave_one_set_of_values(experiment):
     assert fit([exact], EFFECTS, starts=2).through is None
 
 
+def test_readings_that_the_model_has_made_up_have_one_set_of_values(found):
+    """No instrument has bent them, and the little that is left says nothing of how they err."""
+    exact = replace(found, residual=0.01 * found.residual)
+    assert seen_through.seen_through_instruments(exact, Alone.of(found.problem)) is None
+
+
 def test_too_many_errors_are_not_held_in_memory(found, monkeypatch):
     monkeypatch.setattr(seen_through, "MOST_NUMBERS", 100)
     assert seen_through.seen_through_instruments(found, Alone.of(found.problem)) is None

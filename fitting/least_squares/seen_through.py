@@ -6,9 +6,7 @@ them are the likelier ones. The search begins at the curve of least error and as
 which are compiled already; scipy's `least_squares` asks so, and keeps to the ranges.
 """
 
-from collections.abc import Callable
 from dataclasses import replace
-from functools import partial
 from typing import Any
 
 import numpy as np
@@ -19,30 +17,30 @@ from fitting.instruments.through import SIZES
 from fitting.least_squares.held_out import rms
 from fitting.least_squares.record import Fit, spread_of_values
 from fitting.least_squares.searches import Searches
-from fitting.least_squares.subset import Array, Subset, subset_of
+from fitting.least_squares.subset import Subset, subset_of
 from fitting.least_squares.unbent import UNBENT, left_beyond
 from fitting.least_squares.uncertainty import at_bound
 
 MOST_NUMBERS = SIZES[-1] * 20_000  # in all columns of errors: 160 MB
-LEAST_NOISE = 1e-6  # of a reading's: exact data leave nothing
+LEAST_NOISE = 0.01  # of a reading's: who leaves less fits readings that were made up, which no instrument has bent
 
 
 def seen_through_instruments(fit: Fit, searches: Searches) -> Fit | None:
     """The same model with the values that leave the least beyond errors of instruments, and their standard errors.
 
     `searches` are those of the fit. None where no instrument may err, where the model leaves more than noise beyond
-    them, for then it lacks something that matters more, or where errors are too many to be held in memory; and of
-    motions, whose rows are costly. Residual and slopes are those of the readings, as in every fit.
+    them, for then it lacks something that matters more, or next to nothing, or where errors are too many to be held in
+    memory; and of motions, whose rows are costly. Residual and slopes are those of the readings, as in every fit.
     """
     errors, count = fit.errors, len(fit.samples)
     moves = any(block.steps for block in fit.problem.blocks)
     if moves or not fit.free or not errors.count or count * errors.count > MOST_NUMBERS:
         return None
     noise = rms(left_beyond(fit.residual / fit.samples.sigma, fit.slopes[:count], errors))
-    if not noise < UNBENT.noise:
+    if not LEAST_NOISE < noise < UNBENT.noise:
         return None
     subset = subset_of(fit.layout, fit.vector, fit.free)
-    seen = _Seen(searches, subset, errors, max(noise, LEAST_NOISE))
+    seen = _Seen(searches, subset, errors, noise)
     begin = np.asarray(subset.place(fit.vector))
     slopes: Any = seen.slopes  # scipy's own types admit the name of a scheme alone
     found = least_squares(seen.rows, begin, slopes, bounds=(0.0, 1.0), method="dogbox")
@@ -53,16 +51,16 @@ class _Seen:
     """Rows and slopes at places of the unit box: of measurements as instruments let them be seen, and of priors."""
 
     def __init__(self, searches: Searches, subset: Subset, errors: InstrumentErrors, noise: float) -> None:
-        self.subset, self.noise, self.count = subset, noise, len(errors.run)
+        self.searches, self.subset, self.noise, self.count = searches, subset, noise, len(errors.run)
         self.white = errors.changed(errors.per_run / noise, errors.shared / noise).whitener()
-        self.measured: Callable[[Array], tuple[np.ndarray, np.ndarray]] = partial(_measured, searches, subset)
         self._latest: tuple[bytes, tuple[np.ndarray, np.ndarray]] | None = None
 
     def at(self, place: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Rows and slopes as they were measured; of one place they are asked for twice in turn."""
         key = place.tobytes()
         if self._latest is None or self._latest[0] != key:
-            self._latest = key, self.measured(place)
+            at = self.searches.at(self.subset, place).at(self.searches.standard.rows)
+            self._latest = key, (np.asarray(at.rows), np.asarray(at.slopes))
         return self._latest[1]
 
     def through(self, columns: np.ndarray) -> np.ndarray:
@@ -74,13 +72,8 @@ class _Seen:
         return self.through(self.at(place)[0])
 
     def slopes(self, place: np.ndarray) -> np.ndarray:
-        """Its slopes."""
-        return self.through(self.at(place)[1])
-
-
-def _measured(searches: Searches, subset: Subset, place: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    at = searches.at(subset, place).at(searches.standard.rows)
-    return np.asarray(at.rows), np.asarray(at.slopes)
+        """Its slopes; none where one is no finite number."""
+        return self.through(np.nan_to_num(self.at(place)[1], posinf=0.0, neginf=0.0))
 
 
 def _recorded(fit: Fit, seen: _Seen, place: np.ndarray) -> Fit:
