@@ -61,4 +61,4 @@ def test_an_added_effect_that_blames_an_instrument_says_by_how_much_at_the_end_t
     first, last = stages(5e-4, 0.4)
     said = blamed_on_the_way([replace(first, diagnosis=blaming), last])
     assert len(said) == told
-    assert all("effect_0" in text and "off by 11 kPa (0.4 kPa allowed, 28 times" in text for text in said)
+    assert all("effect_0" in text and "off by 11 kPa (known to 0.4 kPa, 28 times" in text for text in said)
