@@ -17,6 +17,7 @@ from fitting.least_squares.fit import fit
 from fitting.least_squares.held_out import rms
 from fitting.least_squares.searches import Alone
 from fitting.least_squares.unbent import left_beyond
+from fitting.model_files.model_file import read_model
 from fitting.recordings.accuracy import Accuracy, ChannelAccuracy
 from fitting.recordings.experiment import read_experiment
 from mckibben_jax.effects import CoulombFriction, IdealCylinder, LinearSpring
@@ -154,6 +155,18 @@ def test_the_likelier_values_are_saved_where_they_are_asked_for(folder, tmp_path
     assert again["fit"]["parameters"][K]["value"] == pytest.approx(
         told["parameters"][K]["through_instruments"]["value"], rel=1e-4
     )
+
+
+def test_each_of_many_muscles_is_saved_as_asked(folder, tmp_path):
+    def stiffness(*more):
+        run("fit", "--each", folder, "--effects", *NAMES, "--starts", 2, "--out", tmp_path / "each", *more)
+        return read_model(next((tmp_path / "each").glob("*.toml"))).values[K]
+
+    found = stiffness()
+    told = json.loads(next((tmp_path / "each").glob("*.json")).read_text())["result"]["parameters"][K]
+    assert found == pytest.approx(told["value"], rel=1e-4)
+    # another order: what is there does not count
+    assert stiffness("--through-instruments") == pytest.approx(told["through_instruments"]["value"], rel=1e-4)
 
 
 def test_it_is_said_that_there_are_none(stiff, tmp_path):

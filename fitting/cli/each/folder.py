@@ -35,8 +35,8 @@ def mark(order: Order, task: Task) -> str:
     sizes = [{name: None if (v := getattr(e.muscle, name)) is None else float(v) for name in quantities()}
              for e in task.experiments]  # fmt: skip
     told = {f.name: getattr(task, f.name) for f in dataclasses.fields(task) if f.name not in IN_OTHER_WORDS}
-    parts = [order.command, order.candidates, order.rivals, order.code, [e.sha256 for e in task.experiments], sizes,
-             effects, lines, told, program_version()]  # fmt: skip
+    parts = [order.command, order.candidates, order.rivals, order.code, order.through_instruments,
+             [e.sha256 for e in task.experiments], sizes, effects, lines, told, program_version()]  # fmt: skip
     return hashlib.sha256(json.dumps(parts, sort_keys=True, default=repr).encode()).hexdigest()
 
 

@@ -47,7 +47,9 @@ def run_each(options: dict[str, Any], command: str) -> None:
     with errors_for_machines(request.json):
         _refuse(options)
         meant = data_sets(request.data, single=request.test is not None)
-        order = Order(command, request.candidates, request.rivals, _code(request), command_line())
+        order = Order(
+            command, request.candidates, request.rivals, _code(request), command_line(), request.through_instruments
+        )
         work = None if options["scheduler"] is None else on(options["scheduler"])
         place = Path(options["out"] or f"each_{command}")
         with progress_bar("reading", request.quiet) as progress:

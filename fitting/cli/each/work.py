@@ -30,6 +30,7 @@ class Order:
     rivals: bool = False
     code: str = ""  # of a user's own effects
     typed: str = ""  # the command line, for the results
+    through_instruments: bool = False  # whether the models have the likelier values, where there are any
 
 
 @dataclass(frozen=True)
@@ -84,7 +85,8 @@ def _fit(order: Order, task: Task) -> Found:
 
     fit = fit_task(task)
     result = fit_result(fit) | {"comparison": comparison_result(compare(fit, task.experiments))}
-    return Found(result, model_text(fit, task.experiments) if fit.converged else "")
+    saved = fit.through if order.through_instruments and fit.through else fit
+    return Found(result, model_text(saved, task.experiments) if fit.converged else "")
 
 
 def _diagnose(order: Order, task: Task) -> Found:
