@@ -13,15 +13,13 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from fitting.instruments.errors import InstrumentErrors
-from fitting.instruments.through import SIZES
 from fitting.least_squares.held_out import rms
 from fitting.least_squares.record import Fit, spread_of_values
 from fitting.least_squares.searches import Searches
 from fitting.least_squares.subset import Subset, subset_of
-from fitting.least_squares.unbent import UNBENT, left_beyond
+from fitting.least_squares.unbent import MOST_NUMBERS, UNBENT, left_beyond
 from fitting.least_squares.uncertainty import at_bound
 
-MOST_NUMBERS = SIZES[-1] * 20_000  # in all columns of errors: 160 MB
 LEAST_NOISE = 0.01  # of a reading's: who leaves less fits readings that were made up, which no instrument has bent
 
 

@@ -29,6 +29,7 @@ class UnbentSettings:
 
 
 UNBENT = UnbentSettings()
+MOST_NUMBERS = SIZES[-1] * 20_000  # in the columns of all errors, of so many rows at most: 160 MB
 
 
 def left_beyond(residual: Array, slopes: Array, errors: InstrumentErrors) -> np.ndarray:
@@ -55,15 +56,12 @@ def through_instruments(
     or where it met no finite numbers.
     """
     room = searches.room(errors.count)
-    if not errors.count or room is None or len(errors.run) * room > SIZES[-1] * _MOST_ROWS:
+    if not errors.count or room is None or len(errors.run) * room > MOST_NUMBERS:
         return None
     found = searches.search(subset, starts, errors.columns / max(size, 1e-12))
     if not np.isfinite(found.cost):
         return None
     return found.best.at(searches.standard.rows[: len(errors.run)])
-
-
-_MOST_ROWS = 20_000  # beside as many errors as there is room for: 160 MB
 
 
 def unbent(
