@@ -1,6 +1,6 @@
 // From model to model: the curves, the map and the bar of the error move together, and end at exactly the values sent.
 
-const DURATION = 500, REST = 1100; // ms of one step, and between the beginnings of two when they are played
+const DURATION = 500, PAUSE = 600; // ms of one step, and between the end of one and the next when they are played
 const calm = matchMedia("(prefers-reduced-motion: reduce)");
 
 /** Slow, fast, slow: 0 at 0, 1 at 1. */
@@ -37,10 +37,10 @@ function wireSwitch(figure, chosen) {
   const radios = [...document.querySelectorAll('input[name="step"]')];
   const at = () => Math.max(radios.findIndex(radio => radio.checked), 0);
   const [back, forward, play] = ["back", "forward", "play"].map(name => figure.querySelector(`.${name}`));
-  let playing = 0;
+  let isPlaying = false, timer = 0;
   const stop = () => {
-    clearTimeout(playing);
-    playing = 0;
+    clearTimeout(timer);
+    isPlaying = false;
     play.setAttribute("aria-pressed", "false");
     play.textContent = "Watch the error fall";
   };
@@ -50,11 +50,11 @@ function wireSwitch(figure, chosen) {
     radios[number].dispatchEvent(new Event("change", { bubbles: true }));
   };
   const go = number => { stop(); press(Math.min(Math.max(number, 0), radios.length - 1)); };
-  function next(number) {
-    press(number);
-    if (number + 1 < radios.length) playing = setTimeout(() => next(number + 1), REST);
+  figure.addEventListener("rested", () => { // not by the clock alone: a slow browser shows every model too
+    if (!isPlaying) return;
+    if (at() + 1 < radios.length) timer = setTimeout(() => press(at() + 1), PAUSE);
     else stop();
-  }
+  });
   for (const radio of radios) {
     radio.addEventListener("change", event => {
       if (event.isTrusted) stop(); // the reader takes over
@@ -65,10 +65,11 @@ function wireSwitch(figure, chosen) {
   back.addEventListener("click", () => go(at() - 1));
   forward.addEventListener("click", () => go(at() + 1));
   play.addEventListener("click", () => {
-    if (playing) return stop();
+    if (isPlaying) return stop();
+    isPlaying = true;
     play.setAttribute("aria-pressed", "true");
     play.textContent = "Stop";
-    next(0);
+    press(0);
   });
   figure.querySelector(".steps-of-it").hidden = radios.length < 2;
   ends();

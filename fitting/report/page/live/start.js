@@ -36,9 +36,11 @@ function chooser(figure, state, panes, maps) {
     if (bar) bar.style.width = isMoving ? `${width[0]}%` : "";
     paintMaps(data, maps, state.model, isMoving);
     panes.redraw();
-    if (state.hovered < 0) return;
-    showReadout(figure, state);
-    showRings(state, panes.pair());
+    if (state.hovered >= 0) {
+      showReadout(figure, state);
+      showRings(state, panes.pair());
+    }
+    if (!isMoving) figure.dispatchEvent(new Event("rested"));
   });
   return (number, atOnce) => {
     paintMaps(data, maps, state.model, false);
