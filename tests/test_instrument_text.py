@@ -87,7 +87,9 @@ def test_limits_of_one_step_stand_together_under_the_largest(diagnosis):
 
 def blaming(d, channel, kind, size, allowed):
     """A diagnosis whose explanation stands for an error of an instrument."""
-    return dataclasses.replace(d, blamed=(Blamed("force_gain", Source(channel, kind, allowed, allowed), size, None),))
+    among = tuple(sorted(d.explanations[0]))
+    blamed = Blamed("force_gain", among, Source(channel, kind, allowed, allowed), size, None)
+    return dataclasses.replace(d, blamed=(blamed,))
 
 
 def test_who_blames_an_instrument_is_told_what_that_asks_of_it(diagnosis):
@@ -104,3 +106,32 @@ def test_who_blames_an_instrument_is_told_what_that_asks_of_it(diagnosis):
     late = blaming(diagnosis, Channel.TIME, ErrorKind.SKEW, 0.02, 0.0)
     assert "only if force and the other channels are read 20 ms apart (taken as exact)" in asked_texts(late)[0]
     assert asked_texts(blaming(diagnosis, Channel.PRESSURE, ErrorKind.ZERO, 450.0, 500.0)) == []
+
+
+@pytest.mark.parametrize(
+    ("sets", "sizes", "told"),
+    [
+        ([("weight",), ("force_offset", "tip")], [105.0], ["⟦force_offset⟧ + ⟦tip⟧ holds only if {}105 N"]),
+        (
+            [("weight",), ("force_offset", "tip"), ("creep", "force_offset")],
+            [105.0, 90.0],
+            ["Every explanation with ⟦force_offset⟧ holds only if {}90 N"],
+        ),
+        (
+            [("force_offset",), ("force_offset", "tip")],
+            [30.0, 105.0],
+            ["The likeliest of these holds only if {}30 N"],
+        ),
+        ([("weight",), ("force_offset", "tip")], [6.0], []),
+    ],
+)
+def test_an_explanation_that_is_not_the_likeliest_says_what_it_asks_too(diagnosis, sets, sizes, told):
+    zero = Source(Channel.FORCE, ErrorKind.ZERO, 6.4, 6.4)
+    blaming = [names for names in sets if "force_offset" in names]
+    asked = tuple(
+        Blamed("force_offset", *(names, zero, size, None)) for names, size in zip(blaming, sizes, strict=True)
+    )
+    found = asked_texts(dataclasses.replace(diagnosis, explanations=tuple(sets), blamed=asked))
+    assert len(found) == len(told)
+    for text, words in zip(found, told, strict=True):
+        assert text.startswith(words.format("the zero of the load cell is off by "))

@@ -57,7 +57,7 @@ def test_nothing_is_said_where_nothing_was_discovered(steps):
 @pytest.mark.parametrize(("added", "size", "told"), [("effect_0", 11e3, 1), ("effect_0", 300.0, 0), ("other", 11e3, 0)])
 def test_an_added_effect_that_blames_an_instrument_says_by_how_much_at_the_end_too(added, size, told):
     zero = Source(Channel.PRESSURE, ErrorKind.ZERO, 400.0, 400.0)
-    blaming = SimpleNamespace(level=0.01, blamed=(Blamed(added, zero, size, None),))
+    blaming = SimpleNamespace(level=0.01, blamed=(Blamed(added, (added,), zero, size, None),))
     first, last = stages(5e-4, 0.4)
     said = blamed_on_the_way([replace(first, diagnosis=blaming), last])
     assert len(said) == told

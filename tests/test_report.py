@@ -9,7 +9,7 @@ from studied import proposed
 from fitting.cli.run import CommandRun
 from fitting.comparison.compare import Row, Table, compare
 from fitting.diagnosis.outcomes import Reason, Why
-from fitting.diagnosis.record import Leading
+from fitting.diagnosis.record import Evidence, Leading
 from fitting.least_squares.fit import fit
 from fitting.planning.next_measurement import PairPower
 from fitting.recordings.experiment import read_experiment
@@ -22,8 +22,10 @@ from fitting.report.text.diagnosis import (
     measurement_text,
     motion_notes,
     p_value_text,
+    remark,
     verdict_text,
 )
+from fitting.report.text.evidence import sort_evidence
 from fitting.report.text.fit import fit_report, value_cells
 from fitting.report.text.layout import console, paste_line
 from fitting.report.text.next_step import after_diagnosis
@@ -288,6 +290,20 @@ def test_what_helps_only_with_another_is_not_called_idle(diagnosis):
     """Missing: two effects, of which one does nothing by itself."""
     pair = dataclasses.replace(diagnosis, explanations=(("linear_spring", "viscous_damping"),))
     assert "NOT IT    End stop (end_stop):" in text_of(diagnosis_report(pair))
+
+
+@pytest.mark.parametrize(("better", "said"), [(0.3, True), (1.0, False)])
+def test_what_lowers_the_error_is_not_called_unseen_though_a_little_of_it_would_not_show(diagnosis, better, said):
+    stretch = Evidence("strand_stretch", 0.9, diagnosis.rmse, better * diagnosis.held_out_rmse, None, 1.0,
+                       unexplained=better * 2.0, why=Why(Reason.NOT_SEEN))  # fmt: skip
+    found = dataclasses.replace(diagnosis, unexplained=2.0, effects=diagnosis.effects | {"strand_stretch": stretch})
+    helping, _, blind = sort_evidence(found)
+    unseen = [name for names in blind.values() for name in names]
+    assert ("strand_stretch" in [e.name for e in helping]) == said
+    assert ("strand_stretch" in unseen) != said
+    words = " ".join(text_of(diagnosis_report(found)).split())
+    assert remark(stretch) == "a small amount of it would not show"
+    assert ("(strand_stretch): these data cannot see it beside this model" in words) != said
 
 
 def test_the_nearest_set_says_why_it_explains_nothing(diagnosis):

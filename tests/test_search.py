@@ -78,8 +78,8 @@ def test_three_effects_are_found_though_the_third_stands_behind_the_others(three
     assert frozenset(THREE) in three.adequate
     found = concluded(three)
     assert tuple(sorted(THREE)) in found.explanations
-    at_fault = [name for name in found.explanations[0] if three.world.effects[name].misreads]
-    assert [each.effect for each in found.blamed] == at_fault
+    at_fault = [(names, one) for names in found.explanations for one in names if three.world.effects[one].misreads]
+    assert [(each.among, each.effect) for each in found.blamed] == at_fault
     assert any("triples refitted" in note for note in notes_of(found))
     assert {tuple(sorted(e.effects)) for e in named_sets(found)} == set(found.explanations)
     assert "+ hertz_friction + tip + weight" in effect_bars(found, 0.6, "N", identifiers)

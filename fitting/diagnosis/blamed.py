@@ -28,7 +28,7 @@ def blamed(
         size = max(abs(float(found[each])) for each in world.layout.of_effect(name))
         size *= float(np.max(world.lengths)) if channel is Channel.POSITION else 1.0  # of a contraction
         share = size if kind is ErrorKind.GAIN else size / full_scale if channel is Channel.FORCE else None
-        errors.append(Blamed(name, _most_allowed(sources, channel, kind), size, share))
+        errors.append(Blamed(name, tuple(sorted(added)), _most_allowed(sources, channel, kind), size, share))
     return tuple(errors)
 
 

@@ -47,10 +47,12 @@ class InstrumentAnswer:
 class Blamed:
     """An error of an instrument that an explanation stands for: its effect, what is allowed of it, and its size.
 
-    `size` is in the unit of the source's kind; `share` is of full scale, None where that says nothing.
+    `among` are all effects of the explanation, itself among them, by name. `size` is in the unit of the source's kind;
+    `share` is of full scale, None where that says nothing.
     """
 
     effect: str
+    among: tuple[str, ...]
     source: Source
     size: float
     share: float | None

@@ -76,7 +76,7 @@ class Diagnosis:
     baseline: Fit
     residual: np.ndarray  # of the baseline, as its samples
     instruments: tuple[InstrumentAnswer, ...] = ()
-    blamed: tuple[Blamed, ...] = ()  # errors of instruments that the likeliest explanation stands for
+    blamed: tuple[Blamed, ...] = ()  # errors of instruments that the explanations stand for, in their order
     faint: tuple[str, ...] = ()  # effects that could hide here at more than the noise of a reading
     why: Why | None = None  # nothing is decided
     screened: tuple[Screened, ...] = ()

@@ -84,11 +84,11 @@ def _change(search: SearchResult, added: frozenset[str]) -> np.ndarray:
 
 
 def _blamed(search: SearchResult, kept: Sequence[frozenset[str]]) -> tuple[Blamed, ...]:
-    """What the likeliest explanation asks of instruments."""
+    """What each explanation asks of instruments, the likeliest first."""
     if not kept:
         return ()
     sources = search.examiner.errors(search.base, every=True).sources
-    return blamed(search.world, kept[0], search.fits[kept[0]], sources)
+    return tuple(each for added in kept for each in blamed(search.world, added, search.fits[added], sources))
 
 
 def _substitutes(search: SearchResult) -> tuple[tuple[str, str], ...]:

@@ -55,7 +55,12 @@ def most_similar(e: Evidence) -> str:
 
 
 def remark(e: Evidence) -> str:
-    """What is to be said of an effect beside its numbers."""
+    """What is to be said of an effect beside its numbers.
+
+    What cannot be seen where it is small may still lower the error much where it is large.
+    """
+    if e.why is not None and e.why.reason is Reason.NOT_SEEN:
+        return "a small amount of it would not show"
     return why_text(e.why) or ("explains the data" if e.adequate else "")
 
 

@@ -19,9 +19,11 @@ def named_sets(d: Diagnosis) -> list[Explanation]:
 
 
 def sort_evidence(d: Diagnosis) -> tuple[list[Evidence], list[Evidence], dict[str, list[str]]]:
-    """Effects that explain more than the model, best first; those that do not; by reason those not seen."""
-    seen = (e for e in d.effects.values() if e.detection_limit is not None or e.adequate)
-    tested = [e for e in seen if e.held_out_rmse is not None]
+    """Effects that explain more than the model, best first; those that do not; by reason those not seen.
+
+    An effect that helps is seen, though a small amount of it would not be.
+    """
+    tested = [e for e in d.effects.values() if e.held_out_rmse is not None and (_is_seen(e) or _helps(e, d))]
     tested.sort(key=lambda e: (e.unexplained or 0.0, e.held_out_rmse or 0.0))
     helping = [e for e in tested if e.adequate or _helps(e, d)]
     blind: dict[str, list[str]] = {}
@@ -31,6 +33,10 @@ def sort_evidence(d: Diagnosis) -> tuple[list[Evidence], list[Evidence], dict[st
             fitted = e.rmse is not None  # and tested, in vain: what it would do, the model's own parameters do as well
             blind.setdefault(why_text(Why(Reason.NOT_SEEN) if fitted else e.why), []).append(e.name)
     return helping, [e for e in tested if e not in helping], blind
+
+
+def _is_seen(e: Evidence) -> bool:
+    return e.detection_limit is not None or e.adequate
 
 
 def _helps(e: Evidence, d: Diagnosis) -> bool:

@@ -13,7 +13,7 @@ from fitting.recordings.accuracy import Channel
 from fitting.recordings.channel_errors import UNITS
 from fitting.report.text.amounts import percent
 from fitting.report.text.instruments import accuracy_text
-from fitting.report.text.names import mark
+from fitting.report.text.names import mark, marked
 
 NAMES = {
     Channel.PRESSURE: "the pressure gauge",
@@ -66,18 +66,33 @@ def _excess(each: InstrumentAnswer) -> float:
 
 
 def asked_texts(d: Diagnosis) -> list[str]:
-    """What the likeliest explanation asks of each instrument that it blames, beside what is allowed, where it is more.
+    """What explanations ask of each instrument that they blame, beside what is allowed, where it is more.
 
-    Someone has to go and look: no verdict makes a load cell read 400 N at rest.
+    Of several explanations that blame the same error the likeliest is said, or that which asks least. Someone has to go
+    and look: no verdict makes a load cell read 400 N at rest.
     """
+    likeliest = tuple(sorted(d.explanations[0])) if d.explanations else ()
     first = "The likeliest of these" if len(d.explanations) > 1 else "This"
-    return [_asked(first, each) for each in d.blamed if each.size > each.source.allowed]
+    told = [each for each in d.blamed if each.among == likeliest]
+    others = [each for each in d.blamed if each.effect not in {one.effect for one in told}]
+    least = {each.effect: each for each in sorted(others, key=lambda each: -each.size)}
+    return [
+        *(_asked(first, each) for each in told if each.size > each.source.allowed),
+        *(_asked(_who_blames(others, name), each) for name, each in least.items() if each.size > each.source.allowed),
+    ]
+
+
+def _who_blames(blamed: Sequence[Blamed], effect: str) -> str:
+    """Which explanations, other than the likeliest, stand for this error of an instrument."""
+    found = [each for each in blamed if each.effect == effect]
+    return marked(found[0].among, " + ") if len(found) == 1 else f"Every explanation with {mark(effect)}"
 
 
 def asked_of_added_texts(d: Diagnosis, added: Sequence[str]) -> list[str]:
     """The same of effects that a discovery has added for this diagnosis: they stay errors of instruments."""
-    blamed = [each for each in d.blamed if each.effect in added and each.size > each.source.allowed]
-    return [_asked(f"{mark(each.effect)} was added, which", each) for each in blamed]
+    of_these = {each.effect: each for each in d.blamed if set(each.among) <= set(added)}
+    beyond = [each for each in of_these.values() if each.size > each.source.allowed]
+    return [_asked(f"{mark(each.effect)} was added, which", each) for each in beyond]
 
 
 def _asked(what: str, each: Blamed) -> str:

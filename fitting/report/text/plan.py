@@ -21,7 +21,7 @@ from fitting.study.settings import STUDY
 
 def _purpose(plan: Plan) -> str:
     if not plan.separates:
-        return "Nothing needs separating. This would show more of what these data hardly see."
+        return "No explanations need to be told apart. This would show more of what these data hardly see."
     names = "; ".join(effect_set(names) for names in plan.rivals)
     if plan.diagnosis.verdict == "not in the library":
         return f"No effect explains all; this separates the nearest: {names}."

@@ -47,7 +47,7 @@ def why_text(why: Why | None) -> str:
         Reason.SPECIAL_CASE: f"explains the data, and so does its special case {marked(why.names, ' + ')}",
         Reason.FEW_READINGS: f"{why.readings} readings cannot judge a model with {why.fitted} fitted numbers: "
         "record more",
-        Reason.FAINT: f"too little of it would show: {names}",
+        Reason.FAINT: f"only a large amount of each of these would show: {names}",
     }
     if why.p_value is not None:
         return f"something is still missing (p = {why.p_value:.2g})"
