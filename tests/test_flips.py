@@ -5,14 +5,14 @@ from dataclasses import fields, replace
 import numpy as np
 import pytest
 
-from fitting.diagnosis import omnibus, working_noise
+from fitting.diagnosis import omnibus
 from fitting.diagnosis.flip_groups import FlipGroups, flip_groups, numbered, rests_on_in_words
 from fitting.diagnosis.missing_effect import Ground, MissingEffectTest, missing_effect_test
 from fitting.diagnosis.nuisance import Nuisance
-from fitting.diagnosis.settings import FLIP_TEST, NOISE
+from fitting.diagnosis.settings import FLIP_TEST
 from fitting.diagnosis.sign_flips import flipped_signs
 from fitting.instruments.errors import InstrumentErrors
-from fitting.least_squares import held_out
+from fitting.least_squares import held_out, working_noise
 from fitting.least_squares.decomposed import orthonormal
 from fitting.problem.residuals import Samples
 
@@ -145,7 +145,7 @@ def stated(rows, amount, error, s, seed):
     left = rows + amount * column - slope * fit[0]
     same = Nuisance(slope[:, None], prior - fit, np.ones((1, 1)))
     basis = omnibus.basis(s)
-    noise = working_noise.Noise(1.0, np.zeros(len(NOISE.memories)))
+    noise = working_noise.Noise(1.0, np.zeros(len(working_noise.NOISE.memories)))
     return missing_effect_test(
         left, same, column[:, None], Ground(s, flip_groups(s, 0.0), basis, noise, exact(s), seed)
     )
@@ -194,8 +194,8 @@ def test_slow_noise_in_few_loops_is_seldom_an_effect():
 def test_whitening_leaves_nothing_correlated():
     """Whitened by the true covariance, neighbours are independent and of unit variance."""
     s = samples()
-    share = np.zeros(len(NOISE.memories))
-    share[list(NOISE.memories).index(0.9)] = 1.0
+    share = np.zeros(len(working_noise.NOISE.memories))
+    share[list(working_noise.NOISE.memories).index(0.9)] = 1.0
     rows = autoregression(0.9, len(s), np.random.default_rng(4))[:, None]
     white = working_noise.whitened(rows, s, numbered(s.run, s.loop), working_noise.Noise(1e-6, share))[:, 0]
     assert np.std(white) == pytest.approx(1.0, abs=0.05)

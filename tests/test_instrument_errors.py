@@ -6,23 +6,23 @@ import numpy as np
 import pytest
 from test_flips import samples
 
-from fitting.diagnosis import omnibus, working_noise
+from fitting.diagnosis import omnibus
 from fitting.diagnosis.candidate_fit import CandidateFit
 from fitting.diagnosis.flip_groups import flip_groups
 from fitting.diagnosis.instrument_answers import WithoutNoise, likeliest_size
 from fitting.diagnosis.missing_effect import Ground, missing_effect_test
 from fitting.diagnosis.nuisance import Nuisance
-from fitting.diagnosis.settings import NOISE
 from fitting.instruments.columns import clock_time, instrument_errors
 from fitting.instruments.errors import InstrumentErrors
 from fitting.instruments.settings import INSTRUMENTS
 from fitting.instruments.signals import Signal
 from fitting.instruments.sources import ErrorKind, Source
+from fitting.least_squares import working_noise
 from fitting.recordings.accuracy import Accuracy, Channel, ChannelAccuracy
 
 S = samples()
 COUNT = len(S)
-WHITE = working_noise.Noise(1.0, np.zeros(len(NOISE.memories)))
+WHITE = working_noise.Noise(1.0, np.zeros(len(working_noise.NOISE.memories)))
 FORCE = 500.0 - 1000.0 * S.contraction
 SIGNALS = {
     Channel.PRESSURE: Signal(np.full(COUNT, 2e-3), S.pressure, S.pressure_rate, 5e5),

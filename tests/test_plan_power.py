@@ -8,10 +8,10 @@ from scipy.stats import multivariate_normal
 
 from fitting.diagnosis.flip_groups import FlipGroups
 from fitting.diagnosis.omnibus import Basis
-from fitting.diagnosis.working_noise import Noise as Memory
 from fitting.instruments.errors import InstrumentErrors
 from fitting.instruments.sources import ErrorKind, Source
 from fitting.least_squares import held_out
+from fitting.least_squares.working_noise import Noise as Memory
 from fitting.planning.rejection import Drawn
 from fitting.planning.separation import Outlook, Readings, of_means
 from fitting.recordings.accuracy import Channel

@@ -8,9 +8,9 @@ import small_muscle
 from rich.console import Console
 
 from fitting.diagnosis.diagnose import prepared
-from fitting.diagnosis.working_noise import Noise
 from fitting.errors import InputError
 from fitting.least_squares.fit import fit
+from fitting.least_squares.working_noise import Noise
 from fitting.library.line import effect_from_line
 from fitting.recordings.accuracy import Accuracy, ChannelAccuracy
 from fitting.recordings.experiment import read_experiment

@@ -10,7 +10,7 @@ from hidden.study.sizes import hiding
 
 from fitting.diagnosis.diagnose import diagnose
 from fitting.diagnosis.sign_flips import flipped_signs
-from fitting.diagnosis.working_noise import Kinds
+from fitting.least_squares.working_noise import Kinds
 from fitting.problem.residuals import problem
 from fitting.problem.unknowns import unknowns
 from fitting.recordings.experiment import read_experiment

@@ -6,16 +6,16 @@ import numpy as np
 import pytest
 from test_flips import autoregression, samples, words
 
-from fitting.diagnosis import omnibus, working_noise
+from fitting.diagnosis import omnibus
 from fitting.diagnosis.flip_groups import flip_groups
 from fitting.diagnosis.missing_effect import Ground, missing_effect_test
 from fitting.diagnosis.nuisance import Nuisance
-from fitting.diagnosis.settings import FLIP_TEST, NOISE
+from fitting.diagnosis.settings import FLIP_TEST
 from fitting.instruments.errors import InstrumentErrors
-from fitting.least_squares import held_out
+from fitting.least_squares import held_out, working_noise
 
 EXACT = InstrumentErrors.none(samples().run)
-WHITE = working_noise.Noise(1.0, np.zeros(len(NOISE.memories)))
+WHITE = working_noise.Noise(1.0, np.zeros(len(working_noise.NOISE.memories)))
 SAMPLES = samples()
 ROWS = np.random.default_rng(1).normal(size=len(SAMPLES))
 SLOPES = np.stack([SAMPLES.pressure / 1e5, SAMPLES.branch], axis=1)

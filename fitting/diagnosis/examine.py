@@ -19,12 +19,12 @@ from fitting.diagnosis.outcomes import Reason, Why
 from fitting.diagnosis.settings import DIAGNOSIS, DiagnosisSettings
 from fitting.diagnosis.signatures import signatures
 from fitting.diagnosis.universe import Universe
-from fitting.diagnosis.working_noise import Kinds, Noise
 from fitting.full_names import owner_of
 from fitting.instruments.errors import InstrumentErrors, InstrumentWhitener
 from fitting.instruments.felt import errors_felt
 from fitting.least_squares import held_out
 from fitting.least_squares.decomposed import lstsq
+from fitting.least_squares.working_noise import Kinds, Noise
 
 
 class Examiner:

@@ -16,9 +16,9 @@ from fitting.diagnosis.omnibus import Basis
 from fitting.diagnosis.projected import Projected, projected
 from fitting.diagnosis.settings import FLIP_TEST, FlipTestSettings
 from fitting.diagnosis.sign_flips import PValues, Scores, flipped_signs
-from fitting.diagnosis.working_noise import Noise, Whitener
 from fitting.instruments.errors import InstrumentErrors, InstrumentWhitener
 from fitting.least_squares.decomposed import orthonormal
+from fitting.least_squares.working_noise import Noise, Whitener
 from fitting.problem.residuals import Samples
 
 

@@ -6,29 +6,8 @@
 from dataclasses import dataclass, field
 
 from fitting.instruments.settings import InstrumentSettings
+from fitting.least_squares.working_noise import NoiseSettings
 from fitting.problem.unknowns import BELIEVED
-
-
-@dataclass(frozen=True)
-class NoiseSettings:
-    """The working noise model: white noise and a mixture of first-order autoregressions."""
-
-    memories: tuple[float, ...] = (
-        0.3,
-        0.5,
-        0.7,
-        0.8,
-        0.9,
-        0.95,
-        0.98,
-        0.99,
-        0.995,
-        0.999,
-    )  # lag-1 correlations; chosen
-    lags: tuple[int, ...] = (0, 1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64, 96, 128, 192)  # samples; chosen
-    piece: int = 400  # samples whitened together; chosen for speed
-    visible: float = 0.05  # of its variance that a kind of noise must leave where a basis is removed; chosen
-    least_white: float = 1e-3  # white share of the variance, or slow noise could not be whitened; chosen
 
 
 @dataclass(frozen=True)
@@ -146,6 +125,6 @@ class DiagnosisSettings:
     verdict: VerdictSettings = field(default_factory=VerdictSettings)
 
 
-NOISE, FLIP_TEST, LIMITS = NoiseSettings(), FlipTestSettings(), LimitSettings()
+FLIP_TEST, LIMITS = FlipTestSettings(), LimitSettings()
 FITS, SEARCH, VERDICT, ODD_RUNS = FitSettings(), SearchSettings(), VerdictSettings(), OddRunSettings()
 DIAGNOSIS = DiagnosisSettings()

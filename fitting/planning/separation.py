@@ -15,8 +15,8 @@ from scipy.linalg import cholesky, solve_triangular
 from fitting.diagnosis import flip_groups, omnibus
 from fitting.diagnosis.flip_groups import FlipGroups
 from fitting.diagnosis.settings import FLIP_TEST
-from fitting.diagnosis.working_noise import Noise, Whitener, noise_from
 from fitting.instruments.errors import InstrumentErrors
+from fitting.least_squares.working_noise import Noise, Whitener, noise_from
 from fitting.planning.predictions import Candidates, Explained
 from fitting.planning.rejection import Drawn
 from fitting.planning.settings import COUNTS

@@ -9,9 +9,9 @@ from fitting.diagnosis import omnibus
 from fitting.diagnosis.flip_groups import flip_groups, rests_on_in_words
 from fitting.diagnosis.missing_effect import Ground, missing_effect_test
 from fitting.diagnosis.nuisance import Nuisance
-from fitting.diagnosis.working_noise import noise_from
 from fitting.least_squares.record import Fit
 from fitting.least_squares.uncertainty import clusters
+from fitting.least_squares.working_noise import noise_from
 from fitting.posterior.predict import bands
 from fitting.posterior.record import (
     Draws,

@@ -6,9 +6,9 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from scipy.signal import lfilter
 
-from fitting.diagnosis.working_noise import Noise
 from fitting.instruments.settings import INSTRUMENTS
 from fitting.instruments.signals import Signal
+from fitting.least_squares.working_noise import Noise
 from fitting.recordings.accuracy import Accuracy, Channel, ChannelAccuracy
 from fitting.recordings.noise import noise_of
 from fitting.recordings.presumed import allowed

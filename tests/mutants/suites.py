@@ -103,7 +103,7 @@ DIAGNOSIS = Suite(
             ("fitting/diagnosis/flip_groups", "fitting/diagnosis/sign_flips", "fitting/diagnosis/missing_effect"),
             (("tests/test_verdict.py",), ("tests/test_flips.py",), ("tests/test_diagnose.py",)),
         ),
-        "fitting/diagnosis/working_noise": (
+        "fitting/least_squares/working_noise": (
             ("tests/test_verdict.py", "tests/test_instrument_errors.py"),
             ("tests/test_flips.py",),
             ("tests/test_static_maps.py",),

@@ -12,11 +12,34 @@ from scipy.linalg import cholesky, solve_triangular
 from scipy.optimize import nnls
 from scipy.signal import lfilter
 
-from fitting.diagnosis.settings import NOISE, NoiseSettings
 from fitting.instruments.errors import InstrumentErrors
 from fitting.least_squares.decomposed import orthonormal
 from fitting.problem.residuals import Samples
 
+
+@dataclass(frozen=True)
+class NoiseSettings:
+    """Settings of the noise model. "Chosen" says that nobody derived it."""
+
+    memories: tuple[float, ...] = (
+        0.3,
+        0.5,
+        0.7,
+        0.8,
+        0.9,
+        0.95,
+        0.98,
+        0.99,
+        0.995,
+        0.999,
+    )  # lag-1 correlations; chosen
+    lags: tuple[int, ...] = (0, 1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64, 96, 128, 192)  # samples; chosen
+    piece: int = 400  # samples whitened together; chosen for speed
+    visible: float = 0.05  # of its variance that a kind of noise must leave where a basis is removed; chosen
+    least_white: float = 1e-3  # white share of the variance, or slow noise could not be whitened; chosen
+
+
+NOISE = NoiseSettings()
 NOTHING = 1e-6  # share of a column that is rounding, as of directions (`orthonormal`)
 
 
