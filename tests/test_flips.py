@@ -145,7 +145,7 @@ def stated(rows, amount, error, s, seed):
     left = rows + amount * column - slope * fit[0]
     same = Nuisance(slope[:, None], prior - fit, np.ones((1, 1)))
     basis = omnibus.basis(s)
-    noise = working_noise.Noise(1.0, np.zeros(len(working_noise.NOISE.memories)))
+    noise = working_noise.white_noise(1.0)
     return missing_effect_test(
         left, same, column[:, None], Ground(s, flip_groups(s, 0.0), basis, noise, exact(s), seed)
     )

@@ -22,7 +22,7 @@ from fitting.recordings.accuracy import Accuracy, Channel, ChannelAccuracy
 
 S = samples()
 COUNT = len(S)
-WHITE = working_noise.Noise(1.0, np.zeros(len(working_noise.NOISE.memories)))
+WHITE = working_noise.white_noise(1.0)
 FORCE = 500.0 - 1000.0 * S.contraction
 SIGNALS = {
     Channel.PRESSURE: Signal(np.full(COUNT, 2e-3), S.pressure, S.pressure_rate, 5e5),

@@ -17,6 +17,7 @@ from fitting.least_squares.fit import fit
 from fitting.least_squares.held_out import rms
 from fitting.least_squares.searches import Alone
 from fitting.least_squares.unbent import left_beyond
+from fitting.least_squares.working_noise import white_noise
 from fitting.model_files.model_file import read_model
 from fitting.recordings.accuracy import Accuracy, ChannelAccuracy
 from fitting.recordings.experiment import read_experiment
@@ -51,12 +52,21 @@ def found(experiment):
 
 
 def covariance_of_readings(found, noise):
-    """Of the rows of the measurements in standard deviations, written out: noise, and every error that may be."""
-    errors = found.errors
+    """Of the rows of the measurements in standard deviations, written out: noise, and every error that may be.
+
+    Noise fades along a run; readings of different stretches of some 400 are taken as independent.
+    """
+    errors, samples = found.errors, found.samples
     whole = errors.shared @ errors.shared.T
     for column in errors.per_run.T:
         whole += np.outer(column, column) * (errors.run[:, None] == errors.run)
-    return whole + noise**2 * np.eye(len(whole))
+    for one in np.unique(samples.run):
+        at = np.flatnonzero(samples.run == one)
+        for piece in np.array_split(at, -(-len(at) // 400)):
+            apart = np.abs(samples.position[piece][:, None] - samples.position[piece])
+            fading = sum(share * memory**apart for share, memory in zip(noise.shares, noise.memories, strict=True))
+            whole[np.ix_(piece, piece)] += fading + noise.white * np.eye(len(piece))
+    return whole
 
 
 def test_the_values_are_those_of_generalised_least_squares(tmp_path):
@@ -69,15 +79,15 @@ def test_the_values_are_those_of_generalised_least_squares(tmp_path):
     experiment = replace(read, recordings=tuple(noisy), priors={"muscle.radius": (read.muscle.radius, 1e-5)})
     found = fit([experiment], EFFECTS, starts=2)
     through, sigma, count = found.through, found.samples.sigma, len(found.samples)
-    noise = rms(left_beyond(found.residual / sigma, found.slopes[:count], found.errors))
-    inverse = np.linalg.inv(covariance_of_readings(found, noise))
+    inverse = np.linalg.inv(covariance_of_readings(found, seen_through.noise_of(found)))
     slopes, priors = through.slopes[:count], through.slopes[count:]
     gradient = slopes.T @ inverse @ (through.residual / sigma) + priors.T @ through.prior_rows
     curvature = slopes.T @ inverse @ slopes + priors.T @ priors
-    error = np.sqrt(np.diag(np.linalg.inv(curvature)))
+    rows = through.residual / sigma
+    left = rows @ inverse @ rows / (count - len(through.free))  # beside the noise with which they were sought
+    error = np.sqrt(np.diag(np.linalg.inv(slopes.T @ inverse @ slopes / left + priors.T @ priors)))
     assert np.all(np.abs(np.linalg.solve(curvature, gradient)) < 1e-3 * error)
-    # standard errors have the noise that these values leave, which is nearly that with which they were sought
-    assert [through.error(name, robust=False) for name in through.free] == pytest.approx(error, rel=0.05)
+    assert [through.error(name, robust=False) for name in through.free] == pytest.approx(error, rel=1e-3)
     plain = found.slopes[:count].T @ inverse @ (found.residual / sigma) + found.slopes[count:].T @ found.prior_rows
     assert np.max(np.abs(np.linalg.solve(curvature, plain)) / error) > 1.0  # the curve of least error is elsewhere
 
@@ -91,6 +101,19 @@ def test_the_truth_is_told_closer_where_instruments_may_err(found):
     assert found.rmse < through.rmse < 1.6 * found.rmse
     assert through.through is None
     assert through.free == found.free
+
+
+def test_no_error_is_below_that_beside_noise_that_does_not_fade(found):
+    noise = rms(left_beyond(found.residual / found.samples.sigma, found.slopes[: len(found.samples)], found.errors))
+    white = seen_through._sought(found, Alone.of(found.problem), white_noise(noise**2))
+    known = [(found.through.error(name), white.error(name)) for name in found.free]
+    assert all(told >= (1 - 1e-9) * least for told, least in known)
+    assert [found.through.values[name] for name in found.free] != [white.values[name] for name in found.free]
+
+
+def test_a_covariance_is_widened_and_stays_as_correlated():
+    widened = seen_through._at_least(np.array([[4.0, 1.0], [1.0, 1.0]]), np.array([[1.0, 0.0], [0.0, 9.0]]))
+    np.testing.assert_allclose(widened, [[4.0, 3.0], [3.0, 9.0]])
 
 
 def test_at_its_values_the_model_leaves_what_it_says(found, experiment):
@@ -144,7 +167,7 @@ def fitted(folder, tmp_path, *more, effects=NAMES):
 def test_both_values_are_printed_and_the_curve_of_least_error_is_saved(folder, found, tmp_path):
     said, told, again = fitted(folder, tmp_path)
     assert "LIKELIER The curve of least error (1.57 N) follows the errors of the instruments" in said
-    assert "with them the model errs by 2.08 N" in said
+    assert "with them the model errs by 2.03 N" in said
     stiffness = told["parameters"][K]
     assert stiffness["value"] == pytest.approx(found.values[K], rel=1e-4)
     assert stiffness["through_instruments"]["value"] == pytest.approx(found.through.values[K], rel=1e-3)

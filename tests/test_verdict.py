@@ -15,7 +15,7 @@ from fitting.instruments.errors import InstrumentErrors
 from fitting.least_squares import held_out, working_noise
 
 EXACT = InstrumentErrors.none(samples().run)
-WHITE = working_noise.Noise(1.0, np.zeros(len(working_noise.NOISE.memories)))
+WHITE = working_noise.white_noise(1.0)
 SAMPLES = samples()
 ROWS = np.random.default_rng(1).normal(size=len(SAMPLES))
 SLOPES = np.stack([SAMPLES.pressure / 1e5, SAMPLES.branch], axis=1)

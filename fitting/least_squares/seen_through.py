@@ -2,8 +2,10 @@
 
 The curve of least error follows the errors of instruments, too: a gain that is off by a percent moved the stiffness of
 a spring by forty. Where such errors and noise explain all that a fit leaves, the values that leave the least beyond
-them are the likelier ones. The search begins at the curve of least error and asks for nothing but its rows and slopes,
-which are compiled already; scipy's `least_squares` asks so, and keeps to the ranges.
+them are the likelier ones. Noise that fades slowly is taken as such: were every reading independent, ten thousand of
+them would overrule every accuracy, and errors of instruments would be fitted to the noise. The search begins at the
+curve of least error and asks for nothing but its rows and slopes, which are compiled already; scipy's `least_squares`
+asks so, and keeps to the ranges.
 """
 
 from dataclasses import replace
@@ -12,13 +14,13 @@ from typing import Any
 import numpy as np
 from scipy.optimize import least_squares
 
-from fitting.instruments.errors import InstrumentErrors
 from fitting.least_squares.held_out import rms
 from fitting.least_squares.record import Fit, spread_of_values
 from fitting.least_squares.searches import Searches
 from fitting.least_squares.subset import Subset, subset_of
 from fitting.least_squares.unbent import MOST_NUMBERS, UNBENT, left_beyond
 from fitting.least_squares.uncertainty import at_bound
+from fitting.least_squares.working_noise import Kinds, Noise, Whitener, stretches, white_noise
 
 LEAST_NOISE = 0.01  # of a reading's: who leaves less fits readings that were made up, which no instrument has bent
 
@@ -37,20 +39,33 @@ def seen_through_instruments(fit: Fit, searches: Searches) -> Fit | None:
     noise = rms(left_beyond(fit.residual / fit.samples.sigma, fit.slopes[:count], errors))
     if not LEAST_NOISE < noise < UNBENT.noise:
         return None
+    near = _sought(fit, searches, white_noise(noise**2))  # beside noise that fades a sharp bend has many valleys
+    found = None if near is None else _sought(near, searches, noise_of(near))
+    return None if near is None or found is None else replace(found, robust=_at_least(found.robust, near.robust))
+
+
+def _sought(fit: Fit, searches: Searches, noise: Noise) -> Fit | None:
+    """The values that leave the least beyond instruments and such noise, sought from those of a fit on.
+
+    None where no finite numbers were met.
+    """
     subset = subset_of(fit.layout, fit.vector, fit.free)
-    seen = _Seen(searches, subset, errors, noise)
-    begin = np.asarray(subset.place(fit.vector))
+    seen = _Seen(searches, subset, fit, noise)
     slopes: Any = seen.slopes  # scipy's own types admit the name of a scheme alone
-    found = least_squares(seen.rows, begin, slopes, bounds=(0.0, 1.0), method="dogbox")
+    found = least_squares(seen.rows, np.asarray(subset.place(fit.vector)), slopes, bounds=(0.0, 1.0), method="dogbox")
     return _recorded(fit, seen, found.x) if np.isfinite(found.cost) else None
 
 
 class _Seen:
     """Rows and slopes at places of the unit box: of measurements as instruments let them be seen, and of priors."""
 
-    def __init__(self, searches: Searches, subset: Subset, errors: InstrumentErrors, noise: float) -> None:
-        self.searches, self.subset, self.noise, self.count = searches, subset, noise, len(errors.run)
-        self.white = errors.changed(errors.per_run / noise, errors.shared / noise).whitener()
+    def __init__(self, searches: Searches, subset: Subset, fit: Fit, noise: Noise) -> None:
+        self.searches, self.subset, self.count = searches, subset, len(fit.samples)
+        parts = stretches(fit.samples)
+        together = np.repeat(np.arange(len(parts)), [part.stop - part.start for part in parts])
+        self.without_noise = Whitener.of(noise, fit.samples, together)
+        known = fit.errors.changed(self.without_noise(fit.errors.per_run), self.without_noise(fit.errors.shared))
+        self.without_errors = known.whitener()
         self._latest: tuple[bytes, tuple[np.ndarray, np.ndarray]] | None = None
 
     def at(self, place: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -62,8 +77,8 @@ class _Seen:
         return self._latest[1]
 
     def through(self, columns: np.ndarray) -> np.ndarray:
-        """Rows (rows,) or columns (rows, q) of measurements through instruments, in units of the noise."""
-        return np.concatenate([self.white(columns[: self.count]) / self.noise, columns[self.count :]])
+        """Rows (rows,) or columns (rows, q): of measurements what neither noise nor instruments make alike of them."""
+        return np.concatenate([self.without_errors(self.without_noise(columns[: self.count])), columns[self.count :]])
 
     def rows(self, place: np.ndarray) -> np.ndarray:
         """What a search makes small."""
@@ -72,6 +87,22 @@ class _Seen:
     def slopes(self, place: np.ndarray) -> np.ndarray:
         """Its slopes; none where one is no finite number."""
         return self.through(np.nan_to_num(self.at(place)[1], posinf=0.0, neginf=0.0))
+
+
+def _at_least(covariance: np.ndarray, least: np.ndarray) -> np.ndarray:
+    """A covariance (k, k) in which no variance is below that of another.
+
+    How noise fades is an estimate, and where it is taken for more than it is, values seem to be known better than they
+    are: each error is the larger of those beside noise that fades and beside noise that does not.
+    """
+    times = np.sqrt(np.maximum(np.diag(least) / np.maximum(np.diag(covariance), 1e-300), 1.0))
+    return covariance * np.outer(times, times)
+
+
+def noise_of(fit: Fit) -> Noise:
+    """What a fit leaves beside what its parameters and instruments can make, however large they are."""
+    slopes = fit.slopes[: len(fit.samples)]
+    return Kinds.after_removal(slopes, fit.samples).noise_beside(fit.residual / fit.samples.sigma, slopes, fit.errors)
 
 
 def _recorded(fit: Fit, seen: _Seen, place: np.ndarray) -> Fit:

@@ -68,6 +68,11 @@ class Noise:
         return correlated + self.white * np.eye(len(position))
 
 
+def white_noise(variance: float, settings: NoiseSettings = NOISE) -> Noise:
+    """Noise without a memory."""
+    return Noise(variance, np.zeros(len(settings.memories)), settings)
+
+
 @dataclass(frozen=True)
 class Kinds:
     """What each kind of noise leaves where a basis (rows, q; orthonormal) is removed: autocovariances (lags, kinds).
@@ -86,7 +91,7 @@ class Kinds:
     def after_removal(cls, columns: np.ndarray, samples: Samples, settings: NoiseSettings = NOISE) -> "Kinds":
         """Where these columns (rows, q) are removed."""
         basis = orthonormal(columns)
-        runs = _stretches(samples)
+        runs = stretches(samples)
         longest = max(run.stop - run.start for run in runs)
         lags = [lag for lag in settings.lags if longest > 2 * lag + 2] or [0]
         left = np.stack([_left_of(memory, basis, runs, lags) for memory in (0.0, *settings.memories)], axis=1)
@@ -149,8 +154,8 @@ def noise_from(rows: np.ndarray, columns: np.ndarray, samples: Samples) -> Noise
     return Kinds.after_removal(columns, samples).noise(rows)
 
 
-def _stretches(samples: Samples) -> list[slice]:
-    """Runs; of a static map every point by itself, for each was set anew."""
+def stretches(samples: Samples) -> list[slice]:
+    """What may err together: runs; of a static map every point by itself, for each was set anew."""
     _, half, count = np.unique(np.stack([samples.run, samples.half]), axis=1, return_inverse=True, return_counts=True)
     alone = count[half] == 1
     apart = (np.diff(samples.run) != 0) | (alone[1:] & alone[:-1])
