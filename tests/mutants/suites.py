@@ -65,6 +65,7 @@ DIAGNOSIS = Suite(
         "fitting/comparison/fingerprint.py",
         "fitting/comparison/parity.py",
         "fitting/least_squares/held_out.py",
+        "fitting/least_squares/working_noise.py",
     ),
     {
         "fitting/diagnosis/proposal": (("tests/test_proposal.py",),),
