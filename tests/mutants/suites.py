@@ -137,7 +137,10 @@ INSTRUMENTS = Suite(
     ),
     {
         "fitting/recordings/contrasts": (("tests/test_contrasts.py",), ("tests/test_estimated_inputs.py",)),
-        "fitting/recordings": (("tests/test_accuracy.py",), ("tests/test_estimated_inputs.py",)),
+        "fitting/recordings": (
+            ("tests/test_accuracy.py", "tests/test_channel_errors.py"),
+            ("tests/test_estimated_inputs.py",),
+        ),
         "fitting/instruments": (
             ("tests/test_errors_felt.py", "tests/test_instrument_errors.py"),
             ("tests/test_through.py",),
