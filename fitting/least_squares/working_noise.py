@@ -211,8 +211,14 @@ class Whitener:
         order = np.argsort(together, kind="stable")
         edges = np.flatnonzero(np.diff(together[order])) + 1
         pieces = (piece for member in np.split(order, edges) for piece in _pieces(member, noise.settings.piece))
-        covariance = lambda piece: noise.covariance(samples.position[piece].astype(float))  # noqa: E731
-        return cls(tuple((piece, cholesky(covariance(piece), lower=True)) for piece in pieces))
+        factors: dict[bytes, np.ndarray] = {}  # of pieces that are sampled alike, as most are
+        parts = []
+        for piece in pieces:
+            place = samples.position[piece] - samples.position[piece[:1]]
+            if place.tobytes() not in factors:
+                factors[place.tobytes()] = cholesky(noise.covariance(place.astype(float)), lower=True)
+            parts.append((piece, factors[place.tobytes()]))
+        return cls(tuple(parts))
 
     def __call__(self, columns: np.ndarray) -> np.ndarray:
         """The rows, which may have columns, without correlation."""
