@@ -1,5 +1,6 @@
 """What instruments may make of rows: columns by hand, whitening against numpy's covariance, sizes found again."""
 
+from argparse import Namespace
 from dataclasses import replace
 
 import numpy as np
@@ -196,6 +197,16 @@ def test_noise_beside_instruments_is_that_of_one_projection_from_all_their_colum
     found, expected = kinds.noise_beside(rows, slopes, felt), kinds.noise(np.sqrt(grown) * rest)
     assert found.white == pytest.approx(expected.white, rel=1e-6)
     np.testing.assert_allclose(found.shares, expected.shares, atol=1e-6)
+
+
+def test_pieces_of_one_length_are_whitened_by_how_far_apart_their_readings_are():
+    """A run of every reading, one of every fifth, and the first once more later on: together, nothing is correlated."""
+    shares = np.where(np.array(working_noise.NOISE.memories) == 0.9, 0.9, 0.0)
+    place, run = np.concatenate([np.arange(10), 5 * np.arange(10), 40 + np.arange(10)]), np.repeat([0, 1, 2], 10)
+    white = working_noise.Whitener.of(working_noise.Noise(0.1, shares), Namespace(position=place), run)
+    alike = run[:, None] == run
+    covariance = alike * 0.9 * 0.9 ** np.abs(place[:, None] - place) + 0.1 * np.eye(30)
+    np.testing.assert_allclose(white(white(covariance).T), np.eye(30), atol=1e-10)
 
 
 def test_noise_beside_instruments_is_not_taken_for_less_where_these_make_most_of_a_few_readings():

@@ -26,11 +26,12 @@ from fitting.report.text.diagnosis import (
     verdict_text,
 )
 from fitting.report.text.evidence import sort_evidence
-from fitting.report.text.fit import fit_report, value_cells
+from fitting.report.text.fit import fit_report
 from fitting.report.text.layout import console, paste_line
 from fitting.report.text.next_step import after_diagnosis
 from fitting.report.text.plan import _expected
 from fitting.report.text.reasons import why_text
+from fitting.report.text.values import value_cells
 from fitting.report.text.warnings import comparison_warnings
 from mckibben_jax.effects import CoulombFriction, IdealCylinder
 

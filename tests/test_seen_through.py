@@ -21,6 +21,7 @@ from fitting.least_squares.working_noise import white_noise
 from fitting.model_files.model_file import read_model
 from fitting.recordings.accuracy import Accuracy, ChannelAccuracy
 from fitting.recordings.experiment import read_experiment
+from fitting.report.text.likelier import likelier_rows
 from mckibben_jax.effects import CoulombFriction, IdealCylinder, LinearSpring
 
 STIFFNESS = 60.0
@@ -131,6 +132,21 @@ def stiff(tmp_path_factory):
 def test_a_model_that_lacks_something_has_no_likelier_values(stiff):
     """What it lacks is no error of the instruments."""
     assert fit([read_experiment(stiff)], EFFECTS[:2], starts=2).through is None
+
+
+def test_values_that_deny_a_stated_size_are_not_the_likelier_ones(experiment, monkeypatch):
+    """Seven errors from the radius that was measured: something else is wrong."""
+    radius = experiment.muscle.radius
+    denied = replace(experiment, priors={"muscle.radius": (1.02 * radius, 0.02 * radius / 7)})
+    assert fit([denied], EFFECTS, starts=2).through is None
+    monkeypatch.setattr(seen_through, "BELIEVED", 10.0)
+    assert fit([denied], EFFECTS, starts=2).through is not None
+
+
+def test_an_error_wider_than_the_range_is_unknown(found):
+    wide = replace(found, through=replace(found.through, robust=1e30 * np.eye(len(found.free))))
+    assert [row[2] for row in likelier_rows(wide)] == ["unknown"] * len(found.free)
+    assert "unknown" not in [row[2] for row in likelier_rows(found)]
 
 
 EXACT = ChannelAccuracy(**dict.fromkeys(

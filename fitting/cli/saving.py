@@ -14,7 +14,7 @@ from fitting.study.request import MODEL_FILE
 LIKELIER = "with the values that are likelier where instruments err"
 NONE_LIKELIER = (
     "These are the values of the curve of least error. There are likelier ones only where the model leaves hardly more "
-    "than noise and errors of the instruments, and where no motion was recorded."
+    "than noise and errors of the instruments, where no stated size is denied, and where no motion was recorded."
 )
 
 

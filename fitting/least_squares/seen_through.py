@@ -21,6 +21,7 @@ from fitting.least_squares.subset import Subset, subset_of
 from fitting.least_squares.unbent import MOST_NUMBERS, UNBENT, left_beyond
 from fitting.least_squares.uncertainty import at_bound
 from fitting.least_squares.working_noise import Kinds, Noise, Whitener, stretches, white_noise
+from fitting.problem.unknowns import BELIEVED
 
 LEAST_NOISE = 0.01  # of a reading's: who leaves less fits readings that were made up, which no instrument has bent
 
@@ -29,8 +30,9 @@ def seen_through_instruments(fit: Fit, searches: Searches) -> Fit | None:
     """The same model with the values that leave the least beyond errors of instruments, and their standard errors.
 
     `searches` are those of the fit. None where no instrument may err, where the model leaves more than noise beyond
-    them, for then it lacks something that matters more, or next to nothing, or where errors are too many to be held in
-    memory; and of motions, whose rows are costly. Residual and slopes are those of the readings, as in every fit.
+    them or these values deny a stated one, for then it lacks something that matters more, where it leaves next to
+    nothing, or where errors are too many to be held in memory; and of motions, whose rows are costly. Residual and
+    slopes are those of the readings, as in every fit.
     """
     errors, count = fit.errors, len(fit.samples)
     moves = any(block.steps for block in fit.problem.blocks)
@@ -41,7 +43,9 @@ def seen_through_instruments(fit: Fit, searches: Searches) -> Fit | None:
         return None
     near = _sought(fit, searches, white_noise(noise**2))  # beside noise that fades a sharp bend has many valleys
     found = None if near is None else _sought(near, searches, noise_of(near))
-    return None if near is None or found is None else replace(found, robust=_at_least(found.robust, near.robust))
+    if near is None or found is None or np.any(np.abs(found.prior_rows) > BELIEVED):
+        return None
+    return replace(found, robust=_at_least(found.robust, near.robust))
 
 
 def _sought(fit: Fit, searches: Searches, noise: Noise) -> Fit | None:

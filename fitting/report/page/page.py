@@ -23,7 +23,6 @@ from fitting.report.results import provenance, shown_names
 from fitting.report.text.citations import citations
 from fitting.report.text.comparison import error_text
 from fitting.report.text.diagnosis import measurement_text
-from fitting.report.text.fit import range_cells, value_cells
 from fitting.report.text.instruments import HEADS, channel_cells, channel_lines
 from fitting.report.text.likelier import likelier_rows, likelier_text
 from fitting.report.text.names import mark, marked
@@ -31,6 +30,7 @@ from fitting.report.text.search import search_text
 from fitting.report.text.side_by_side import side_by_side
 from fitting.report.text.stated_sizes import measured_cells, rests_on_texts
 from fitting.report.text.study import data_text
+from fitting.report.text.values import range_cells, value_cells
 from fitting.study.practice import ENOUGH
 from fitting.study.stages import Stage
 from fitting.study.task import Task

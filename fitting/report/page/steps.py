@@ -13,11 +13,11 @@ from fitting.report.pictures.fall import fall_html
 from fitting.report.text.amounts import amount
 from fitting.report.text.attempts import held_text, why_not_kept
 from fitting.report.text.diagnosis import effect_set
-from fitting.report.text.fit import value_cells
 from fitting.report.text.path import blamed_on_the_way, path_texts
 from fitting.report.text.side_by_side import MEASURED
 from fitting.report.text.stages import dropped_text, stage_text, tested_text
 from fitting.report.text.stated_sizes import measured_cells
+from fitting.report.text.values import value_cells
 from fitting.study.stages import Stage
 
 BARS = "Choose a bar, or a model at the top of the page: the whole page then shows that model."

@@ -5,14 +5,13 @@ from rich.text import Text
 
 from fitting.least_squares.record import Fit
 from fitting.report.results import shown_names
-from fitting.report.text.amounts import amount, with_error
+from fitting.report.text.amounts import amount
 from fitting.report.text.layout import columns, line, lines, spaced
 from fitting.report.text.likelier import likelier_report
 from fitting.report.text.names import mark, marked
 from fitting.report.text.search import failure_texts, search_text
 from fitting.report.text.stated_sizes import denied_texts, kept_from, rests_on_texts
-
-WIDER = "unknown"  # an error
+from fitting.report.text.values import range_cells, value_cells
 
 
 def fit_warnings(fit: Fit) -> list[str]:
@@ -61,22 +60,3 @@ def _parameter(fit: Fit, name: str) -> tuple[str, ...]:
     note = "at its bound" if name in fit.at_bound else "correlated" if name in fit.tied else ""
     note = "held: not constrained" if name in fit.held else note if name in fit.free else "fixed"
     return *value_cells(fit, name), " .. ".join(range_cells(fit, name)), note
-
-
-def value_cells(fit: Fit, name: str) -> tuple[str, str, str]:
-    """A parameter's value, its robust error, and its error were samples independent; no errors where it is fixed.
-
-    An error that is wider than the range is none: it comes from slopes that say next to nothing there.
-    """
-    entry, value, independent = fit.layout.entry(name), fit.values[name], fit.error(name, robust=False)
-    widest = entry.upper - entry.lower
-    if fit.error(name) > widest:
-        return amount(value, entry.unit), WIDER, WIDER if independent > widest else amount(independent, entry.unit, 2)
-    shown, robust = with_error(value, fit.error(name), entry.unit)
-    return shown, robust, amount(independent, entry.unit, 2) if name in fit.free else ""
-
-
-def range_cells(fit: Fit, name: str) -> tuple[str, str]:
-    """The ends of a parameter's range."""
-    entry = fit.layout.entry(name)
-    return amount(entry.lower, entry.unit), amount(entry.upper, entry.unit)

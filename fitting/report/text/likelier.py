@@ -8,9 +8,10 @@ from rich.text import Text
 
 from fitting.least_squares.record import Fit
 from fitting.report.settings import LIKELIER
-from fitting.report.text.amounts import amount, with_error
+from fitting.report.text.amounts import amount
 from fitting.report.text.layout import columns, line, spaced
 from fitting.report.text.names import mark
+from fitting.report.text.values import value_cells
 
 HEADS = ("parameter", "likelier value", "+/- robust")
 OPTION = "--through-instruments"
@@ -35,8 +36,8 @@ def likelier_rows(fit: Fit) -> Iterator[tuple[str, str, str]]:
     """The name, the likelier value and its error of every parameter that was fitted."""
     if fit.through is not None:
         for name in fit.free:
-            known = with_error(fit.through.values[name], fit.through.error(name), fit.layout.entry(name).unit)
-            yield (mark(name), *known)
+            shown, robust, _ = value_cells(fit.through, name)
+            yield mark(name), shown, robust
 
 
 def likelier_report(fit: Fit) -> list[RenderableType]:

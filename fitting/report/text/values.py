@@ -1,0 +1,25 @@
+"""The cells of a table that say what a parameter's value is, how well it is known, and where it may lie."""
+
+from fitting.least_squares.record import Fit
+from fitting.report.text.amounts import amount, with_error
+
+WIDER = "unknown"  # an error
+
+
+def value_cells(fit: Fit, name: str) -> tuple[str, str, str]:
+    """A parameter's value, its robust error, and its error were samples independent; no errors where it is fixed.
+
+    An error that is wider than the range is none: it comes from slopes that say next to nothing there.
+    """
+    entry, value, independent = fit.layout.entry(name), fit.values[name], fit.error(name, robust=False)
+    widest = entry.upper - entry.lower
+    if fit.error(name) > widest:
+        return amount(value, entry.unit), WIDER, WIDER if independent > widest else amount(independent, entry.unit, 2)
+    shown, robust = with_error(value, fit.error(name), entry.unit)
+    return shown, robust, amount(independent, entry.unit, 2) if name in fit.free else ""
+
+
+def range_cells(fit: Fit, name: str) -> tuple[str, str]:
+    """The ends of a parameter's range."""
+    entry = fit.layout.entry(name)
+    return amount(entry.lower, entry.unit), amount(entry.upper, entry.unit)
