@@ -54,6 +54,22 @@ def test_nothing_is_said_where_nothing_was_discovered(steps):
     assert path_texts(steps) == []
 
 
+@pytest.mark.parametrize(
+    ("sets", "told"),
+    [
+        ({("effect_0", "rubber"): 11e3}, "11 kPa"),  # one effect of the explanation is added at a time
+        ({("effect_0",): 11e3, ("effect_0", "rubber"): 2e3}, "11 kPa"),
+        ({("effect_0", "rubber"): 2e3, ("effect_0", "tip"): 3e3}, "2 kPa"),
+    ],
+)
+def test_an_added_effect_asks_what_the_explanation_asks_that_it_comes_from(sets, told):
+    zero = Source(Channel.PRESSURE, ErrorKind.ZERO, 400.0, 400.0)
+    blamed = tuple(Blamed("effect_0", names, zero, size, None) for names, size in sets.items())
+    first, last = stages(5e-4, 0.4)
+    (said,) = blamed_on_the_way([replace(first, diagnosis=SimpleNamespace(level=0.01, blamed=blamed)), last])
+    assert f"off by {told} (" in said
+
+
 @pytest.mark.parametrize(("added", "size", "told"), [("effect_0", 11e3, 1), ("effect_0", 300.0, 0), ("other", 11e3, 0)])
 def test_an_added_effect_that_blames_an_instrument_says_by_how_much_at_the_end_too(added, size, told):
     zero = Source(Channel.PRESSURE, ErrorKind.ZERO, 400.0, 400.0)

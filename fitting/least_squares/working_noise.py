@@ -1,6 +1,7 @@
 """The working noise model: white noise and slow wanders, estimated from what a fit and a smooth basis leave.
 
-It buys power only; that the test holds its level rests on flips, except where loops are too few to be flipped.
+In a diagnosis it buys power only; that the test holds its level rests on flips, except where loops are too few to be
+flipped. The likelier values of a fit are sought beside this noise.
 """
 
 from collections.abc import Iterator

@@ -89,8 +89,14 @@ def _who_blames(blamed: Sequence[Blamed], effect: str) -> str:
 
 
 def asked_of_added_texts(d: Diagnosis, added: Sequence[str]) -> list[str]:
-    """The same of effects that a discovery has added for this diagnosis: they stay errors of instruments."""
-    of_these = {each.effect: each for each in d.blamed if set(each.among) <= set(added)}
+    """The same of effects that a discovery has added for this diagnosis: they stay errors of instruments.
+
+    What was added may be a part of an explanation alone. Of several sizes that of the explanation that was added is
+    said, else the smallest.
+    """
+    blamed = [each for each in d.blamed if each.effect in added]
+    blamed.sort(key=lambda each: (set(each.among) <= set(added), -each.size))
+    of_these = {each.effect: each for each in blamed}  # the last of each effect
     beyond = [each for each in of_these.values() if each.size > each.source.allowed]
     return [_asked(f"{mark(each.effect)} was added, which", each) for each in beyond]
 
