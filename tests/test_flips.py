@@ -197,7 +197,7 @@ def test_whitening_leaves_nothing_correlated():
     share = np.zeros(len(working_noise.NOISE.memories))
     share[list(working_noise.NOISE.memories).index(0.9)] = 1.0
     rows = autoregression(0.9, len(s), np.random.default_rng(4))[:, None]
-    white = working_noise.whitened(rows, s, numbered(s.run, s.loop), working_noise.Noise(1e-6, share))[:, 0]
+    white = working_noise.Whitener.of(working_noise.Noise(1e-6, share), s, numbered(s.run, s.loop))(rows)[:, 0]
     assert np.std(white) == pytest.approx(1.0, abs=0.05)
     assert abs(np.corrcoef(white[1:], white[:-1])[0, 1]) < 0.06
 

@@ -231,8 +231,3 @@ class Whitener:
 
 def _pieces(member: np.ndarray, size: int) -> list[np.ndarray]:
     return np.array_split(member, int(np.ceil(len(member) / size)))
-
-
-def whitened(columns: np.ndarray, samples: Samples, together: np.ndarray, noise: Noise) -> np.ndarray:
-    """Columns in which samples that may err together are no longer correlated, as far as the noise model knows."""
-    return Whitener.of(noise, samples, together)(columns)
