@@ -1,8 +1,10 @@
-"""Strict settings for every test: 64 bit, a warning raised by our own code is an error, and no compiled program stays
-in memory longer than its file of tests. Beside them what several files of tests look at."""
+"""Strict settings for every test: 64 bit, a warning raised by our own code is an error, and compiled programs are
+dropped before they take too much memory. Beside them what several files of tests look at."""
 
 import gc
 import os
+import resource
+from pathlib import Path
 
 import jax
 import pytest
@@ -10,6 +12,12 @@ import scipy.linalg  # noqa: F401  (it has a BLAS of its own, and only what is l
 from threadpoolctl import threadpool_limits
 
 from fitting import use_64_bit
+from fitting.compiled.held import allowed_mappings, mappings
+
+# Where one of these is passed after a file of tests, its compiled programs are dropped. The share is below that from
+# which the library itself lets programs go.
+SHARE_OF_MAPPINGS = 0.15
+MOST_MEMORY = 2.5e9  # bytes, of each of two workers
 
 use_64_bit()  # with the store of compiled programs: what one file of tests has compiled, the next ones load
 threadpool_limits(1, "blas")  # as a diagnosis does: on small matrices a second thread costs a hundredfold
@@ -35,13 +43,32 @@ def pytest_configure(config):
     config.addinivalue_line("filterwarnings", r"error:::(mckibben_jax|fitting)(\..*)?")
 
 
+def pytest_collection_finish():
+    gc.collect()
+    gc.freeze()  # what was imported stays: the garbage collector need not look at it again
+
+
 @pytest.fixture(scope="module", autouse=True)
 def compiled_programs_are_dropped():
-    """XLA maps each compiled program into memory and Linux grants a process 65,530 maps: without this the compiler
-    crashed after some 3,000 tests."""
+    """A process that would hold the programs of all tests ends in the compiler: Linux grants it 65,530 mappings.
+
+    What a file of tests traced and compiled serves the next one, too, until it takes much memory. The garbage
+    collector does not look at it before then: it would do so in a fifth of the time.
+    """
     yield
-    jax.clear_caches()
+    if mappings() > SHARE_OF_MAPPINGS * allowed_mappings() or memory() > MOST_MEMORY:
+        gc.unfreeze()
+        jax.clear_caches()
     gc.collect()
+    gc.freeze()
+
+
+def memory():
+    """Bytes of memory that this process occupies; 0 where the system does not say, as `mappings` does."""
+    try:
+        return int(Path("/proc/self/statm").read_text().split()[1]) * resource.getpagesize()
+    except OSError:
+        return 0
 
 
 @pytest.fixture(scope="session")
