@@ -117,6 +117,7 @@ EFFECTS = {
     "reduced_length": "factor",
     "bladder_neo_hookean": "G",
     "bladder_mooney_rivlin": "C10 C01",
+    "bladder_ogden": "G n",
     "bladder_thin_mooney_rivlin": "C10 C01",
     "bladder_schulte": "k_e",
     "strand_bending": "c_b",

@@ -96,6 +96,29 @@ class BladderMooneyRivlin(Energy):
         return _thick_wall(muscle, state, self.C10, self.C01)
 
 
+class BladderOgden(Energy):
+    """The rubber wall is strained: a thick incompressible tube of rubber after Ogden, by its energy.
+
+    Rubber of a braided hose resists the first percents of contraction and then hardly more: a negative n.
+    """
+
+    title = "Rubber wall, Ogden"
+    part = "bladder"
+    formula = "E = (2 G/n^2) l0 int [lambda1^n + lambda2^n + (lambda1 lambda2)^(-n) - 3] dA"
+    source = "Ogden 1972, one term; thick wall as Tondu 2012, eqs 29-32"
+    suspect = "as the neo-Hookean bladder, where its pull hardly grows after the first percents of contraction"
+    family = "bladder"
+    needs = ("wall_thickness",)
+    gives = ("rubber",)
+    G: jax.Array = parameter(0.54e6, "Pa", "shear modulus of the rubber", range=(1e3, 2e7), starts=(0.3e6, 1.5e6))
+    n: jax.Array = parameter(-4.0, "1", "exponent of the stretches (neo-Hookean: 2)", range=(-12, 4), starts=(-7, 1))
+
+    def energy(self, muscle: Muscle, state: State) -> jax.Array:
+        braid_radius, axial = shape(muscle, state).braid_radius, 1 - state.contraction
+        rest, inner, outer = muscle.radius, muscle.inner_radius, muscle.outer_radius
+        return muscle.length * rubber.thick_ogden_energy(braid_radius, axial, rest, inner, outer, self.G, self.n)
+
+
 class BladderThinMooneyRivlin(Energy):
     """The rubber wall is strained: a Mooney-Rivlin wall that follows the braid through its whole thickness."""
 

@@ -18,6 +18,8 @@ from mckibben_jax.laws.braid import ideal_force, radius_ratio, slope, tan_angle
 
 # What is left of the squared bore, relative to rest, when the wall energy stops growing: a tube cannot close further.
 _CLOSED = 1e-6
+_HENCKY = 1e-3  # exponents nearer to zero are taken as this: the law goes on smoothly there, its formula does not
+_NODES, _WEIGHTS = (part.tolist() for part in np.polynomial.legendre.leggauss(5))  # exact to 1e-7 for 0.28 radii
 # Hardness (IRHD) and shear modulus (MPa) of natural rubbers; 45 and 65 are the two of Tondu 2012.
 _HARDNESS = np.array([30.0, 35.0, 40.0, 45.0, 50.0, 55.0, 60.0, 65.0, 70.0, 75.0])
 _MODULUS = np.array([0.30, 0.37, 0.45, 0.54, 0.64, 0.81, 1.06, 1.37, 1.73, 2.22])
@@ -77,6 +79,19 @@ def mooney_rivlin_energy(hoop_stretch: ArrayLike, axial_stretch: ArrayLike, c10:
     """Energy per volume (J/m^3): C10 (I1 - 3) + C01 (I2 - 3). Tondu 2012, eq 30."""
     first, second = _invariants(hoop_stretch, axial_stretch)
     return c10 * first + c01 * second
+
+
+def ogden_energy(
+    hoop_stretch: ArrayLike, axial_stretch: ArrayLike, shear_modulus: ArrayLike, exponent: ArrayLike
+) -> Array:
+    """Energy per volume (J/m^3) of one term: (2 G/n^2)(l1^n + l2^n + l3^n - 3), G at small strain. Ogden 1972.
+
+    n = 2 is neo-Hookean rubber, n = -2 the second Mooney-Rivlin constant alone (C01 = G/2), n = 0 Hencky's law, which
+    is the limit. The more negative n is, the sooner the resistance of a tube that widens stops growing.
+    """
+    n = jnp.where(jnp.abs(exponent) < _HENCKY, _HENCKY, exponent)
+    hoop, axial = jnp.exp(n * jnp.log(hoop_stretch)), jnp.exp(n * jnp.log(axial_stretch))
+    return 2 * shear_modulus / jnp.square(n) * (hoop + axial + 1 / (hoop * axial) - 3)
 
 
 def mooney_rivlin_stresses(
@@ -169,6 +184,23 @@ def thick_wall_energy(
     first = squeeze * (axial_stretch + 2) / axial_stretch + logarithm / axial_stretch
     second = squeeze * (2 * axial_stretch + 1) / axial_stretch**2 + logarithm * axial_stretch
     return jnp.pi * (c10 * first + c01 * second)
+
+
+def thick_ogden_energy(
+    braid_radius: ArrayLike, axial_stretch: ArrayLike, rest_radius: ArrayLike, inner_radius: ArrayLike,
+    outer_radius: ArrayLike, shear_modulus: ArrayLike, exponent: ArrayLike,
+) -> Array:  # fmt: skip
+    """Energy (J per metre of rest length) of a thick incompressible tube of rubber after Ogden, one term.
+
+    int W(lambda_theta, lz) 2 pi R dR as in `thick_wall_energy`, by Gauss points in R^2, for there is no closed form.
+    Needs an open bore; beyond, it keeps its last value. Zero with zero slope at rest. Ogden 1972.
+    """
+    inner, outer = jnp.square(inner_radius), jnp.square(outer_radius)
+    k = open_bore(axial_stretch * jnp.square(braid_radius) - jnp.square(rest_radius), inner)
+    rings = 0.5 * (inner + outer) + 0.5 * (outer - inner) * jnp.asarray(_NODES)
+    hoop = jnp.sqrt((rings + k) / (rings * axial_stretch))
+    energies = ogden_energy(hoop, jnp.asarray(axial_stretch), shear_modulus, exponent)
+    return jnp.pi * (outer - inner) * jnp.sum(0.5 * jnp.asarray(_WEIGHTS) * energies)
 
 
 # Elastic forces ------------------------------------------------------------------------------------------------------

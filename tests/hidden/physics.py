@@ -147,6 +147,26 @@ def bladder_neo_hookean(muscle: Muscle, state: State, G: float):
     return bladder_mooney_rivlin(muscle, state, 0.5 * G, 0.0)
 
 
+def bladder_ogden(muscle: Muscle, state: State, G: float, n: float):
+    """One term of Ogden's law in a thick wall: the slopes of the stretches times their nominal stresses."""
+    outside = (muscle.radius + muscle.wall_outside) ** 2
+    bore = (muscle.radius + muscle.wall_outside - muscle.wall_thickness) ** 2
+    axial, axial_slope = 1 - state.contraction, -1.0
+    shift = axial * outer_radius(muscle, state) ** 2 - muscle.radius**2  # l2 r^2 = R^2 + shift for every ring
+    shift_slope = axial_slope * outer_radius(muscle, state) ** 2
+    shift_slope = shift_slope + 2 * axial * outer_radius(muscle, state) * radius_slope(muscle, state)
+    force = 0.0
+    for node, share in zip(NODES, SHARES, strict=True):
+        ring = 0.5 * (outside + bore) + 0.5 * (outside - bore) * node
+        hoop = np.sqrt((ring + shift) / (ring * axial))
+        hoop_slope = hoop * 0.5 * (shift_slope / (ring + shift) - axial_slope / axial)
+        radial = 1 / (hoop * axial)
+        radial_slope = -radial * (hoop_slope / hoop + axial_slope / axial)
+        slopes = ((hoop, hoop_slope), (axial, axial_slope), (radial, radial_slope))
+        force = force - share * sum(2 * G / n * stretch ** (n - 1) * slope for stretch, slope in slopes)
+    return 0.5 * np.pi * (outside - bore) * force
+
+
 def bladder_thin_mooney_rivlin(muscle: Muscle, state: State, C10: float, C01: float):
     """Eq 32 corrected: the whole wall strains as the braid's own radius does."""
     outside = muscle.radius + muscle.wall_outside
@@ -185,6 +205,7 @@ def weight(muscle: Muscle, state: State, m: float):
 BLADDERS = {
     "bladder_neo_hookean": bladder_neo_hookean,
     "bladder_mooney_rivlin": bladder_mooney_rivlin,
+    "bladder_ogden": bladder_ogden,
     "bladder_thin_mooney_rivlin": bladder_thin_mooney_rivlin,
     "bladder_schulte": bladder_schulte,
 }

@@ -1,0 +1,67 @@
+"""Rubber after Ogden: its special cases, its law of uniaxial tension, and two measured hoses of one make."""
+
+import jax
+import numpy as np
+import pytest
+
+from fitting import example_data, read_experiment
+from fitting.least_squares.fit import fit
+from mckibben_jax.effects import BladderMooneyRivlin, BladderNeoHookean, BladderOgden, IdealCylinder
+from mckibben_jax.laws import rubber
+from mckibben_jax.laws.braid import radius_ratio
+
+RADIUS, ANGLE, G = 0.01, np.radians(25.0), 1e6
+
+
+def elastic_force(contraction, wall_ratio, exponent):
+    """Force of a thick wall under a braid, N: minus the slope of its energy in the contraction."""
+
+    def energy(eps):
+        braid = RADIUS * radius_ratio(eps, ANGLE)
+        return rubber.thick_ogden_energy(braid, 1 - eps, RADIUS, RADIUS * (1 - wall_ratio), RADIUS, G, exponent)
+
+    return -jax.grad(energy)(contraction)
+
+
+@pytest.mark.parametrize("wall_ratio", [0.05, 0.28])
+@pytest.mark.parametrize("contraction", [1e-4, 0.05, 0.15, 0.3])
+@pytest.mark.parametrize(("exponent", "constants"), [(2.0, (G / 2, 0.0)), (-2.0, (0.0, G / 2))])
+def test_two_exponents_are_the_closed_forms_of_mooney_and_rivlin(exponent, constants, contraction, wall_ratio):
+    closed = rubber.thick_elastic_force(contraction, RADIUS, ANGLE, wall_ratio, *constants)
+    assert elastic_force(contraction, wall_ratio, exponent) == pytest.approx(float(closed), rel=3e-7)
+
+
+def test_at_exponent_zero_it_goes_on_smoothly():
+    below, at, above = (float(elastic_force(0.1, 0.28, n)) for n in (-0.01, 0.0, 0.01))
+    assert min(below, above) < at < max(below, above)
+    assert at == pytest.approx((below + above) / 2, rel=1e-3)
+
+
+@pytest.mark.parametrize("exponent", [-6.0, -1.0, 1.3, 4.0])
+@pytest.mark.parametrize("stretch", [0.7, 1.02, 2.5])
+def test_a_strip_in_tension_pulls_as_ogden_says(exponent, stretch):
+    """Nominal stress of uniaxial tension: (2 G/n) (l^(n-1) - l^(-n/2-1)), Ogden 1972."""
+
+    def energy(axial):
+        return rubber.ogden_energy(axial**-0.5, axial, G, exponent)
+
+    stress = 2 * G / exponent * (stretch ** (exponent - 1) - stretch ** (-exponent / 2 - 1))
+    assert float(jax.grad(energy)(stretch)) == pytest.approx(stress, rel=1e-9)
+
+
+def test_two_hoses_of_one_make_have_one_rubber():
+    """Of two maps by Martens & Boblan 2017 it halves what a neo-Hookean wall leaves, and agrees with the calliper."""
+    found = {}
+    for name in ("dmsp10", "dmsp20"):
+        measured = read_experiment(example_data(f"martens2017_{name}"))
+        plain, mooney, it = (
+            fit([measured], [IdealCylinder(), wall], starts=4)
+            for wall in (BladderNeoHookean(), BladderMooneyRivlin(), BladderOgden())
+        )
+        assert it.rmse < 0.6 * plain.rmse
+        assert it.rmse < 0.8 * mooney.rmse
+        assert np.all(np.abs(it.prior_rows[1:]) < 2)  # radius, angle and wall, in errors of what was measured
+        found[name] = it.values
+    for parameter in ("G", "n"):
+        values = [each[f"bladder_ogden.{parameter}"] for each in found.values()]
+        assert np.ptp(values) < 0.2 * np.abs(np.mean(values))
