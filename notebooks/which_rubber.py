@@ -259,7 +259,7 @@ def sentence(maps, judged, gains):
     rest = {law: " and ".join(f"{x:.0f}" for x in judged[law].at_rest[:-1]) for law in (AXIAL, THICK_T)}
     return f"""
 On the {" and the ".join(names)}, **{best}** fits best: {errors[best]} % of full scale, against {errors[THICK_T]} % for
-{THICK_T}, {errors[THIN_MR]} % for {THIN_MR} and {errors[AXIAL]} % for {AXIAL}.
+{THICK_T}, {errors[THIN_MR]} % for {THIN_MR}, {errors[THICK_MR]} % for {THICK_MR} and {errors[AXIAL]} % for {AXIAL}.
 
 - From Treloar to Mooney-Rivlin the error at contractions left out falls by
   {verdict(gains["Mooney-Rivlin"][:-1], names)};

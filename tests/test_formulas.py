@@ -27,8 +27,9 @@ from mckibben_jax.state import State
 
 EVERY = (*LIBRARY, *SUPPLIES)
 # An integral, a history or an implicit law: held against closed forms and integrators in tests of their own.
-NOT_ALGEBRA = ("supply_lag", "radial_gap", "bladder_neo_hookean", "bladder_mooney_rivlin", "bladder_ogden", "presliding", "maxwell_slip",
-               "mullins", "creep", "time_delay", "supply_orifice", "supply_delay")  # fmt: skip
+NOT_ALGEBRA = ("supply_lag", "radial_gap", "bladder_neo_hookean", "bladder_mooney_rivlin", "bladder_ogden",
+               "presliding", "maxwell_slip", "mullins", "creep", "time_delay", "supply_orifice",
+               "supply_delay")  # fmt: skip
 WORDS = ["39", "46", "fatigue"]  # equations whose text is no formula or holds words
 
 L0, R0, ALPHA0, T0, NU = 0.3, 7e-3, np.radians(20.0), 5e-4, 0.35

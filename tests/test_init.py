@@ -1,5 +1,6 @@
 """`mckibben init` writes a muscle.toml that only needs its values."""
 
+import numpy as np
 import pytest
 from folders import isometric_columns, loop_csv, release_columns, table
 
@@ -38,6 +39,19 @@ def test_init_writes_a_file_to_fill_in_and_never_overwrites(tmp_path):
     with pytest.raises(InputError, match="left alone"):
         write_muscle_file(tmp_path)
     assert path.read_text() == filled
+
+
+@pytest.mark.parametrize("noise", [0.0, 0.1])
+@pytest.mark.parametrize(("speed", "test"), [(0.0, "isometric"), (1.0, "loop")])
+def test_a_length_that_stands_but_for_noise_is_held(tmp_path, speed, test, noise):
+    """Three lengths one after the other, with a laser that is noisy or not; and a slow loop, 1 mm/s at 50 Hz."""
+    time = np.arange(0, 120, 0.02)
+    moved = speed * np.abs((time + 30) % 60 - 30) + (5.0 * (time // 40) if not speed else 0.0)
+    moved = moved + np.random.default_rng(0).normal(0, noise, len(time))
+    pressure = 2 + np.sin(time) * (speed == 0)
+    lines = [f"{t:.2f};{p:.3f};{x:.2f};{10 * p - x:.2f}" for t, p, x in zip(time, pressure, moved, strict=True)]
+    (tmp_path / "messung 1.csv").write_text("Zeit [s];Druck [bar];Weg [mm];Kraft [N]\n" + "\n".join(lines) + "\n")
+    assert f'test = "{test}"' in muscle_file(tmp_path)
 
 
 def test_init_in_a_folder_without_recordings(tmp_path):

@@ -3,10 +3,19 @@
 import jax
 import numpy as np
 import pytest
+from hidden.simulator import Muscle, Noise, Truth, dataset, loops, with_baseline, write
 
 from fitting import example_data, read_experiment
+from fitting.diagnosis.diagnose import diagnose
 from fitting.least_squares.fit import fit
-from mckibben_jax.effects import BladderMooneyRivlin, BladderNeoHookean, BladderOgden, IdealCylinder
+from mckibben_jax.effects import (
+    BladderMooneyRivlin,
+    BladderNeoHookean,
+    BladderOgden,
+    CoulombFriction,
+    IdealCylinder,
+    LinearSpring,
+)
 from mckibben_jax.laws import rubber
 from mckibben_jax.laws.braid import radius_ratio
 
@@ -65,3 +74,14 @@ def test_two_hoses_of_one_make_have_one_rubber():
     for parameter in ("G", "n"):
         values = [each[f"bladder_ogden.{parameter}"] for each in found.values()]
         assert np.ptp(values) < 0.2 * np.abs(np.mean(values))
+
+
+def test_a_wall_that_soon_stops_resisting_more_is_named_among_walls(tmp_path):
+    """Recorded by a simulator that shares no code: neither neo-Hookean nor Mooney-Rivlin rubber will do."""
+    truth = Truth(Muscle(), with_baseline(f_s=0.012, bladder_ogden={"G": 3e5, "n": -7.0}))
+    recording = loops(truth, pressures=(1e5, 2e5, 4e5), speeds=(0.02,), samples=200, noise=Noise(sd=0.5), seed=5)
+    muscle = read_experiment(write(dataset(truth, [recording], name="soft", seed=5), tmp_path / "soft"))
+    walls = [BladderNeoHookean(), BladderMooneyRivlin(), BladderOgden(), LinearSpring()]
+    found = diagnose([muscle], [IdealCylinder(), CoulombFriction()], candidates=walls)
+    assert found.explanations == (("bladder_ogden",),)
+    assert found.effects["bladder_ogden"].estimate["n"].value == pytest.approx(-7.0, abs=1.5)

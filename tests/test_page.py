@@ -90,7 +90,7 @@ def test_a_size_that_the_caliper_denies_is_warned_of_and_stands_beside_the_measu
         layout = dataclasses.replace(c.fit.layout, entries=entries)
         return page(task, dataclasses.replace(c, fit=dataclasses.replace(c.fit, layout=layout)), diagnosis)
 
-    assert "was measured, 20 errors apart). A model that needs this is wrong somewhere." in stated(20.0)
+    assert "was measured, 20 errors apart). A model that needs this is wrong somewhere (--fix" in stated(20.0)
     assert "errors apart" not in stated(2.9)
     assert "2.9 errors</td>" in stated(2.9)
 

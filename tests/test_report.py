@@ -1,9 +1,11 @@
 """What a user reads on the terminal: sentences, tables, amounts."""
 
 import dataclasses
+import re
 from types import SimpleNamespace
 
 import pytest
+from small_muscle import loops, write
 from studied import proposed
 
 from fitting.cli.run import CommandRun
@@ -117,6 +119,21 @@ def test_a_force_of_an_unlikely_size_asks_for_units_and_sizes(study, factor, sai
     fit = dataclasses.replace(c.fit, residual=(factor - 1) * measured)
     told = comparison_warnings(dataclasses.replace(c, fit=fit, rmse=fit.rmse))
     assert (said in told[0]) if said else told == []
+
+
+@pytest.mark.parametrize(
+    ("radius", "factor", "times"), [("16", 1.0, 0.25), ("4", 1.0, 4.0), ("8", 1 / 9.81, 0.1), ("8", 1.0, None)]
+)
+def test_a_size_that_a_fit_corrects_does_not_hide_a_wrong_unit(tmp_path, radius, factor, times):
+    """Sizes with an error give way: the fit of a diameter taken for the radius looked right but for its radius."""
+    rows = [(*row, force * factor) for *row, force in loops(lambda eps, *_: 60.0 * eps, points=30, repeats=1)]
+    folder = write(tmp_path / "m", rows, extra="")
+    described = (folder / "muscle.toml").read_text().replace("8.0 +/- 0.1 mm", f"{radius} +/- 0.1 mm")
+    (folder / "muscle.toml").write_text(described)
+    muscle = read_experiment(folder)
+    told = comparison_warnings(compare(fit([muscle], [IdealCylinder(), CoulombFriction()], starts=2), [muscle]))
+    found = [float(ratio) for ratio in re.findall(r"on average (\S+) times", " ".join(told))]
+    assert found == ([] if times is None else [pytest.approx(times, rel=0.3)])
 
 
 @pytest.mark.parametrize(("added", "hinted"), [(101325.0, True), (0.0, False), (-5e4, False)])

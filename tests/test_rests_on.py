@@ -54,7 +54,8 @@ def test_of_many_sizes_that_a_fit_denies_the_farthest_are_named(experiment, copi
     found = fit(off, [IdealCylinder(), CoulombFriction()], free=["muscle.radius"], starts=1)
     (said,) = denied_texts(found)
     assert said.count("was measured") == 4
-    assert said.endswith(f"errors apart){more}. A model that needs this is wrong somewhere.")
+    cure = "(--fix muscle.radius would hold them)"
+    assert said.endswith(f"errors apart){more}. A model that needs this is wrong somewhere {cure}.")
     farthest = f"muscle.radius@hose {copies - 1}"
     assert said.startswith(f"The fit asks for ⟦{farthest}⟧")
 

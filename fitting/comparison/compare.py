@@ -11,10 +11,11 @@ from fitting.comparison.fingerprint import Fingerprint, exponents
 from fitting.comparison.parity import Cells, cells, pressure_bins
 from fitting.comparison.repeats import OneWay, Pair, drift, find_repeats, noise_floor, one_way
 from fitting.comparison.settings import ERRORS
-from fitting.least_squares.evaluate import rmse_at_pressures
+from fitting.least_squares.evaluate import force_over_stated, rmse_at_pressures
 from fitting.least_squares.force_band import ForceBand, force_bands
 from fitting.least_squares.record import Fit
 from fitting.problem.residuals import Samples
+from fitting.problem.unknowns import BELIEVED
 from fitting.recordings.channel_errors import ChannelErrors, channel_errors
 from fitting.recordings.noise import noise_of, source_of_noise
 from fitting.recordings.records import MOVING_TESTS, Experiment, NoiseSource, Recording
@@ -89,6 +90,7 @@ class Comparison:
     notes: tuple[str, ...]
     channels: tuple[ChannelErrors, ...] = ()  # what the instruments of each recording may err by
     if_absolute: float | None = None  # the error, were the pressures absolute; None where they cannot be
+    over_stated: float | None = None  # measured force over that of the stated sizes, where the fit denies one of them
     one_way: OneWay | None = None  # what every loop changes by beside the one before, where all runs agree
     bands: tuple[ForceBand, ...] = ()  # where force readings of a new run will lie, for each kind of test
 
@@ -147,6 +149,7 @@ def compare(fit: Fit, experiments: Sequence[Experiment]) -> Comparison:
         notes=_notes(recordings, sum(bool(e.recordings) for e in experiments) > 1, pairs, parity),
         channels=_channels(recordings),
         if_absolute=_if_absolute(fit, rmse / full_scale) if unit == "N" else None,
+        over_stated=force_over_stated(fit) if unit == "N" and _denies(fit) else None,
         bands=force_bands(fit),
     )
 
@@ -155,6 +158,12 @@ def _channels(recordings: Sequence[tuple[Experiment, Recording]]) -> tuple[Chann
     """Those of every file, once: a file of motions may be several recordings of force."""
     files = {(experiment.name, recording.file): recording for experiment, recording in recordings}
     return tuple(errors for recording in files.values() for errors in channel_errors(recording))
+
+
+def _denies(fit: Fit) -> bool:
+    """Whether the fit takes a size far from what was measured."""
+    priors = [(fit.values[entry.name], *entry.prior) for entry in fit.layout.entries if entry.prior is not None]
+    return any(abs(value - mean) > BELIEVED * error for value, mean, error in priors)
 
 
 def _if_absolute(fit: Fit, share: float) -> float | None:

@@ -31,7 +31,7 @@ WORDS = {
     "branch": ("branch", "direction"),
 }
 LETTERS = {"t": "time", "p": "pressure", "f": "force", "l": "length", "eps": "contraction", "x": "displacement"}
-FILE_WORDS = (("release", "quick release"), ("isotonic", "isotonic"), ("isometric", "isometric"), ("step", "step"),
+FILE_WORDS = (("release", "quick release"), ("isotonic", "isotonic"), ("isometri", "isometric"), ("step", "step"),
          ("static", "static"), ("loop", "loop"))  # fmt: skip
 TYPICAL = {
     "shear_modulus": 1e6,
@@ -41,7 +41,8 @@ TYPICAL = {
     "breaking_stress": 1e6,
 }  # Pa
 HUNG_LOADS = 20  # different readings of a load at most, where weights are hung on
-HELD_LENGTHS = 30  # different readings of the length at most, in an isometric test
+HELD_LENGTHS = 30  # different readings of the length at most, in an isometric test without noise
+STRETCHES, STANDING = 50, 0.7  # of a recording; share of them in which an isometric test leaves the length as it was
 
 
 def write_muscle_file(folder: Path | str) -> Path:
@@ -214,4 +215,15 @@ def _table_of(path: Path, named: dict[str, str], units: dict[str, str], inside: 
 
 def _length_is_held(table: Table) -> bool:
     position = next((table[name] for name in ("contraction", "length", "displacement") if name in table), None)
-    return position is not None and len(np.unique(position)) <= min(HELD_LENGTHS, len(position) // 5)
+    if position is None:
+        return False
+    return len(np.unique(position)) <= min(HELD_LENGTHS, len(position) // 5) or _stands(position)
+
+
+def _stands(position: np.ndarray) -> bool:
+    """Whether a noisy reading mostly stands: from stretch to stretch its median moves by less than the noise."""
+    if len(position) < 2 * STRETCHES:
+        return False
+    noise = 1.48 * np.median(np.abs(np.diff(position))) / np.sqrt(2)
+    medians = [np.median(part) for part in np.array_split(position, STRETCHES)]
+    return bool(np.mean(np.abs(np.diff(medians)) <= noise) >= STANDING)

@@ -99,7 +99,8 @@ class BladderMooneyRivlin(Energy):
 class BladderOgden(Energy):
     """The rubber wall is strained: a thick incompressible tube of rubber after Ogden, by its energy.
 
-    Rubber of a braided hose resists the first percents of contraction and then hardly more: a negative n.
+    With n = 2 it is neo-Hookean rubber, with n = -2 the second Mooney-Rivlin constant alone. The more negative n is, the
+    sooner the wall of a muscle that shortens stops resisting more.
     """
 
     title = "Rubber wall, Ogden"
@@ -111,7 +112,7 @@ class BladderOgden(Energy):
     needs = ("wall_thickness",)
     gives = ("rubber",)
     G: jax.Array = parameter(0.54e6, "Pa", "shear modulus of the rubber", range=(1e3, 2e7), starts=(0.3e6, 1.5e6))
-    n: jax.Array = parameter(-4.0, "1", "exponent of the stretches (neo-Hookean: 2)", range=(-12, 4), starts=(-7, 1))
+    n: jax.Array = parameter(-4.0, "1", "exponent of the stretches", range=(-12, 4), starts=(-7, 1))
 
     def energy(self, muscle: Muscle, state: State) -> jax.Array:
         braid_radius, axial = shape(muscle, state).braid_radius, 1 - state.contraction

@@ -35,7 +35,9 @@ def _denied_texts(fit: Fit) -> list[str]:
         for name in far[: SHOWN.denied]
     ]
     more = f", and {len(far) - len(sizes)} more sizes that were measured" * (len(far) > len(sizes))
-    return [f"The fit asks for {', '.join(sizes)}{more}. A model that needs this is wrong somewhere."] if far else []
+    cure = f"(--fix {' '.join(dict.fromkeys(map(full_names.common, far)))} would hold them)"
+    wrong = f"A model that needs this is wrong somewhere {cure}."
+    return [f"The fit asks for {', '.join(sizes)}{more}. {wrong}"] if far else []
 
 
 def kept_from(fit: Fit) -> tuple[str, ...]:

@@ -15,12 +15,8 @@ def comparison_warnings(c: Comparison) -> list[str]:
 
 def _size(c: Comparison) -> list[str]:
     """A hint where the model misses so much that a unit or a size is likelier to be wrong than the physics."""
-    rows = c.fit.problem.of_force(c.fit.samples)
-    measured, model = c.fit.samples.measured[rows], (c.fit.samples.measured + c.fit.residual)[rows]
-    if c.unit != "N" or c.share < WARNING_TEXT.unlikely or not np.any(model):
-        return []
-    ratio = float(model @ measured / (model @ model))
-    if WARNING_TEXT.likely[0] < ratio < WARNING_TEXT.likely[1]:
+    ratio = _unlikely_ratio(c)
+    if ratio is None:
         return []
     times = showing.figures(ratio)
     return [
@@ -28,6 +24,21 @@ def _size(c: Comparison) -> list[str]:
         "before any effect is looked for: 0.1 is kgf taken for N, 0.25 or 4 a diameter taken for the radius or the "
         "reverse, 0.001 or 1000 a wrong prefix."
     ]
+
+
+def _unlikely_ratio(c: Comparison) -> float | None:
+    """Measured force over that of a muscle of the stated sizes, where no effect that is known would make it so.
+
+    Of the fitted model where that misses much; of the stated sizes themselves where the fit takes others.
+    """
+    if c.over_stated is not None and not WARNING_TEXT.stated[0] < c.over_stated < WARNING_TEXT.stated[1]:
+        return c.over_stated
+    rows = c.fit.problem.of_force(c.fit.samples)
+    measured, model = c.fit.samples.measured[rows], (c.fit.samples.measured + c.fit.residual)[rows]
+    if c.unit != "N" or c.share < WARNING_TEXT.unlikely or not np.any(model):
+        return None
+    ratio = float(model @ measured / (model @ model))
+    return None if WARNING_TEXT.likely[0] < ratio < WARNING_TEXT.likely[1] else ratio
 
 
 def _one_way(c: Comparison) -> list[str]:
