@@ -99,8 +99,8 @@ class BladderMooneyRivlin(Energy):
 class BladderOgden(Energy):
     """The rubber wall is strained: a thick incompressible tube of rubber after Ogden, by its energy.
 
-    With n = 2 it is neo-Hookean rubber, with n = -2 the second Mooney-Rivlin constant alone. The more negative n is, the
-    sooner the wall of a muscle that shortens stops resisting more.
+    With n = 2 it is neo-Hookean rubber, with n = -2 the second Mooney-Rivlin constant alone. The more negative n is,
+    the sooner the wall of a muscle that shortens stops resisting more.
     """
 
     title = "Rubber wall, Ogden"
