@@ -10,8 +10,11 @@ from click.testing import CliRunner
 
 from fitting.cli.interrupts import interruptible
 from fitting.cli.main import main
+from fitting.model_files.model_file import read_model
 from fitting.posterior import sample as sampling
+from fitting.report.text.study import step_report
 from fitting.shipped import example_data
+from mckibben_jax.effect import name_of
 
 CALLBACK = ctypes.CFUNCTYPE(None)
 
@@ -59,6 +62,30 @@ def test_a_stopped_posterior_says_what_is_kept(tmp_path, monkeypatch, kept):
     assert (f"kept in {chains}" if kept else "No chains are kept") in result.stderr
     assert "Traceback" not in result.output
     assert "params:" not in result.output
+
+
+@pytest.mark.parametrize("steps", [1, 2])
+def test_a_stopped_discovery_keeps_its_last_step(springy, tmp_path, monkeypatch, steps):
+    """A newcomer stopped it after 27 minutes, when all but the last table was there, and had nothing."""
+    shown, file = [], tmp_path / "model.toml"
+
+    def stopped(stage):
+        shown.append(stage)
+        if len(shown) == steps:
+            raise KeyboardInterrupt
+        return step_report(stage)
+
+    monkeypatch.setattr("fitting.report.text.study.step_report", stopped)
+    done = CliRunner().invoke(main, ["discover", str(springy), "--baseline", "--save", str(file)])
+    assert done.exit_code == 1
+    if steps == 1:
+        assert "Stopped. No step is kept." in done.stderr
+        assert not file.exists()
+        return
+    assert "Stopped. The last step is kept." in done.stderr
+    assert f"SAVED     {file}" in done.stdout
+    assert shown[-1].added
+    assert set(shown[-1].added) <= {name_of(effect) for effect in read_model(file).effects}
 
 
 def _stopped(_points):

@@ -1,6 +1,8 @@
 """`mckibben discover`: diagnose and add, until nothing more can be said."""
 
-from typing import Any
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -13,7 +15,10 @@ from fitting.cli.options import (
     save_options,
     study_options,
 )
-from fitting.cli.run import start
+from fitting.cli.run import CommandRun, start
+
+if TYPE_CHECKING:
+    from fitting.study.stages import Stage
 
 
 @click.command("discover", cls=Command)
@@ -53,12 +58,13 @@ def command(**options: Any) -> None:
     from fitting.study.diagnosing import all_candidates, candidates_of, in_newtons
     from fitting.study.discovering import discover_task, on_motions
     from fitting.study.practice import practice
-    from fitting.study.stages import Stage
 
     candidates = candidates_of(run.task, run.request.candidates, run.request.rivals) or all_candidates(run.task)
-    with run.progress("diagnosing") as progress:
+    made: list[Stage] = []
+    with _last_step_is_saved(run, made), run.progress("diagnosing") as progress:
 
-        def shown(stage: Stage) -> None:
+        def shown(stage: "Stage") -> None:
+            made.append(stage)
             with progress.aside():
                 run.print(step_report(stage))
 
@@ -91,6 +97,25 @@ def command(**options: Any) -> None:
     if run.request.html:
         write_page(run.request.html, found.task, compared, found.diagnosis, stages, enough=enough)
     run.end(final.converged)
+
+
+@contextmanager
+def _last_step_is_saved(run: CommandRun, made: "Sequence[Stage]") -> Iterator[None]:
+    """Whoever stops it keeps the model of the last step that was printed.
+
+    Where no force was measured the motions would still have to confirm it: nothing is saved then.
+    """
+    try:
+        yield
+    except KeyboardInterrupt:
+        from fitting.cli.saving import save
+        from fitting.recordings.records import force_was_measured
+
+        last = made[-1].comparison if len(made) > 1 and force_was_measured(run.task.experiments) else None
+        click.echo("\nStopped. " + ("No step is kept." if last is None else "The last step is kept."), err=True)
+        if last is not None:
+            run.print(save(run, last.fit))
+        raise
 
 
 def _share(text: str) -> float:
