@@ -53,7 +53,7 @@ def compiled_programs_are_dropped():
     """A process that would hold the programs of all tests ends in the compiler: Linux grants it 65,530 mappings.
 
     What a file of tests traced and compiled serves the next one, too, until it takes much memory. The garbage
-    collector does not look at it before then: it would do so in a fifth of the time.
+    collector does not look at it before then, which would take a fifth of the time.
     """
     yield
     if mappings() > SHARE_OF_MAPPINGS * allowed_mappings() or memory() > MOST_MEMORY:

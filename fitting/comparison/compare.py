@@ -149,7 +149,7 @@ def compare(fit: Fit, experiments: Sequence[Experiment]) -> Comparison:
         notes=_notes(recordings, sum(bool(e.recordings) for e in experiments) > 1, pairs, parity),
         channels=_channels(recordings),
         if_absolute=_if_absolute(fit, rmse / full_scale) if unit == "N" else None,
-        over_stated=force_over_stated(fit) if unit == "N" and _denies(fit) else None,
+        over_stated=force_over_stated(fit) if unit == "N" and np.any(np.abs(fit.prior_rows) > BELIEVED) else None,
         bands=force_bands(fit),
     )
 
@@ -158,12 +158,6 @@ def _channels(recordings: Sequence[tuple[Experiment, Recording]]) -> tuple[Chann
     """Those of every file, once: a file of motions may be several recordings of force."""
     files = {(experiment.name, recording.file): recording for experiment, recording in recordings}
     return tuple(errors for recording in files.values() for errors in channel_errors(recording))
-
-
-def _denies(fit: Fit) -> bool:
-    """Whether the fit takes a size far from what was measured."""
-    priors = [(fit.values[entry.name], *entry.prior) for entry in fit.layout.entries if entry.prior is not None]
-    return any(abs(value - mean) > BELIEVED * error for value, mean, error in priors)
 
 
 def _if_absolute(fit: Fit, share: float) -> float | None:
