@@ -7,10 +7,12 @@ import pytest
 from hidden.simulator import Muscle as TrueMuscle
 from hidden.simulator import Noise, Truth, dataset, loops, with_baseline, write
 
+from fitting.instruments.sources import ErrorKind, Source
 from fitting.least_squares.fit import fit
-from fitting.least_squares.rests_on import rests_on
+from fitting.least_squares.rests_on import rests_on, rests_on_instruments
+from fitting.recordings.accuracy import Channel
 from fitting.recordings.experiment import read_experiment
-from fitting.report.text.stated_sizes import denied_texts, rests_on_texts
+from fitting.report.text.stated_sizes import by_kind, denied_texts, rests_on_text, rests_on_texts
 from mckibben_jax.effects import CoulombFriction, IdealCylinder, PressureGain
 
 
@@ -38,6 +40,30 @@ def test_a_size_that_is_off_moves_a_parameter_as_far_as_is_said(experiment):
     for name, on in rests_on(here).items():
         moved = (there.values[name] - here.values[name]) / 0.1 / here.error(name)
         assert np.sqrt(on["muscle.radius"]) == pytest.approx(min(abs(moved), 1.0), rel=0.05, abs=0.02)
+
+
+def test_a_size_that_the_readings_may_not_teach_rests_on_no_instrument(experiment):
+    """Where a free fit would deny the radius it stays as uncertain as it was stated, whatever gauge is used."""
+    confined = dataclasses.replace(stated(experiment), is_confined=True)
+    found = fit([confined], [IdealCylinder(), CoulombFriction()], free=["muscle.radius"])
+    assert found.error("muscle.radius") == pytest.approx(found.layout.entry("muscle.radius").prior[1])
+    on = rests_on_instruments(found)
+    assert set(on["muscle.radius"].values()) == {0.0}
+    held = fit([stated(experiment)], [IdealCylinder(), CoulombFriction()], fix=["muscle.radius"])
+    moved = np.sqrt(np.array(list(on["coulomb_friction.f_s"].values()))) * found.error("coulomb_friction.f_s")
+    alone = np.sqrt(np.array(list(rests_on_instruments(held)["coulomb_friction.f_s"].values())))
+    np.testing.assert_allclose(moved, alone * held.error("coulomb_friction.f_s"), rtol=0.1)
+
+
+def test_of_many_causes_the_two_largest_are_named_and_each_kind_once():
+    """A drift has a column for each stretch of the recordings: it is one cause, as wide as the widest of them."""
+    drifts = [Source(Channel.FORCE, ErrorKind.DRIFT, 1e-4 * n, 1e-4 * n) for n in (1, 2)]
+    zero = Source(Channel.PRESSURE, ErrorKind.ZERO, 100.0, 100.0)
+    assert dict(by_kind({drifts[0]: 0.2, drifts[1]: 0.3, zero: 0.4})) == {drifts[1]: 0.5, zero: 0.4}
+    said = rests_on_text("muscle.length", [(0.5, "this"), (0.2, "that"), (0.2, "a third"), (0.1, "a fourth")])
+    assert said == (
+        "Most of the uncertainty of ⟦muscle.length⟧ comes from this (50 % of it), that (20 % of it) and 2 others."
+    )
 
 
 def test_what_rests_on_a_stated_size_is_said(experiment):

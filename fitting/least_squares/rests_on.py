@@ -30,10 +30,10 @@ def rests_on(fit: Fit) -> dict[str, dict[str, float]]:
 def rests_on_instruments(fit: Fit) -> dict[str, dict[Source, float]]:
     """The share of the robust variance of each free parameter that each error of an instrument makes, from 0 to 1.
 
-    Of errors alone that all runs share: those that differ from run to run are made small by more runs.
+    Of errors alone that all runs share: those that differ from run to run are made small by more runs. Sizes that the
+    recordings may not teach rest on no instrument.
     """
-    count = len(fit.samples)
-    _, shared = moved_by(fit.errors, fit.slopes[:count], fit.slopes[count:])
+    shared = _moves_by_instruments(fit)
     variance = np.maximum(np.diag(fit.robust), 1e-300)
     shares = np.minimum(shared**2 / variance[:, None], 1.0)
     found: dict[str, dict[Source, float]] = {name: {} for name in fit.free}
@@ -45,13 +45,27 @@ def rests_on_instruments(fit: Fit) -> dict[str, dict[Source, float]]:
 
 def _moves_beside_confined(fit: Fit, stated: list[str]) -> np.ndarray:
     """How far the optimum moves (parameters, stated sizes); where the data may not teach sizes, all by these alone."""
-    confined = np.array([fit.layout.entry(name).is_confined for name in fit.free])
+    confined = _confined(fit)
     if not confined.any():
         return _moves(fit.slopes, len(stated))
     count, moves = len(fit.samples), np.zeros((len(fit.free), len(stated)))
     sizes = [stated.index(name) for name, is_confined in zip(fit.free, confined, strict=True) if is_confined]
     moves[:, sizes] = moved_by_stated(fit.slopes[:count], fit.slopes[count:], confined)
     return moves
+
+
+def _moves_by_instruments(fit: Fit) -> np.ndarray:
+    """How far the optimum moves (parameters, errors that all runs share) by each; confined sizes do not move."""
+    count, taught = len(fit.samples), ~_confined(fit)
+    slopes = fit.slopes[:, taught]
+    moves = np.zeros((len(fit.free), fit.errors.shared.shape[1]))
+    moves[taught] = moved_by(fit.errors, slopes[:count], slopes[count:])[1]
+    return moves
+
+
+def _confined(fit: Fit) -> np.ndarray:
+    """Which free parameters are sizes that the recordings may not teach (parameters,)."""
+    return np.array([fit.layout.entry(name).is_confined for name in fit.free], dtype=bool)
 
 
 def _moves(slopes: np.ndarray, priors: int) -> np.ndarray:

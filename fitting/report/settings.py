@@ -147,6 +147,7 @@ class StatedTextSettings:
 
     most: float = 0.5  # of its variance, that stated sizes make together; chosen
     part: float = 0.1  # of its variance, from which a size is named; chosen
+    named: int = 2  # sizes and instruments that are named for one parameter; chosen
     at_end: float = 0.01  # standard errors, from the end of what was stated, as a file rounds it; chosen
 
 

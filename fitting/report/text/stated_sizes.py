@@ -1,11 +1,13 @@
 """Sizes that muscle.toml states with an error beside what the fit made of them, and what the fit's errors rest on."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from fitting import full_names, showing
+from fitting.instruments.sources import ErrorKind, Source
 from fitting.least_squares.record import Fit
 from fitting.least_squares.rests_on import rests_on, rests_on_instruments
 from fitting.problem.unknowns import BELIEVED
+from fitting.recordings.accuracy import Channel
 from fitting.report.settings import SHOWN, STATED, WARNING_TEXT
 from fitting.report.text.amounts import amount, percent
 from fitting.report.text.instrument_answers import known_to_text
@@ -79,18 +81,32 @@ def rests_on_texts(fit: Fit) -> list[str]:
     found: list[tuple[float, str]] = []
     for name, sizes in rests_on(fit).items():
         parts = [(share, mark(size)) for size, share in sizes.items() if name not in own]
-        parts += [(share, known_to_text(source)) for source, share in instruments[name].items()]
+        parts += [(share, known_to_text(source)) for source, share in by_kind(instruments[name])]
         parts = sorted((part for part in parts if part[0] > STATED.part), reverse=True)
         total = sum(share for share, _ in parts)
         if total > STATED.most:
-            found.append((total, _rests_on_text(name, parts)))
+            found.append((total, rests_on_text(name, parts)))
     said = [text for _, text in sorted(found, key=lambda each: -each[0])]
     return [*said, "Measure better what is named; more recordings hardly help."] if said else []
 
 
-def _rests_on_text(name: str, parts: list[tuple[float, str]]) -> str:
-    named = [f"{text} ({percent(share)} of it)" for share, text in parts]
-    return f"Most of the uncertainty of {mark(name)} comes from {' and '.join(named)}."
+def by_kind(shares: Mapping[Source, float]) -> list[tuple[Source, float]]:
+    """One source of each channel and kind, the widest, with the share of them all: a drift may have several sizes."""
+    found: dict[tuple[Channel | None, ErrorKind], tuple[Source, float]] = {}
+    for source, share in shares.items():
+        kind = source.channel, source.kind
+        widest, so_far = found.get(kind, (source, 0.0))
+        found[kind] = max(widest, source, key=lambda each: each.allowed), min(so_far + share, 1.0)
+    return list(found.values())
+
+
+def rests_on_text(name: str, parts: list[tuple[float, str]]) -> str:
+    named = [f"{text} ({percent(share)} of it)" for share, text in parts[: STATED.named]]
+    others = len(parts) - len(named)
+    if others:
+        named.append("one other" if others == 1 else f"{others} others")
+    causes = " and ".join(filter(None, (", ".join(named[:-1]), named[-1])))
+    return f"Most of the uncertainty of {mark(name)} comes from {causes}."
 
 
 def _apart(fit: Fit, name: str) -> float:
