@@ -39,6 +39,9 @@ def _check_columns(table: Table, test: str) -> str:
     for name in needed:
         if name not in table and not (test == "step" and name == "pressure" and "set_pressure" in table):
             raise _lacks(table, test, name, (name,))
+    if test == "quick release" and table.has_stamps:
+        problem = "stamps do not tell when the muscle is let go, which is where its time is 0"
+        raise table.error(problem, 0, "time", cure="write the time in seconds from there, negative before it")
     found = [name for name in POSITIONS if name in table]
     if not found:
         raise _lacks(table, test, "contraction, length or displacement", POSITIONS)

@@ -15,6 +15,7 @@ from fitting.recordings.kinds import open_source
 from fitting.recordings.settings import TABLES
 from fitting.recordings.source import FAILED, Source
 from fitting.recordings.table_cells import NUMBER
+from fitting.recordings.time_stamps import CURE, UNCLEAR, are_stamps, seconds_of
 
 # SI unit of every column; None: a label, "load": newtons or a mass
 COLUMNS = {"run": None, "time": "s", "pressure": "Pa", "set_pressure": "Pa", "contraction": "1", "length": "m",
@@ -48,7 +49,12 @@ class Table:
     row: np.ndarray  # line of the file, per row of the table
     unused: tuple[str, ...]  # heads of columns that are none of the program's
     raw: bytes
-    units: dict[str, str]  # what the file gives each column in, by the program's names; labels have none
+    units: dict[str, str]  # what the file gives each column in, by the program's names; labels and stamps have none
+
+    @property
+    def has_stamps(self) -> bool:
+        """Whether its times are dates or a clock's, not seconds from the beginning."""
+        return "time" in self and "time" not in self.units
 
     def __contains__(self, name: str) -> bool:
         return name in self.columns
@@ -83,7 +89,8 @@ def read_table(
     given = {name: _unit_of(name, heads[at], called, given_units) for name, at in where.items()}
     columns = {name: _column(name, cells[at], heads[at], given[name], place) for name, at in where.items()}
     named = {name: heads[at] for name, at in where.items()}
-    stated = {name: unit for name, unit in given.items() if unit and COLUMNS[name] is not None}
+    measured = [name for name, at in where.items() if COLUMNS[name] is not None and not _is_stamped(name, cells[at])]
+    stated = {name: unit for name in measured if (unit := given[name])}
     return Table(str(path), columns, named, source.header_row, rows, tuple(unused), source.raw, stated)
 
 
@@ -194,6 +201,8 @@ def _column(name: str, cells: pd.Series, head: str, unit: str | None, place: _Pl
     si = COLUMNS[name]
     if si is None:
         return _labels(cells, head, place)
+    if _is_stamped(name, cells):
+        return _stamped(cells, head, place)
     numbers = _numbers(cells, head, place)
     if unit is None:
         cure = f'write in muscle.toml units = {{ {name} = "{USUAL[si]}" }}'
@@ -211,6 +220,21 @@ def _column(name: str, cells: pd.Series, head: str, unit: str | None, place: _Pl
         problem = f"the number is too large{alike(place.rows[beyond])}"
         raise InputError(problem, place.path, int(place.rows[at]), head, numbers[at], cure)
     return numbers * factor
+
+
+def _is_stamped(name: str, cells: pd.Series) -> bool:
+    return name == "time" and not pd.api.types.is_numeric_dtype(cells) and are_stamps(cells)
+
+
+def _stamped(cells: pd.Series, head: str, place: _Place) -> np.ndarray:
+    """Seconds of stamps, which need no unit; one that cannot be read is an error."""
+    seconds = seconds_of(cells)
+    wrong = np.isnan(seconds) & cells.notna().to_numpy()
+    if wrong.any():
+        at = int(np.argmax(wrong))
+        problem = f"not a moment such as {cells.dropna().iloc[0]}{alike(place.rows[wrong])}"
+        raise InputError(problem, place.path, int(place.rows[at]), head, str(cells.iloc[at]), CURE)
+    return seconds
 
 
 def _labels(cells: pd.Series, head: str, place: _Place) -> np.ndarray:
@@ -252,8 +276,8 @@ def _number_cure(text: str, decimal: str, first: bool) -> str:
         return "write a decimal comma as in the other cells, and nothing between thousands"
     if re.fullmatch(r"\s*[+-]?\d+,\d+\s*", text):
         return "write decimal points throughout, or decimal commas throughout and semicolons between the cells"
-    if re.fullmatch(r"\s*(?:[\d./-]+[ T])?\d+:\d+(?::\d+(?:[.,]\d+)?)?\s*", text):
-        return "write the time in seconds from the beginning of the test"
+    if UNCLEAR.fullmatch(text):
+        return CURE
     if found := re.fullmatch(r"\s*[+-]?\d+\.?\d*\s*([A-Za-zµ°%]+[/\w]*)\s*", text):
         return f"write the number alone, and its unit in the header: [{found[1]}]"
     if text in FAILED:

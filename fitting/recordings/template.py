@@ -116,6 +116,8 @@ def _recording_lines(path: Path, inside: dict[str, str]) -> Iterator[str]:
     units = {name: "?" for name, head in called.items() if COLUMNS[name] is not None and not split_head(head)[1]}
     any_units = {name: {"load": "N"}.get(name, str(COLUMNS[name])) for name in units}  # only whether readings differ
     table = _table_of(path, named, any_units, inside)
+    if table is not None and table.has_stamps:
+        units.pop("time", None)  # they need none
     test = _test(" ".join((path.stem, *inside.values())), table, set(called))
     yield "[[recording]]"
     yield f"file = {_quoted(path.name)}"
