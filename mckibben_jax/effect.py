@@ -9,11 +9,25 @@ from typing import Any, ClassVar
 import equinox as eqx
 import jax
 import jax.numpy as jnp
+from jaxtyping import ArrayLike
 
 from mckibben_jax.muscle import Muscle
 from mckibben_jax.state import State
 
-Pull = Callable[[State], jax.Array]
+
+@dataclasses.dataclass(frozen=True)
+class Pull:
+    """The frictionless pull behind a felt effect, N, at the state that it hands on.
+
+    `rates_matter` tells whether anything is to be differentiated that depends on how fast the muscle moves, and not
+    only on the way; a flag that may be traced.
+    """
+
+    at: Callable[[State], jax.Array]
+    rates_matter: ArrayLike = True
+
+    def __call__(self, state: State) -> jax.Array:
+        return self.at(state)
 
 
 class Loss(eqx.Module):
@@ -47,7 +61,8 @@ class Effect(eqx.Module):
     `gives` what it provides to others; `suspect` says when to suspect it. `rival` marks printed laws that are unsound:
     they are candidates only on request; so is an effect that says why in `on_request`. `fixed` names constants with a
     unit that stand in the law. An effect that is the error of an instrument says in `misreads` which it is: channel and
-    kind of the accuracy, as in ("force", "zero").
+    kind of the accuracy, as in ("force", "zero"). `knows_rates` where speed or pressure rate stand in the law by more
+    than their signs: where no effect knows them, what a fit needs of rates is not computed.
     """
 
     stage: ClassVar[str]
@@ -63,6 +78,7 @@ class Effect(eqx.Module):
     on_request: ClassVar[str] = ""
     fixed: ClassVar[tuple[str, ...]] = ()
     misreads: ClassVar[tuple[str, str] | None] = None
+    knows_rates: ClassVar[bool] = True
 
 
 SYMBOLS = {  # of the formulas; the review's where it has one
@@ -110,6 +126,7 @@ class Energy(Effect):
     """Stores energy: `energy` in J as a function of the felt state; its force is dE/dl at fixed pressure."""
 
     stage: ClassVar[str] = "stored"
+    knows_rates: ClassVar[bool] = False
 
     def energy(self, muscle: Muscle, state: State) -> jax.Array:
         """The energy stored, J; for the gas -P V."""
@@ -152,6 +169,7 @@ class Read(Effect):
     """
 
     stage: ClassVar[str] = "read"
+    knows_rates: ClassVar[bool] = False
     channel: ClassVar[str] = "force"
 
     def read(self, signal: jax.Array, time: jax.Array) -> jax.Array:

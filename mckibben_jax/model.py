@@ -6,6 +6,7 @@ from typing import Any
 import equinox as eqx
 import jax
 import jax.numpy as jnp
+from jaxtyping import ArrayLike
 
 from mckibben_jax.effect import Effect, Loss, Pull, blend, name_of
 from mckibben_jax.effects import ORDER
@@ -31,16 +32,16 @@ class Model(eqx.Module):
 
     # What happens to one state -------------------------------------------------------------------------------------
 
-    def feel(self, index: int, state: State) -> State:
-        """The state after one felt effect; rates are pushed through it."""
-        effect = self.effects[index]
+    def feel(self, index: int, state: State, rates_matter: ArrayLike = True) -> State:
+        """The state after one felt effect; rates are pushed through it. `rates_matter` as of `Pull`."""
+        effect, pull = self.effects[index], self._pull_behind(index, rates_matter)
         if effect.states_rates:
-            felt = effect.felt(self.muscle, state, self._pull_behind(index))
+            felt = effect.felt(self.muscle, state, pull)
         else:
-            felt = _with_rates(lambda s: effect.felt(self.muscle, s, self._pull_behind(index)), state)
+            felt = _with_rates(lambda s: effect.felt(self.muscle, s, pull), state)
         return blend(self.switches[index], state.replace(memory=None), felt.replace(memory=None))
 
-    def _pull_behind(self, index: int) -> Pull:
+    def _pull_behind(self, index: int, rates_matter: ArrayLike = True) -> Pull:
         """The frictionless pull as a function of the state that this felt effect hands on.
 
         Effects behind it that remember are left out. Everything is computed, what is not live being switched off: this
@@ -57,7 +58,7 @@ class Model(eqx.Module):
                     state = self.when_live(later, change, state)
             return self.pull(state)[0]
 
-        return pull
+        return Pull(pull, rates_matter)
 
     def pull(self, felt: State, memories: Memories | None = None) -> tuple[jax.Array, jax.Array]:
         """The pull at a felt state, N: all of it, and the part of the rubber alone.
@@ -90,11 +91,18 @@ class Model(eqx.Module):
 
     # What happens along a run --------------------------------------------------------------------------------------
 
-    def felt(self, run: State) -> State:
-        """The felt states of a run (every field with a leading axis of samples)."""
+    def felt(self, run: State, rates_matter: ArrayLike = True) -> State:
+        """The felt states of a run (every field with a leading axis of samples); `rates_matter` as of `Pull`."""
         for index in self.at("felt"):
-            run = self.when_live(index, lambda r, i=index: jax.vmap(lambda s: self.feel(i, s))(self._recall(i, r)), run)
+            feel = lambda r, i=index: jax.vmap(lambda s: self.feel(i, s, rates_matter))(self._recall(i, r))  # noqa: E731
+            run = self.when_live(index, feel, run)
         return run
+
+    @property
+    def knows_rates(self) -> ArrayLike:
+        """Whether speed or pressure rate, more than their signs, stand in the law of any effect that is evaluated."""
+        known = [effect.knows_rates for effect in self.effects]
+        return any(known) if self.live is None else jnp.any(self.live & jnp.asarray(known))
 
     def lost(self, felt: State, elastic: jax.Array) -> Loss:
         """The losses along a run of felt states."""
@@ -107,7 +115,7 @@ class Model(eqx.Module):
 
     def force(self, run: State) -> jax.Array:
         """The force that the instrument shows along a run, N."""
-        felt = self.felt(self.supplied(run))
+        felt = self.felt(self.supplied(run), self.knows_rates)
         total, elastic = jax.vmap(self.pull)(felt, self._recall_stored(felt))
         return self.show(total - self.lost(felt, elastic).force, run.time, "force")
 

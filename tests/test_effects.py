@@ -155,6 +155,15 @@ def test_slopes_are_those_of_finite_differences(kind):
         np.testing.assert_allclose(slopes[..., i], difference, rtol=1e-5, atol=1e-5 * scale)
 
 
+@every_effect
+def test_it_knows_rates_just_where_twice_the_speed_changes_what_it_does(kind):
+    """The same way in the same time, but for the rates: of what knows none only their signs may count."""
+    it, faster = bench(kind), VISIBLE.replace(**{rate: 2 * getattr(VISIBLE, rate) for rate in RATES.values()})
+    changes = [it.force(it.vector(), runs) - it.force(it.vector(switch=0.0), runs) for runs in (VISIBLE, faster)]
+    moved = np.abs(changes[1] - changes[0]).max()
+    assert kind.knows_rates == bool(moved > 1e-6 * np.abs(changes[0]).max()), moved
+
+
 @every_felt
 def test_what_is_felt_moves_at_the_rate_that_it_says(kind):
     """Against differences along a smooth run, where nothing jumps; what is remembered has settled by then.

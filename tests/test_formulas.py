@@ -18,7 +18,7 @@ from sympy.parsing.sympy_parser import (
 )
 
 from fitting.report.formula import FUNCTIONS, NotAFormula, formula_html, mathml, names_in, statements, tokens
-from mckibben_jax.effect import SYMBOLS, Energy, Felt, Loss, Lost, Pulling, Read, name_of
+from mckibben_jax.effect import SYMBOLS, Energy, Felt, Loss, Lost, Pull, Pulling, Read, name_of
 from mckibben_jax.effects import LIBRARY, SUPPLIES
 from mckibben_jax.laws.review import EQUATIONS
 from mckibben_jax.muscle import Muscle
@@ -144,7 +144,7 @@ def lost(kind, eps):
 @AT
 @those(Felt, "(P|eps|B)")
 def test_what_is_felt_is_that_of_the_formula(kind, eps):
-    felt = kind().felt(MUSCLE, state(eps), lambda _: jnp.asarray(PULL))
+    felt = kind().felt(MUSCLE, state(eps), Pull(lambda _: jnp.asarray(PULL)))
     of = kind.formula.split(" ")[0]
     found = {"P": felt.pressure, "eps": felt.contraction, "B": L0 / np.cos(ALPHA0) * (1 + felt.stretch)}[of]
     assert said(kind, of, eps) == pytest.approx(float(found), rel=1e-9)

@@ -60,3 +60,23 @@ def test_the_muscle_stands_where_spring_and_muscle_agree():
     felt = jax.vmap(lambda state: whole.feel(0, state))(RUN)
     give = jax.vmap(whole._pull_behind(0))(RUN.replace(contraction=felt.contraction)) / (3e4 * MUSCLE.length)
     np.testing.assert_allclose(felt.contraction, RUN.contraction + give, rtol=1e-12)
+
+
+@pytest.mark.parametrize("stiffness", [1e4, 2e5])
+@pytest.mark.parametrize("traced", [False, True], ids=["known beforehand", "traced"])
+def test_without_derivatives_of_rates_the_muscle_stands_as_with_them(stiffness, traced):
+    """The contraction and its derivative are the same; the rate, of which the sign is used, is nearly so."""
+    matters = (lambda flag: jnp.asarray(flag)) if traced else bool
+    others = BEHIND["before others"]
+
+    def felt(flag):
+        feel = lambda k: jax.vmap(lambda state: behind_spring(k, others).feel(0, state, flag))(RUN)  # noqa: E731
+        return jax.jvp(feel, (stiffness,), (1.0,))
+
+    (exact, exact_slope), (plain, slope) = felt(True), felt(matters(False))
+    np.testing.assert_allclose(plain.contraction, exact.contraction, rtol=1e-12)
+    np.testing.assert_allclose(slope.contraction, exact_slope.contraction, rtol=1e-6)
+    np.testing.assert_allclose(plain.rate, exact.rate, rtol=1e-3)
+    again, again_slope = felt(matters(True))
+    np.testing.assert_allclose(again.rate, exact.rate, rtol=1e-9)
+    np.testing.assert_allclose(again_slope.rate, exact_slope.rate, rtol=1e-5)

@@ -1,14 +1,11 @@
 """What the braid really feels of the contraction and pressure that the rig reports."""
 
-from collections.abc import Callable
-from typing import NamedTuple
-
 import jax
 import jax.numpy as jnp
-import optimistix as optx
 from scipy import constants
 
 from mckibben_jax.effect import Felt, Pull, measured
+from mckibben_jax.effects.behind_spring import PLACE, near_by, standing
 from mckibben_jax.laws import braid, working_pressure
 from mckibben_jax.laws.shape import shape, volume_and_growth
 from mckibben_jax.memory import Memory, follow
@@ -20,6 +17,7 @@ from mckibben_jax.state import State
 class PressureOffset(Felt):
     """The pressure gauge reads P_off too high: true pressure = reading - P_off."""
 
+    knows_rates = False
     title = "Wrong zero of the pressure gauge"
     part = "pressure gauge"
     formula = "P -> P - P_off"
@@ -35,6 +33,7 @@ class PressureOffset(Felt):
 class PressureGain(Felt):
     """The pressure gauge reads too much in proportion: true pressure = reading / (1 + g)."""
 
+    knows_rates = False
     title = "Wrong gain of the pressure gauge"
     part = "pressure gauge"
     formula = "P -> P/(1 + g)"
@@ -50,6 +49,7 @@ class PressureGain(Felt):
 class ContractionOffset(Felt):
     """The muscle was not at rest where its length was set to zero: true contraction = reading - eps_off."""
 
+    knows_rates = False
     title = "Wrong zero of the rest length"
     part = "position gauge"
     formula = "eps -> eps - eps_off"
@@ -67,6 +67,7 @@ class SupplyLag(Felt, Memory):
 
     states_rates = True
     family = "supply"
+    knows_rates = False
     title = "Lag of the supply pressure"
     part = "supply"
     formula = "P -> P_m, tau dP_m/dt = P - P_m"
@@ -108,6 +109,7 @@ class PressureDrop(Felt):
 class DeadBand(Felt):
     """The first P_th of the pressure only brings the bladder to the braid: max(P - P_th, 0)."""
 
+    knows_rates = False
     title = "Dead band of the bladder"
     part = "bladder"
     formula = "P -> max(P - P_th, 0)"
@@ -125,6 +127,7 @@ class RadialGap(Felt):
     P_th is the pressure in a free thin tube of the outer radius r0 (1 - gap) when it has grown to r0.
     """
 
+    knows_rates = False
     title = "Gap between bladder and braid"
     part = "bladder"
     formula = "P -> max(P - P_th, 0), P_th = P_free(1/(1 - gap))"
@@ -149,6 +152,7 @@ class SeriesCompliance(Felt):
     muscle's own state.
     """
 
+    knows_rates = False
     title = "Compliant fittings and rig"
     part = "fittings"
     formula = "eps -> eps + F/(k_s l0)"
@@ -159,76 +163,14 @@ class SeriesCompliance(Felt):
 
     def felt(self, muscle: Muscle, state: State, pull: Pull) -> State:
         give = self.k_s * muscle.length
-
-        def own_pull(contraction: jax.Array, pressure: jax.Array, stretch: jax.Array) -> jax.Array:
-            return pull(state.replace(contraction=contraction, pressure=pressure, stretch=stretch))
-
-        gap = lambda at: at - state.contraction - own_pull(at, state.pressure, state.stretch) / give  # noqa: E731
-        near = _near(own_pull, _plain_root(gap, state.contraction), state)
-        steepness = jax.lax.stop_gradient(1 - near.slope / give)  # of the gap
+        own_pull = lambda *at: pull(state.replace(**dict(zip(PLACE, at, strict=True))))  # noqa: E731
+        stands = standing(own_pull, state, jax.lax.stop_gradient(give))
+        near = near_by(own_pull, stands, state, pull.rates_matter)
+        steepness = jax.lax.stop_gradient(1 - near.slope / give)  # of what has to vanish
         # a Newton step gives the root its derivatives
         off = -(near.contraction - state.contraction - near.pull / give) / steepness
         slope, drift = near.slope + off * near.bend, near.drift + off * near.drift_slope
         return state.replace(contraction=near.contraction + off, rate=(state.rate + drift / give) / (1 - slope / give))
-
-
-STRAIN_STEP = 1e-5  # of contraction, middle of a difference to its ends; good in single precision (C) too
-STRETCH_STEP = 2e-6  # of stretch, of the same
-PRESSURE_STEP = 1.0  # Pa, of the same
-
-
-class _Near(NamedTuple):
-    """The pull near a contraction, N: there, its first two slopes over contraction, over time (N/s), and over both."""
-
-    contraction: jax.Array
-    pull: jax.Array
-    slope: jax.Array
-    bend: jax.Array
-    drift: jax.Array
-    drift_slope: jax.Array
-
-
-def _near(pull: Callable, at: jax.Array, state: State) -> _Near:
-    """The pull near a contraction, by central differences; `at` carries no derivatives.
-
-    Six lanes of one evaluation give all of them: jax's own slopes, differentiated again for the fit, were half of the
-    compiled program of a diagnosis. Relative error of the muscle's rate below 1e-8, and of what a fit needs of its
-    derivatives below 1e-5, where the pull has no kink within a step.
-    """
-    speed = jnp.abs(state.pressure_rate) / PRESSURE_STEP + jnp.abs(state.stretch_rate) / STRETCH_STEP
-    pause = jax.lax.stop_gradient(1 / (speed + 1e-6))  # s from the middle to the ends
-    along, later = STRAIN_STEP * jnp.array([-1.0, -1.0, 0.0, 0.0, 1.0, 1.0]), pause * jnp.array([-1.0, 1.0] * 3)
-    pulls = jax.vmap(pull)(
-        at + along, state.pressure + later * state.pressure_rate, state.stretch + later * state.stretch_rate
-    )
-    (before, here, beyond), drifts = pulls.reshape(3, 2).mean(1), jnp.diff(pulls.reshape(3, 2))[:, 0] / (2 * pause)
-    slope, bend = (beyond - before) / (2 * STRAIN_STEP), (beyond - 2 * here + before) / STRAIN_STEP**2
-    return _Near(at, here, slope, bend, drifts[1], (drifts[2] - drifts[0]) / (2 * STRAIN_STEP))
-
-
-def _plain_root(equation: Callable[[jax.Array], jax.Array], guess: jax.Array) -> jax.Array:
-    """The root of a scalar equation by optimistix, as a plain number without derivatives.
-
-    A Newton step that follows has the root's exact derivative. The solver is given the slope by a difference: it then
-    needs no derivative of the equation, which would make the compiled program larger. A one-sided difference will do:
-    each step leaves a millionth of the error.
-    """
-    plain, constants = jax.closure_convert(equation, guess)
-    fixed = jax.lax.stop_gradient((guess, constants))
-
-    @jax.custom_jvp
-    def sloped(x: jax.Array, constants: list) -> jax.Array:
-        return plain(x, *constants)
-
-    @sloped.defjvp
-    def _(primals, tangents):  # type: ignore[no-untyped-def]
-        x, constants = primals
-        here, after = jax.vmap(lambda at: plain(at, *constants))(x + STRAIN_STEP * jnp.array([0.0, 1.0]))
-        return here, (after - here) / STRAIN_STEP * tangents[0]
-
-    solver = optx.Newton(rtol=1e-10, atol=1e-12)
-    found = optx.root_find(sloped, solver, fixed[0], args=fixed[1], max_steps=30, throw=False)
-    return jax.lax.stop_gradient(found.value)
 
 
 class Tip(Felt):
@@ -237,6 +179,7 @@ class Tip(Felt):
     A bare net whose ends are held does so by its shape alone: `mckibben_jax.laws.ends.held_ends_factor` is its k.
     """
 
+    knows_rates = False
     title = "Tip correction"
     part = "ends"
     formula = "eps -> k eps"
@@ -255,6 +198,7 @@ class TipPressure(Felt):
     a_k of either sign; 0 leaves the plain tip correction.
     """
 
+    knows_rates = False
     title = "Tip correction that depends on pressure"
     part = "ends"
     formula = "eps -> [b_k + a_k exp(-P/P_k)] eps"
@@ -276,6 +220,7 @@ class StrandStretch(Felt):
     T = 2 pi r^2 P/(tan^2(alpha) cos(alpha)) is the tension of all strands of the unstretched cord, EA their stiffness.
     """
 
+    knows_rates = False
     title = "Strands that stretch"
     part = "strands"
     formula = "B -> B (1 + T/EA), T = 2 pi r^2 P/[tan^2(alpha) cos(alpha)]"

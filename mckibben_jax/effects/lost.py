@@ -30,6 +30,7 @@ def _speed(muscle: Muscle, state: State) -> jax.Array:
 class CoulombFriction(Lost):
     """Strands rub on each other in proportion to the load between them: friction grows by f_s S P."""
 
+    knows_rates = False
     title = "Coulomb friction of the strands"
     part = "strands"
     formula = "F_f -> F_f + f_s S P, S = 2 pi r0 l0 sin(2 alpha0)/sin(2 alpha)"
@@ -46,6 +47,7 @@ class CoulombFriction(Lost):
 class TextileFriction(Lost):
     """Textile strands: friction grows less than the load, by f_s L (S P / L)^beta with L = 1 kN."""
 
+    knows_rates = False
     title = "Textile friction of the strands"
     part = "strands"
     formula = "F_f -> F_f + f_s L (S P/L)^beta, S = 2 pi r0 l0 sin(2 alpha0)/sin(2 alpha)"
@@ -65,6 +67,7 @@ class TextileFriction(Lost):
 class HertzFriction(Lost):
     """Strands touch on small round spots that grow with the load: friction grows by f_s S P / S_scale, as P^(4/3)."""
 
+    knows_rates = False
     title = "Hertz friction of the strands"
     part = "strands"
     formula = "F_f -> F_f + f_s S P/S_scale, S_scale = (1/2) (8/3)^(1/3) [E/((1 - nu^2) P)]^(1/3)"
@@ -86,6 +89,7 @@ class HertzFriction(Lost):
 class SchulteFriction(Lost):
     """The whole cylinder rubs, strand on strand and strand on bladder: friction grows by 2 pi r l P (f_s + f_st)."""
 
+    knows_rates = False
     title = "Schulte's friction of the cylinder"
     part = "strands"
     formula = "F_f -> F_f + 2 pi r l P f"
@@ -103,6 +107,7 @@ class SchulteFriction(Lost):
 class CrossingFriction(Lost):
     """Strands turn on each other where they cross: friction grows by (4/3) pi mu_R P r / tan(alpha) at any length."""
 
+    knows_rates = False
     title = "Friction at the crossings of strands"
     part = "strands"
     formula = "F_f -> F_f + (4/3) pi mu_R P r/tan(alpha)"
@@ -121,6 +126,7 @@ class CrossingFriction(Lost):
 class ConstantFriction(Lost):
     """Friction that does not know the pressure: F_c more than whatever friction is there."""
 
+    knows_rates = False
     title = "Constant friction"
     part = "strands"
     formula = "F_f -> F_f + F_c"
@@ -136,6 +142,7 @@ class ConstantFriction(Lost):
 class BladderHysteresis(Lost):
     """The rubber gives back less than it took, at any speed: friction grows by eta_b |pull of the rubber|."""
 
+    knows_rates = False
     title = "Rubber hysteresis"
     part = "bladder"
     formula = "F_f -> F_f + eta_b |F_rubber|"
@@ -168,6 +175,7 @@ class KineticFriction(Lost):
 class Presliding(Lost, Memory):
     """After a reversal the strands first bend before they slip: direction z with dz/dx = (1 - sgn(dx) z)/x_s (Dahl)."""
 
+    knows_rates = False
     title = "Presliding of the strands"
     part = "strands"
     formula = "F_f sign(v) -> F_f z, dz/dx = [1 - z sign(v)]/x_s"
@@ -196,6 +204,7 @@ class MaxwellSlip(Lost, Memory):
     is not local: after a nested loop it returns to where it left.
     """
 
+    knows_rates = False
     title = "Stick and slip of the strands"
     part = "strands"
     formula = "F_f sign(v) -> (F_f/n) sum z_i, dz_i/dx = 1/X_i, |z_i| <= 1, X_i = x_s spread^((2 i - n + 1)/(n - 1))"
@@ -255,6 +264,7 @@ class Hill(Lost):
 class Creep(Lost, Memory):
     """A Maxwell branch: drag K1 (x - y) whose dashpot follows, tau dy/dt = x - y."""
 
+    knows_rates = False
     title = "Creep"
     part = "bladder"
     formula = "F -> F - K1 (x - y), tau dy/dt = x - y"
@@ -280,6 +290,7 @@ class Mullins(Lost, Memory):
     `top` is the largest contraction so far; the share m of the rubber's pull is gone well below it.
     """
 
+    knows_rates = False
     title = "Mullins effect of the rubber"
     part = "bladder"
     formula = "F -> F - m F_rubber {1 - exp[-(eps_top - eps)/w]}"

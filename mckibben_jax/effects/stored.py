@@ -143,6 +143,7 @@ class BladderThinMooneyRivlin(Energy):
 class BladderSchulte(Pulling):
     """The wall resists shortening and widening by two linear tensions, which have no common energy."""
 
+    knows_rates = False
     title = "Rubber wall, Schulte"
     part = "bladder"
     formula = "F -> F + 2 pi k_e r (l - l0) - 4 pi^2 k_e r (r - r0)/tan^2(alpha)"
@@ -227,6 +228,7 @@ class EndStop(Energy):
 class WallShielding(Pulling):
     """The printed law of a wall that carries nothing, as a difference to the ideal cylinder (eq 18); breaks energy."""
 
+    knows_rates = False
     title = "Wall that carries nothing (as printed)"
     part = "bladder"
     formula = "F = P [2 pi r_i r/tan^2(alpha) - pi r_i^2]"
@@ -247,6 +249,7 @@ class WallShielding(Pulling):
 class ConicalEndsPrinted(Pulling):
     """The printed law of conical ends, as a difference to the ideal cylinder (eq 25); breaks energy conservation."""
 
+    knows_rates = False
     title = "Conical ends (as printed)"
     part = "ends"
     formula = "F = pi r0^2 P {-1 + 2 (1 - eps)/tan^2(alpha0) [1 - eps + (k_c eps/3) (r0/r - 4)]}"
@@ -267,6 +270,7 @@ class ConicalEndsPrinted(Pulling):
 class BladderAxialPrinted(Pulling):
     """The printed law of a thin wall, axial stress alone and of the wrong sign (eq 28); not the slope of its energy."""
 
+    knows_rates = False
     title = "Thin wall under axial stress (as printed)"
     part = "bladder"
     formula = "F -> F - pi t0^2 G [1 - 1/(lambda1^2 (1 - eps)^4)] [1/lambda1^2 + 2 (1 - h0) (1 - eps)/h0]"
