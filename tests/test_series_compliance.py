@@ -80,3 +80,11 @@ def test_without_derivatives_of_rates_the_muscle_stands_as_with_them(stiffness, 
     again, again_slope = felt(matters(True))
     np.testing.assert_allclose(again.rate, exact.rate, rtol=1e-9)
     np.testing.assert_allclose(again_slope.rate, exact_slope.rate, rtol=1e-5)
+
+
+@pytest.mark.parametrize("flag", [True, False, jnp.asarray(True), jnp.asarray(False)], ids=str)
+def test_what_stands_still_has_no_rate(flag):
+    """Not even a rate of 1e-12: friction takes its sign, and would hold a muscle that is at rest."""
+    still = RUN.replace(**{rate: jnp.zeros(4) for rate in ("rate", "pressure_rate", "stretch_rate")})
+    felt = jax.vmap(lambda state: behind_spring(2e5, BEHIND["before others"]).feel(0, state, flag))(still)
+    assert not np.any(np.asarray(felt.rate))

@@ -41,8 +41,8 @@ def standing(pull: OwnPull, state: State, give: jax.Array) -> Stands:
 
     A Newton step that follows has the root's exact derivative. The solver is given the slope by a difference: it then
     needs no derivative of the pull, which would make the compiled program larger. The pull is taken as the mean of the
-    two ends of this difference, and the drift, of which the sign alone counts, along one side. So the search ends
-    within 1e-8 of the root; the Newton step that follows does the rest.
+    two ends of this difference, so the search ends within 1e-8 of the root; the Newton step that follows does the rest.
+    The drift, of which the sign alone counts, is that at one end: 0 where nothing moves.
     """
     plain, constants = jax.closure_convert(pull, *(getattr(state, name) for name in PLACE))
     fixed = jax.lax.stop_gradient((state, give, constants))
@@ -50,12 +50,12 @@ def standing(pull: OwnPull, state: State, give: jax.Array) -> Stands:
     def looked(at: jax.Array, fixed: tuple) -> tuple[jax.Array, jax.Array, jax.Array]:
         state, give, constants = fixed
         pause = _pause(state)
-        along, later = STRAIN_STEP * jnp.array([-1.0, 1.0, 0.0]), pause * jnp.array([0.0, 0.0, 1.0])
+        along, later = STRAIN_STEP * jnp.array([-1.0, 1.0, 1.0]), pause * jnp.array([0.0, 0.0, 1.0])
         before, beyond, after = jax.vmap(lambda *place: plain(*place, *constants))(
             at + along, state.pressure + later * state.pressure_rate, state.stretch + later * state.stretch_rate
         )
-        here = (before + beyond) / 2
-        return at - state.contraction - here / give, (beyond - before) / (2 * STRAIN_STEP), (after - here) / pause
+        gap = at - state.contraction - (before + beyond) / 2 / give
+        return gap, (beyond - before) / (2 * STRAIN_STEP), (after - beyond) / pause
 
     seen = jax.custom_jvp(looked)
 
