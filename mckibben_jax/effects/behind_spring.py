@@ -80,7 +80,7 @@ def near_by(pull: OwnPull, stands: Stands, state: State, rates_matter: ArrayLike
     """The pull near where a muscle stands, by central differences.
 
     Unless `rates_matter`, slopes are those that the search has found, which carry no derivatives: the contraction needs
-    none of them, the rate does. Without them a model behind a spring takes half the time.
+    none of them, the rate does. Then one lane carries derivatives in place of seven.
 
     Seven lanes give all of it: jax's own slopes, differentiated again for the fit, were half of the compiled program of
     a diagnosis. Relative error of the muscle's rate below 1e-8, and of what a fit needs of its derivatives below 1e-5,
