@@ -9,6 +9,7 @@ from small_muscle import loops, write
 from fitting.cli.main import main
 from fitting.errors import InputError
 from fitting.recordings.experiment import read_experiment
+from fitting.recordings.noted import notes_of
 
 pytestmark = pytest.mark.filterwarnings("error")
 FORCE = loop_columns()["force [N]"]
@@ -109,13 +110,13 @@ def test_held_lengths_whose_force_does_not_follow_the_pressure(tmp_path):
 # ------------------------------------------------------------------------------------------- read, and said what lacks
 
 
-def notes_of(folder):
-    return " | ".join(read_experiment(folder).recordings[0].notes)
+def noted(folder):
+    return " | ".join(notes_of([read_experiment(folder)]))
 
 
 def test_one_pressure_and_one_branch_are_said(tmp_path):
     half = {name: np.broadcast_to(v, 202)[:50] for name, v in loop_columns().items()}
-    notes = notes_of(folder_of(tmp_path, table(half)))
+    notes = noted(folder_of(tmp_path, table(half)))
     assert "only contracting was recorded: friction cannot be told" in notes
     assert "one pressure only, 2 bar" in notes
 
@@ -125,18 +126,18 @@ def test_loops_faster_than_muscles_are_doubted(tmp_path):
     folder = write(tmp_path / "fast", loops())
     called = (folder / "loops.csv").read_text().replace("time [s]", "time [ms]")
     (folder / "loops.csv").write_text(called)
-    assert "is the unit of the time right?" in notes_of(folder)
-    assert "is the unit of the time right?" not in notes_of(write(tmp_path / "slow", loops()))
+    assert "is the unit of the time right?" in noted(folder)
+    assert "is the unit of the time right?" not in noted(write(tmp_path / "slow", loops()))
 
 
 def test_several_pressures_and_both_branches_are_not(tmp_path):
-    notes = notes_of(write(tmp_path / "m", loops()))
+    notes = noted(write(tmp_path / "m", loops()))
     assert "only" not in notes
 
 
 def test_two_points_are_said_to_be_two(tmp_path):
     csv = table({"pressure [bar]": [2, 2], "contraction [%]": [0, 10], "force [N]": [400, 250]})
-    assert "only 2 readings count: any model with that many parameters" in notes_of(
+    assert "only 2 readings count: any model with that many parameters" in noted(
         folder_of(tmp_path, csv, test="static")
     )
 
@@ -145,7 +146,7 @@ def test_one_missing_reading_costs_its_sample_and_its_row_is_named(tmp_path):
     force = FORCE.astype(object)
     force[[29, 30]] = "", "inf"
     folder = folder_of(tmp_path, with_force(force))
-    assert "2 of 202 samples carry no weight: no reading in 'force [N]' (rows 31, 32)" in notes_of(folder)
+    assert "2 of 202 samples carry no weight: no reading in 'force [N]' (rows 31, 32)" in noted(folder)
     assert read_experiment(folder).recordings[0].runs[0].weight[[29, 30]].sum() == 0
 
 
@@ -155,7 +156,7 @@ def test_a_copied_run_is_no_repeat(tmp_path):
     folder = folder_of(tmp_path, table({"run": np.repeat([1, 2, 3], 202)} | columns))
     first, copy, repeat = read_experiment(folder).recordings[0].runs
     assert (first.weight.any(), copy.weight.any(), repeat.weight.any()) == (True, False, True)
-    assert "run 2 of data.csv is a copy of run 1 of data.csv" in notes_of(folder)
+    assert "run 2 of data.csv is a copy of run 1 of data.csv" in noted(folder)
 
 
 def test_a_copied_file_is_refused(tmp_path):

@@ -18,6 +18,7 @@ from fitting.problem.residuals import Samples
 from fitting.problem.unknowns import BELIEVED
 from fitting.recordings.channel_errors import ChannelErrors, channel_errors
 from fitting.recordings.noise import noise_of, source_of_noise
+from fitting.recordings.noted import notes_of
 from fitting.recordings.records import MOVING_TESTS, Experiment, NoiseSource, Recording
 
 PRESSURE_LED = ("isometric", "isotonic", "step")  # tests in which the pressure moves
@@ -146,7 +147,7 @@ def compare(fit: Fit, experiments: Sequence[Experiment]) -> Comparison:
         worst=_worst(samples, residual, tests),
         cells=parity,
         fingerprint=traces,
-        notes=_notes(recordings, sum(bool(e.recordings) for e in experiments) > 1, pairs, parity),
+        notes=_notes(experiments, pairs, parity),
         channels=_channels(recordings),
         if_absolute=_if_absolute(fit, rmse / full_scale) if unit == "N" else None,
         over_stated=force_over_stated(fit) if unit == "N" and np.any(np.abs(fit.prior_rows) > BELIEVED) else None,
@@ -267,16 +268,9 @@ def _worst(samples: Samples, residual: np.ndarray, tests: np.ndarray) -> WorstPl
     )
 
 
-def _notes(
-    recordings: list[tuple[Experiment, Recording]], sets: bool, pairs: tuple, parity: Cells | None
-) -> tuple[str, ...]:
-    """What to know of the recordings; `sets` says whether they are of several data sets."""
-    several = len(recordings) > 1
-    notes = [
-        f"{e.name}, {r.file}: {note}" if sets else f"{r.file}: {note}" if several else note
-        for e, r in recordings
-        for note in r.notes
-    ]
+def _notes(experiments: Sequence[Experiment], pairs: tuple, parity: Cells | None) -> tuple[str, ...]:
+    """What to know of the recordings."""
+    notes = list(notes_of(experiments))
     if not pairs:
         notes.append("nothing was repeated at equal state: no noise floor from repeats, that of one reading is used")
     if parity is not None and parity.odd_share is None:

@@ -33,6 +33,7 @@ from fitting.problem.varying import AS_DECLARED, Varying
 from fitting.progress import Progress
 from fitting.recordings.envelopes import without_envelopes
 from fitting.recordings.inverse_dynamics import as_force
+from fitting.recordings.noted import notes_of
 from fitting.recordings.records import Experiment, force_was_measured
 from mckibben_jax.effect import Effect
 from mckibben_jax.effects import LIBRARY
@@ -112,7 +113,7 @@ def prepared(
     baseline, base = _fitted_twice(world, alone, dict(start or {}))
     with one_thread():
         examiner = Examiner(world, base, seed, settings)
-    notes = (*set_aside, *(note for e in light for r in e.recordings for note in r.notes))
+    notes = (*set_aside, *notes_of(tested))
     names = tuple((r.file, run.name) for e in light for r in e.recordings for run in r.runs)
     return Search(world, base, examiner, baseline, progress, notes, not force_was_measured(experiments), names)
 

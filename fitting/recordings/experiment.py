@@ -16,7 +16,7 @@ from fitting.recordings.accuracy_table import ACCURATE, accuracy_of
 from fitting.recordings.again import runs_of
 from fitting.recordings.channel_errors import found_errors
 from fitting.recordings.kinds import INSIDE, is_recording
-from fitting.recordings.limits import TURNED_BY, limits_of
+from fitting.recordings.limits import TURNED_BY, slack_notes, with_limits
 from fitting.recordings.muscle_file import muscle_of, name_of, read_muscle, read_toml, source_of
 from fitting.recordings.noise import one_load_cell
 from fitting.recordings.plausible import check_plausible, without_copies
@@ -64,18 +64,17 @@ def read_experiment(folder: Path | str) -> Experiment:
             raise error.located(path, row_in_recording(raw, number, error.key)) from None  # an option is wrong
         recordings.append(recording)
         digest.update(content)
-    return without_copies(
-        Experiment(
-            name_of(table, path),
-            folder,
-            muscle,
-            one_load_cell(recordings),
-            priors,
-            digest.hexdigest(),
-            source_of(table, path),
-            units.unit_of(str(table["muscle"]["length"])),
-        )
+    read = Experiment(
+        name_of(table, path),
+        folder,
+        muscle,
+        one_load_cell(recordings),
+        priors,
+        digest.hexdigest(),
+        source_of(table, path),
+        units.unit_of(str(table["muscle"]["length"])),
     )
+    return with_limits(without_copies(read))
 
 
 def _check_inside(folder: Path) -> None:
@@ -108,7 +107,7 @@ def read_single(
     recording, content = _read(path, test, muscle, dict(options or {}), path.name)
     described = Path(muscle_file) / "muscle.toml" if Path(muscle_file).is_dir() else Path(muscle_file)
     digest = hashlib.sha256(described.read_bytes() + content).hexdigest()
-    return without_copies(Experiment(name, path.parent, muscle, (recording,), priors, digest, source))
+    return with_limits(without_copies(Experiment(name, path.parent, muscle, (recording,), priors, digest, source)))
 
 
 def _recording_of(entry: dict[str, Any], folder: Path, muscle: Muscle) -> tuple[Recording, bytes]:
@@ -161,7 +160,7 @@ def _checked_runs(
         raise InputError(
             f"no sample is left that carries weight: {why}", table.file, cure="widen `valid`, or record more"
         )
-    notes = (*_notes(counts, table, test, runs), *_smoothed(parts, runs, test), *odd, *alone, *limits_of(runs, test))
+    notes = (*_notes(counts, table, test, runs), *_smoothed(parts, runs, test), *odd, *alone, *slack_notes(runs, test))
     return runs, notes, found_errors(parts, test, float(muscle.length))
 
 

@@ -1,41 +1,65 @@
 """What recordings cannot say whatever the model, and what in them few models say: notes for whoever fits them."""
 
+from collections.abc import Sequence
+from dataclasses import replace
+
 import numpy as np
 
 from fitting import showing
 from fitting.recordings.readings import FEWEST_SAMPLES
-from fitting.recordings.records import FORCE_TESTS, Run
+from fitting.recordings.records import FORCE_TESTS, Experiment, Recording, Run
 
 TURNED_BY = {"loop": "length", "isometric": "pressure", "isotonic": "pressure"}
+AT_ONE_PRESSURE = ("loop", "static")  # tests in which a pressure is set and kept
 ONE_PRESSURE = 0.05  # share by which pressures differ that are one
 LITTLE_PULL, PRESSED = 0.01, 0.1  # of the largest force and pressure: it should pull, and hardly does; chosen
 MANY = 0.02  # of the samples: of fewer no word is said; chosen
 
 
-def limits_of(runs: tuple[Run, ...], test: str) -> list[str]:
-    """What these data cannot say whatever the model: one direction, one pressure."""
-    notes = []
-    signs = {int(sign) for run in runs for sign in np.unique(run.branch[run.weight > 0])} - {0}
-    if test in TURNED_BY and len(signs) == 1:
-        way = "inflating" if test != "loop" else "contracting"
-        back = "deflating" if test != "loop" else "elongating"
-        notes.append(
-            f"only {way if 1 in signs else back} was recorded: friction cannot be told from a force that does not "
-            "depend on the direction; record the way back too"
-        )
-    pressures = np.concatenate([run.pressure[run.weight > 0] for run in runs])
+def with_limits(experiment: Experiment) -> Experiment:
+    """The data set with notes on what its recordings cannot say even together: one direction, one pressure."""
+    with showing.spoken(showing.own_units(experiment.units)):
+        return replace(experiment, notes=tuple(_limits_of(experiment.recordings)))
+
+
+def _limits_of(recordings: Sequence[Recording]) -> list[str]:
+    pressures = np.concatenate([run.pressure[run.usable] for each in recordings for run in each.runs])
+    notes = _one_way(recordings)
     if len(pressures) < FEWEST_SAMPLES:
         notes.append(f"only {len(pressures)} readings count: any model with that many parameters meets them")
     lowest, highest = float(pressures.min()), float(pressures.max())
-    if test in ("loop", "static") and highest - lowest < ONE_PRESSURE * abs(highest):
+    kept = any(each.test in AT_ONE_PRESSURE for each in recordings)
+    if kept and highest - lowest < ONE_PRESSURE * abs(highest):
         notes.append(
             f"one pressure only, {showing.show(float(np.median(pressures)), 'Pa')}: how anything depends on the "
             "pressure is the model's word; record a second one"
         )
-    return [*notes, *_slack(runs, test)]
+    return notes
 
 
-def _slack(runs: tuple[Run, ...], test: str) -> list[str]:
+def _one_way(recordings: Sequence[Recording]) -> list[str]:
+    """A note where no kind of test, in whatever files, went both ways."""
+    signs: dict[str, set[int]] = {}
+    for each in recordings:
+        if each.test in TURNED_BY:
+            ways = {int(sign) for run in each.runs for sign in np.unique(run.branch[run.usable])} - {0}
+            signs.setdefault(each.test, set()).update(ways)
+    if not signs or any(len(ways) != 1 for ways in signs.values()):
+        return []
+    ways = dict.fromkeys(_way(test, *sign) for test, sign in signs.items())
+    return [
+        f"only {' and '.join(ways)} was recorded: friction cannot be told from a force that does not depend on the "
+        "direction; record the way back too"
+    ]
+
+
+def _way(test: str, sign: int) -> str:
+    if TURNED_BY[test] == "pressure":
+        return "inflating" if sign > 0 else "deflating"
+    return "contracting" if sign > 0 else "elongating"
+
+
+def slack_notes(runs: Sequence[Run], test: str) -> list[str]:
     """A note where a muscle under pressure hardly pulls in many readings."""
     if test not in FORCE_TESTS:
         return []

@@ -149,6 +149,7 @@ class Experiment:
     source: dict[str, str] = field(default_factory=dict)
     length_unit: str = ""  # that muscle.toml gives the length in
     is_confined: bool = False  # a fit may not deny the stated sizes: they stay within what the statement allows
+    notes: tuple[str, ...] = ()  # what its recordings cannot say even together
 
     @property
     def units(self) -> tuple[Mapping[str, str], ...]:
