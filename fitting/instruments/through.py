@@ -60,11 +60,11 @@ class Through(eqx.Module):
 
     def __call__(self, rows: Array) -> Array:
         """Rows (rows,) or columns (rows, q) as a search sees them."""
-        return rows - self.errors @ _scaled(self.taken, self.errors.T @ rows)
+        return rows - self.errors @ _scaled(self.taken, (rows.T @ self.errors).T)
 
     def undone(self, rows: Array) -> Array:
         """The rows or columns that are seen so."""
-        return rows + self.errors @ _scaled(self.back, self.errors.T @ rows)
+        return rows + self.errors @ _scaled(self.back, (rows.T @ self.errors).T)
 
 
 @lru_cache(maxsize=4)

@@ -18,7 +18,13 @@ from fitting.least_squares.search import rows_and_slopes
 from mckibben_jax import CoulombFriction, IdealCylinder
 
 pytestmark = pytest.mark.benchmark(timer=time.process_time)
-ADDED = {"nothing": (), "rubber": ("bladder_neo_hookean",), "memory": ("creep",), "spring": ("series_compliance",)}
+ADDED = {
+    "nothing": (),
+    "rubber": ("bladder_neo_hookean",),
+    "memory": ("creep",),
+    "spring": ("series_compliance",),
+    "rubber behind a spring": ("bladder_neo_hookean", "series_compliance"),
+}
 SHOWN = 14  # signatures at once, of effects without memory and with
 BEST: dict[tuple[str, str], float] = {}
 
