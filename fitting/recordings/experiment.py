@@ -15,6 +15,7 @@ from fitting.recordings.accuracy import Accuracy
 from fitting.recordings.accuracy_table import ACCURATE, accuracy_of
 from fitting.recordings.again import runs_of
 from fitting.recordings.channel_errors import found_errors
+from fitting.recordings.gaps import gap_notes
 from fitting.recordings.kinds import INSIDE, is_recording
 from fitting.recordings.limits import TURNED_BY, slack_notes, with_limits
 from fitting.recordings.muscle_file import muscle_of, name_of, read_muscle, read_toml, source_of
@@ -160,7 +161,8 @@ def _checked_runs(
         raise InputError(
             f"no sample is left that carries weight: {why}", table.file, cure="widen `valid`, or record more"
         )
-    notes = (*_notes(counts, table, test, runs), *_smoothed(parts, runs, test), *odd, *alone, *slack_notes(runs, test))
+    told = (*_notes(counts, table, test, runs), *_smoothed(parts, runs, test))
+    notes = (*told, *odd, *alone, *gap_notes(parts, test), *slack_notes(runs, test))
     return runs, notes, found_errors(parts, test, float(muscle.length))
 
 

@@ -44,6 +44,15 @@ class AccuracySettings:
 
 
 @dataclass(frozen=True)
+class GapSettings:
+    """Holes in a recording."""
+
+    fewest: int = 50  # readings of a run in which a hole is looked for; chosen
+    times: float = 10.0  # the steps of nearly all others, that a step across a hole is in time and in a signal; chosen
+    nearly_all: float = 0.99  # of a run's steps: holes are rare; chosen
+
+
+@dataclass(frozen=True)
 class JumpSettings:
     """Jumps of a signal, which no smooth course makes: such samples carry no weight."""
 
@@ -110,4 +119,4 @@ class CycleSettings:
 
 TABLES, SIGNALS, JUMPS = TableSettings(), MotionSignalSettings(), JumpSettings()
 PLAUSIBLE, DYNAMICS, CYCLES = PlausibleSettings(), InverseDynamicsSettings(), CycleSettings()
-ACCURACY, SPIKES = AccuracySettings(), SpikeSettings()
+ACCURACY, SPIKES, GAPS = AccuracySettings(), SpikeSettings(), GapSettings()

@@ -1,16 +1,21 @@
 """What to look at before any effect: a misfit that a wrong unit, size or kind of pressure would make."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from fitting import showing
 from fitting.comparison.compare import Comparison
+from fitting.recordings.accuracy import Channel
+from fitting.recordings.channel_errors import ChannelErrors
 from fitting.report.settings import WARNING_TEXT
 from fitting.report.text.amounts import amount
+from fitting.report.text.instruments import CHANNEL_TEXT
 
 
 def comparison_warnings(c: Comparison) -> list[str]:
     """Warnings for people; empty where nothing is suspicious."""
-    return [*_size(c), *_pressure(c), *_one_way(c)]
+    return [*_size(c), *_pressure(c), *_one_way(c), *_noisier(c)]
 
 
 def _size(c: Comparison) -> list[str]:
@@ -62,3 +67,28 @@ def _pressure(c: Comparison) -> list[str]:
         f"{amount(c.rmse, c.unit)}. If the instrument shows about 1 bar when the muscle is vented, write "
         'pressure = "absolute" in its [[recording]] before any effect is looked for.'
     ]
+
+
+def _noisier(c: Comparison) -> list[str]:
+    """What to do where readings scatter by far more than muscle.toml states."""
+    odd = [each for each in c.channels if _scatter(each) > WARNING_TEXT.noisier]
+    return [_noisier_text([each for each in odd if each.channel is channel]) for channel in {e.channel: 0 for e in odd}]
+
+
+def _scatter(channel: ChannelErrors) -> float:
+    """By how many stated errors of one reading, that of rounding included, neighbouring readings scatter."""
+    stated, found = channel.allowed, channel.found.noise
+    if "noise" not in channel.stated or not stated.noise or found is None:
+        return 0.0
+    return found / float(np.hypot(stated.noise, (channel.resolution or 0.0) / np.sqrt(12)))
+
+
+def _noisier_text(odd: Sequence[ChannelErrors]) -> str:
+    worst = max(odd, key=_scatter)
+    channel = worst.channel
+    known = 'noise = "..."' if channel is Channel.FORCE else f"the noise of the {CHANNEL_TEXT[channel]}"
+    found, stated = (amount(size, worst.unit) for size in (worst.found.noise or 0.0, worst.allowed.noise or 0.0))
+    return (
+        f"Neighbouring readings of the {CHANNEL_TEXT[channel]} scatter by {found} in {worst.file}, where one is stated "
+        f"to err by {stated}. Correct {known} in muscle.toml, or leave it out: the readings then tell it."
+    )
