@@ -128,12 +128,15 @@ class Universe:
         names = self.free(effects)
         subset = self.subset(effects, self.layout.at(names), start)
         begin = self._starts(subset, names, start, new)
+        rough = max(enough, self.settings.screened) if len(begin) > 1 else enough
         best = None
         for place in begin:  # one at a time: any number of starts is the same compiled function
-            found = self.searched(subset, place, enough=enough)
+            found = self.searched(subset, place, enough=rough)
             if best is None or float(found.cost) < float(best.cost):
                 best = found
         assert best is not None
+        if rough > enough:  # the best alone goes on to the end
+            best = self.searched(subset, np.asarray(best.place), enough=enough)
         return self._candidate(effects, names, subset, best, decide)
 
     def at(self, effects: frozenset[str], vector: np.ndarray) -> CandidateFit:
