@@ -68,6 +68,20 @@ def test_a_clock_is_seconds_since_midnight():
     np.testing.assert_allclose(seconds_of(cells), [35999.5, 36000.0, np.nan, 360001.25])
 
 
+def test_a_clock_may_pass_midnight(tmp_path):
+    text, seconds = stamped(lambda at: at.strftime("%H:%M:%S") + milliseconds(at))
+    _, run = only_run(folder_of(tmp_path, text, more=CALLED))
+    np.testing.assert_allclose(run.time - (24 * 3600 - 2), seconds, atol=1e-6)
+
+
+def test_a_clock_that_goes_back_by_an_hour_is_refused(tmp_path):
+    """As clocks do at the end of summer: which hour a reading belongs to is not known."""
+    back = lambda at: at - datetime.timedelta(hours=10 + (at.second == 5))  # noqa: E731
+    text, _ = stamped(lambda at: back(at).strftime("%H:%M:%S") + milliseconds(at))
+    with pytest.raises(InputError, match="time goes back"):
+        read_experiment(folder_of(tmp_path, text, more=CALLED))
+
+
 def test_moments_of_a_sheet_are_read(tmp_path):
     columns = full_columns()
     seconds = np.round(columns.pop("time [s]"), 3)

@@ -12,6 +12,7 @@ ISO = re.compile(rf"\d{{4}}[-/]\d{{1,2}}[-/]\d{{1,2}}[T ]+{_CLOCK}\s*(?:Z|[+-]\d
 DAY_FIRST = re.compile(rf"\d{{1,2}}\.\d{{1,2}}\.\d{{4}}[T ]+{_CLOCK}")
 CLOCK = re.compile(rf"\d+:[0-5]\d{_SECONDS}")  # with seconds: of 10:15 nobody can say whether it is minutes
 UNCLEAR = re.compile(r"\s*(?:[\d./-]+[ T]+)?\d+:\d+(?::\d+(?:[.,]\d+)?)?.*", re.DOTALL)  # 11/12/2026 is which month?
+DAY = 86400.0  # s
 CURE = "write stamps as 2026-11-20 10:15:03.010, or the time in seconds from the beginning of the test"
 
 
@@ -22,7 +23,7 @@ def are_stamps(cells: pd.Series) -> bool:
 
 
 def seconds_of(cells: pd.Series) -> np.ndarray:
-    """Seconds (rows,) of stamps since the beginning of 1970, where they have a date, else since midnight.
+    """Seconds (rows,) of stamps since the beginning of 1970, where they have a date, else since the first midnight.
 
     The time of different files can so be compared. A stamp without a zone is taken as it stands. NaN where a cell is
     empty, or is no stamp of the kind of the first one.
@@ -51,7 +52,12 @@ def _text(cell: object) -> str:
 
 
 def _of_clock(texts: pd.Series) -> np.ndarray:
-    return np.asarray(pd.to_timedelta(texts, errors="coerce") / pd.Timedelta(seconds=1), dtype=float)
+    """A clock that goes back by more than half a day has passed midnight."""
+    seconds = np.array(pd.to_timedelta(texts, errors="coerce") / pd.Timedelta(seconds=1), dtype=float)
+    read = np.isfinite(seconds)
+    days = np.cumsum(np.diff(seconds[read], prepend=0.0) < -DAY / 2)
+    seconds[read] += DAY * days
+    return seconds
 
 
 def _of_dates(texts: pd.Series) -> np.ndarray:
