@@ -88,3 +88,13 @@ def test_the_commands_say_the_same(tmp_path):
 def test_a_release_is_made_at_one_pressure(tmp_path):
     folder = folder_of(tmp_path, table(release_columns()), test="quick release")
     assert not any("one pressure" in note for note in notes_of([read_experiment(folder)]))
+
+
+def test_muscles_that_are_stated_alike_may_be_one(tmp_path):
+    """A geometry for each folder: a newcomer who had put every loop into one of its own was not told."""
+    first, second = (read_experiment(write(tmp_path / name, at(2e5), name=name)) for name in ("first", "second"))
+    toml = (tmp_path / "second" / "muscle.toml").read_text().replace("250 mm", "260 mm")
+    (tmp_path / "second" / "muscle.toml").write_text(toml)
+    longer = read_experiment(tmp_path / "second")
+    assert any(n.startswith("first, second: the same sizes are stated") for n in notes_of([first, second]))
+    assert not any("the same sizes" in n for n in [*notes_of([first, longer]), *notes_of([first])])

@@ -15,12 +15,26 @@ Noted = tuple[str, str]  # the file, and what was noted of it
 def notes_of(experiments: Sequence[Experiment]) -> tuple[str, ...]:
     """Notes on data sets as a whole, and then on their files, which are named where there are several."""
     several = sum(bool(e.recordings) for e in experiments) > 1
-    notes = list[str]()
+    notes = _one_muscle(experiments)
     for e in experiments:
         called = f"{e.name}, " if several else ""
         notes += [f"{called.replace(', ', ': ')}{note}" for note in e.notes]
         notes += [f"{called}{note}" for note in _of_files(e, several)]
     return tuple(notes)
+
+
+def _one_muscle(experiments: Sequence[Experiment]) -> list[str]:
+    """Notes on data sets whose muscles are stated alike: each gets a geometry of its own, which one muscle has not."""
+    alike: dict[tuple, list[str]] = {}
+    for e in experiments:
+        sizes = map(float, (e.muscle.length, e.muscle.radius, e.muscle.braid_angle))
+        alike.setdefault((*sizes, *sorted(e.priors.items())), []).append(e.name)
+    return [
+        f"{_listed(names, 'data sets')}: the same sizes are stated, and each data set gets a geometry of its own; if "
+        "this is one muscle, name all its recordings in one muscle.toml"
+        for names in alike.values()
+        if len(names) > 1
+    ]
 
 
 def _of_files(experiment: Experiment, named: bool) -> list[str]:
@@ -60,6 +74,10 @@ def _called(some: Sequence[str], files: Sequence[str]) -> str:
     """How some of the files of a data set are called."""
     if len(some) == len(files):
         return "every file"
-    if len(some) <= NAMED:
-        return ", ".join(some)
-    return f"{', '.join(some[: NAMED - 1])} and {len(some) - NAMED + 1} more files"
+    return _listed(some, "files")
+
+
+def _listed(names: Sequence[str], what: str) -> str:
+    if len(names) <= NAMED:
+        return ", ".join(names)
+    return f"{', '.join(names[: NAMED - 1])} and {len(names) - NAMED + 1} more {what}"
