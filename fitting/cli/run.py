@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from fitting.cli.waiting import ProgressBar, progress_bar
 from fitting.compiled.prepare import prepare
 from fitting.errors import InputError
 from fitting.showing import own_units, spoken
@@ -17,35 +18,12 @@ from fitting.study.request import Request
 
 if TYPE_CHECKING:
     from rich.console import Console, RenderableType
-    from rich.progress import Progress as Bars
-    from rich.progress import TaskID
 
     from fitting.study.task import Task
 
 NOT_CONVERGED = 3
 # what people write, and no command hands out where it likes
 NO_RESULT = (".csv", ".tsv", ".toml", ".py", ".xlsx", ".xlsm", ".mat", ".mcap", ".tdms")
-
-
-@dataclass(frozen=True)
-class ProgressBar:
-    """A bar on the error output: called with words and the share that is done."""
-
-    bar: "Bars"
-    number: "TaskID"
-
-    def __call__(self, text: str, share: float) -> None:
-        self.bar.update(self.number, description=text, completed=share, total=1.0)
-
-    @contextmanager
-    def aside(self) -> Iterator[None]:
-        """The bar makes room while something is printed."""
-        if self.bar.disable:
-            yield
-            return
-        self.bar.stop()
-        yield
-        self.bar.start()
 
 
 @dataclass(frozen=True)
@@ -132,16 +110,3 @@ def errors_for_machines(path: str | None) -> Iterator[None]:
 
             write_json(path, {"error": error.as_dict()})
         raise
-
-
-@contextmanager
-def progress_bar(text: str, quiet: bool) -> Iterator[ProgressBar]:
-    """A bar that is gone when the work is done; nothing where nobody looks."""
-    from rich.console import Console
-    from rich.progress import BarColumn, SpinnerColumn, TextColumn, TimeElapsedColumn
-    from rich.progress import Progress as Bars
-
-    shown = Console(stderr=True, quiet=quiet)
-    columns = (SpinnerColumn(), TextColumn("{task.description}", markup=False), BarColumn(), TimeElapsedColumn())
-    with Bars(*columns, console=shown, transient=True, disable=quiet or not shown.is_terminal) as bar:
-        yield ProgressBar(bar, bar.add_task(text, total=None))

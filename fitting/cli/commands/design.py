@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from fitting.cli.options import Command, effect_file_option, output_options
-from fitting.cli.run import NOT_CONVERGED, check_place, check_places, errors_for_machines, progress_bar
+from fitting.cli.run import NOT_CONVERGED, check_place, check_places, errors_for_machines
+from fitting.cli.waiting import progress_bar
 from fitting.compiled.prepare import prepare
 
 if TYPE_CHECKING:

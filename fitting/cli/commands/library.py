@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from fitting.cli.options import Command, output_options, request_options
-from fitting.cli.run import errors_for_machines, progress_bar
+from fitting.cli.run import errors_for_machines
+from fitting.cli.waiting import progress_bar
 from fitting.errors import InputError
 
 if TYPE_CHECKING:
