@@ -333,3 +333,27 @@ def test_a_muscle_under_pressure_that_hardly_pulls_is_noticed(tmp_path, slack_be
         count, whole = (int(word) for word in re.findall(r"(\d+) of (\d+)", said[0])[0])
         pressure, force = (np.asarray(columns[name]) for name in ("pressure [kPa]", "force [N]"))
         assert 0.9 * np.sum((pressure > 50) & (force < 1.5)) < count <= np.sum((pressure > 50) & (force < 1.5)) < whole
+
+
+@pytest.mark.parametrize(
+    ("columns", "refused"),
+    [
+        ('force = "Kraft [kgf]"', True),
+        ('force = "Kraft [bar]"', True),
+        ('force = "Kraft [N]"', False),
+        ('force = "Kraft [newton]"', False),  # the same in another spelling
+        ('force = "Kraft"', False),
+    ],
+)
+def test_units_that_contradict_each_other_are_refused(tmp_path, columns, refused):
+    csv = table(loop_columns()).replace("force [N]", "Kraft [N]")
+    mapped = f"columns = {{ {columns} }}"
+    if not refused:
+        assert len(read_experiment(folder_of(tmp_path, csv, more=mapped)).recordings) == 1
+        return
+    with pytest.raises(InputError, match="the header gives this column in N") as caught:
+        read_experiment(folder_of(tmp_path, csv, more=mapped))
+    assert (caught.value.row, caught.value.column) == (1, "Kraft [N]")
+    stated = f'{mapped}\nunits = {{ force = "N" }}'
+    (recording,) = read_experiment(folder_of(tmp_path, csv, more=stated)).recordings
+    assert recording.units["N"] == "N"

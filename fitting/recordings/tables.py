@@ -86,7 +86,7 @@ def read_table(
     _check_units_used(given_units, where, path)
     rows = _common_rows(source, cells, where, path)
     place = _Place(path, source.header_row, rows, decimal)
-    given = {name: _unit_of(name, heads[at], called, given_units) for name, at in where.items()}
+    given = {name: _unit_of(name, heads[at], called, given_units, place) for name, at in where.items()}
     columns = {name: _column(name, cells[at], heads[at], given[name], place) for name, at in where.items()}
     named = {name: heads[at] for name, at in where.items()}
     measured = [name for name, at in where.items() if COLUMNS[name] is not None and not _is_stamped(name, cells[at])]
@@ -179,12 +179,21 @@ def _called(name: str, head: str, heads: list[str], path: Path) -> int:
     raise unknown_name(f"column for {name}:", head, heads, path)
 
 
-def _unit_of(name: str, head: str, called: Mapping[str, str], given: Mapping[str, str]) -> str | None:
-    """Unit of a column: from `units`, else from the header, else from what `columns` calls it."""
-    for unit in (given.get(name), split_head(head)[1], split_head(called.get(name, ""))[1]):
-        if unit is not None:
-            return str(unit)
-    return None
+def _unit_of(name: str, head: str, called: Mapping[str, str], given: Mapping[str, str], place: "_Place") -> str | None:
+    """Unit of a column: from `units`, else from the header, else from what `columns` calls it.
+
+    InputError where header and `columns` contradict each other: which of them is right, `units` has to say.
+    """
+    if name in given:
+        return str(given[name])
+    there, here = split_head(head)[1], split_head(called.get(name, ""))[1]
+    if there is None or here is None:
+        return here if there is None else there
+    if all(map(units.is_unit, (there, here))) and units.in_si(there) != units.in_si(here):
+        cure = f'write units = {{ {name} = "{here}" }} or "{there}" in muscle.toml, whichever is right'
+        problem = f"the header gives this column in {there}, and columns in muscle.toml in {here}"
+        raise InputError(problem, place.path, place.header_row, head, cure=cure)
+    return there
 
 
 def _check_units_used(given: Mapping[str, str], where: Mapping[str, int], path: Path) -> None:
