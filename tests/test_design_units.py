@@ -6,7 +6,8 @@ import pytest
 from click.testing import CliRunner
 
 from fitting.cli.main import main
-from fitting.designs.own_units import own_units
+from fitting.designs.stated_units import stated_units
+from fitting.showing import own_units
 
 SPEC = """
 starts = 1
@@ -43,7 +44,7 @@ max = "50 kgf"
     ],
 )
 def test_the_units_on_which_a_file_agrees(table, own):
-    assert own_units(table) == own
+    assert own_units(stated_units(table)) == own
 
 
 def test_the_answer_speaks_them_and_numbers_for_machines_are_in_si(tmp_path):

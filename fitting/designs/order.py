@@ -1,6 +1,6 @@
 """What a design file asks for besides the best design: tolerances, a chance, a trade-off; and draws of a posterior."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -8,7 +8,7 @@ import numpy as np
 
 from fitting import showing
 from fitting.designs.file import File, Known, check_needs, conditions, open_file, quantity_named, task_of, whole_number
-from fitting.designs.own_units import own_units
+from fitting.designs.stated_units import stated_units
 from fitting.errors import InputError, unknown_name
 from fitting.model_files.model_file import ModelFile, read_model
 from mckibben_jax.design.best import Task, wanted_of
@@ -25,7 +25,7 @@ class DesignOrder:
     """A task; tolerances by dimension (SI); the chance with which limits are to hold; the other end of a trade-off.
 
     `models` are the effects of every model that the design is for, by the name of its file; empty where it is for one.
-    `notes` say what a reader should know of the models. `units` are those that the file speaks in (`showing.spoken`).
+    `notes` say what a reader should know of the models. `units` are those that the design file uses.
     """
 
     task: Task
@@ -34,13 +34,13 @@ class DesignOrder:
     second: Second | None
     models: dict[str, tuple[Effect, ...]] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
-    units: dict[str, str] = field(default_factory=dict)
+    units: tuple[Mapping[str, str], ...] = ()
 
 
 def read_order(path: Path | str, known: Known | None = None, also: Sequence[str] = ()) -> DesignOrder:
     """Read all that a design file asks for; `also` names model files for which the design has to do as well."""
     file = open_file(path, known)
-    order = DesignOrder(task_of(file), _tolerances(file), _chance(file), _second(file), units=own_units(file.table))
+    order = DesignOrder(task_of(file), _tolerances(file), _chance(file), _second(file), units=stated_units(file.table))
     models = _models(file, order, also) if also else {}
     told = models or {_own_name(file): order.task.effects}
     notes = [note for name, effects in told.items() for note in _replaced(name, effects, order.task.muscle)]

@@ -123,7 +123,7 @@ class Universe:
         """Fit a set of effects from a vector of all unknowns; the new ones' shapes from several starts.
 
         Unless it is to `decide`, whatever is at its bound is taken to be held there: to ask the data takes a refit.
-        `enough` is a share of the sum of squares, as of `solve`.
+        `enough` is a share of the sum of squares, as of `solve`. Of several starts, the best is searched to the end.
         """
         names = self.free(effects)
         subset = self.subset(effects, self.layout.at(names), start)
@@ -135,7 +135,7 @@ class Universe:
             if best is None or float(found.cost) < float(best.cost):
                 best = found
         assert best is not None
-        if rough > enough:  # the best alone goes on to the end
+        if rough > enough:
             best = self.searched(subset, np.asarray(best.place), enough=enough)
         return self._candidate(effects, names, subset, best, decide)
 

@@ -1,4 +1,4 @@
-"""Holes in a recording: the logger was silent while the muscle moved."""
+"""Holes in a recording: the logger wrote nothing while the muscle did not stand still."""
 
 from collections.abc import Sequence
 
@@ -15,7 +15,7 @@ def gap_notes(parts: Sequence[Run], test: str) -> list[str]:
 
 
 def _gaps(part: Run) -> np.ndarray:
-    """After which readings of a run there is a hole: far longer than other pauses, and the muscle moved or filled."""
+    """After which readings of a run there is a hole: far longer than other pauses, and the readings jump."""
     if len(part) < GAPS.fewest:
         return np.zeros(0, int)
     return np.flatnonzero(_far_beyond(part.time) & (_far_beyond(part.pressure) | _far_beyond(part.measured)))
@@ -30,7 +30,7 @@ def _far_beyond(signal: np.ndarray) -> np.ndarray:
 def _note(part: Run, at: int) -> str:
     silent = showing.show(float(part.time[at + 1] - part.time[at]), "s", digits=2)
     return (
-        f"run {part.name}: no reading for {silent}, while the muscle moved (rows {part.row[at]}, {part.row[at + 1]}): "
-        "effects that remember what was before, such as creep, miss that time; record the run again, or give the two "
-        "parts different names in a column 'run'"
+        f"run {part.name}: no reading for {silent}, in which the muscle did not stand still (rows {part.row[at]}, "
+        f"{part.row[at + 1]}): effects that remember what was before, such as creep, miss that time; record the run "
+        "again, or give the two parts different names in a column 'run'"
     )

@@ -17,9 +17,8 @@ def notes_of(experiments: Sequence[Experiment]) -> tuple[str, ...]:
     several = sum(bool(e.recordings) for e in experiments) > 1
     notes = _one_muscle(experiments)
     for e in experiments:
-        called = f"{e.name}, " if several else ""
-        notes += [f"{called.replace(', ', ': ')}{note}" for note in e.notes]
-        notes += [f"{called}{note}" for note in _of_files(e, several)]
+        notes += [f"{e.name}: {note}" if several else note for note in e.notes]
+        notes += [f"{e.name}, {note}" if several else note for note in _of_files(e, several)]
     return tuple(notes)
 
 

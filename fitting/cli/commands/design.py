@@ -44,14 +44,14 @@ def command(
     from fitting.library.library import library
     from fitting.report.pictures.design import check_kind, draw
     from fitting.report.text.design import answer_result, answer_text
-    from fitting.showing import spoken
+    from fitting.showing import own_units, spoken
 
     with errors_for_machines(options["json"]):
         if also and posterior:
             cure = "leave one of them out"
             raise InputError("--also is for several models, --posterior for one that is not known exactly", cure=cure)
         order = read_order(spec, library(effect_file), also)
-        click.get_current_context().with_resource(spoken(order.units))
+        click.get_current_context().with_resource(spoken(own_units(order.units)))
         draws = read_draws(posterior, order.task) if posterior else {}
         if save and not (order.second and Path(save).is_dir()):  # a trade-off is saved into a folder
             check_place(save)

@@ -72,7 +72,10 @@ def _pressure(c: Comparison) -> list[str]:
 def _noisier(c: Comparison) -> list[str]:
     """What to do where readings scatter by far more than muscle.toml states."""
     odd = [each for each in c.channels if _scatter(each) > WARNING_TEXT.noisier]
-    return [_noisier_text([each for each in odd if each.channel is channel]) for channel in {e.channel: 0 for e in odd}]
+    return [
+        _noisier_text([each for each in odd if each.channel is channel])
+        for channel in dict.fromkeys(each.channel for each in odd)
+    ]
 
 
 def _scatter(channel: ChannelErrors) -> float:

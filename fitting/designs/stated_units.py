@@ -1,21 +1,20 @@
-"""The units in which a design file speaks: its answer is given in them, as a recording's is in those of its file."""
+"""The units that a design file uses: its answer is given in them, as that on a recording is in those of its file."""
 
 from collections.abc import Iterator
 from typing import Any
 
-from fitting import showing, units
+from fitting import units
 from fitting.errors import InputError
 from mckibben_jax.muscle import quantities
 
-SPOKEN = ("Pa", "N", "m")
-OF_MATERIAL = tuple(
-    name for name, (unit, _) in quantities().items() if unit == "Pa"
-)  # moduli: nobody gives them in bar
+OWN = ("Pa", "N", "m")  # of which people have units of their own
+# moduli and strengths of materials, which nobody gives in bar
+OF_MATERIAL = tuple(name for name, (unit, _) in quantities().items() if unit == "Pa")
 
 
-def own_units(table: dict[str, Any]) -> dict[str, str]:
-    """For `showing.spoken`: SI unit -> the unit that all values of a design file agree on, if it is not the usual."""
-    return showing.own_units({si: unit} for unit in _units_in(table) for si in SPOKEN if _converts(unit, si))
+def stated_units(table: dict[str, Any]) -> tuple[dict[str, str], ...]:
+    """SI unit -> the unit used for it, of every value in a design file; as `Experiment.units` of recordings."""
+    return tuple({si: unit} for unit in _units_in(table) for si in OWN if _converts(unit, si))
 
 
 def _units_in(value: Any) -> Iterator[str]:
