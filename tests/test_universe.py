@@ -77,6 +77,17 @@ def test_the_best_of_several_starts_is_kept(world, base):
     assert best.cost <= 1.001 * min(ended[1:])
 
 
+@pytest.mark.parametrize("name", ["end_stop", "tip_pressure"])
+def test_the_best_of_several_starts_is_searched_to_the_end(world, base, name):
+    """Another search from there finds nothing more; one that was to end sooner left a few millionths."""
+    effects = world.with_added([name])
+    found = world.fit(effects, base.vector, [name], decide=False)
+    further = world.fit(effects, found.vector, decide=False)
+    rough = world.fit(effects, base.vector, [name], decide=False, enough=world.settings.screened)
+    assert further.cost == pytest.approx(found.cost, rel=1e-9)
+    assert rough.cost > found.cost * (1 + 1e-7)
+
+
 def test_signatures_are_slopes_of_the_rows_along_a_switch(world, base):
     """Against a small step of the switch; a rival goes out as far as the new one comes in."""
     wanted = [("tip", {}), ("force_offset", {}), ("textile_friction", {})]
