@@ -71,7 +71,7 @@ def test_a_search_does_not_miss_the_derivatives_of_steps_that_it_does_not_take()
     )
     assert plain.state.num_accepted_steps < plain.stats["num_steps"]  # or this shows nothing
     assert sparing.stats["num_steps"] == plain.stats["num_steps"]
-    np.testing.assert_array_equal(sparing.value, plain.value)
+    np.testing.assert_allclose(sparing.value, plain.value, rtol=1e-12)  # the two programs round differently
 
 
 def test_covariance_of_a_straight_line():
