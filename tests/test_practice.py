@@ -30,6 +30,8 @@ def test_a_large_rest_is_called_large_and_instruments_are_named():
     text = practice_text(Practice(("rubber",), 0.02, None, 0.01, Verdict.WITHIN_INSTRUMENTS))
     assert "⟦rubber⟧ explains all but 2 % of full scale, which is above 1 %." in text
     assert text.endswith("What remains is within what the instruments may err by.")
+    strained = practice_text(Practice(("rubber",), 0.02, None, 0.01, Verdict.WITHIN_INSTRUMENTS, strained=True))
+    assert strained.endswith("only if one erred by more than three times its accuracy.")
     named = practice_text(Practice(("rubber",), 0.02, None, 0.01, Verdict.ONE_OF))
     assert named.endswith("The verdict says what that may be.")
 

@@ -6,11 +6,11 @@ from types import SimpleNamespace
 
 import pytest
 from small_muscle import loops, write
-from studied import proposed
+from studied import proposed, seen_through
 
 from fitting.cli.run import CommandRun
 from fitting.comparison.compare import Row, Table, compare
-from fitting.diagnosis.outcomes import Reason, Why
+from fitting.diagnosis.outcomes import Reason, Verdict, Why
 from fitting.diagnosis.record import Evidence, Leading
 from fitting.least_squares.fit import fit
 from fitting.planning.next_measurement import PairPower
@@ -33,8 +33,10 @@ from fitting.report.text.layout import console, paste_line
 from fitting.report.text.next_step import after_diagnosis
 from fitting.report.text.plan import _expected
 from fitting.report.text.reasons import why_text
+from fitting.report.text.stages import stage_verdict
 from fitting.report.text.values import value_cells
 from fitting.report.text.warnings import comparison_warnings
+from fitting.study.stages import Stage
 from mckibben_jax.effects import CoulombFriction, IdealCylinder
 
 
@@ -85,6 +87,15 @@ def test_the_terminal_says_what_is_missing_what_is_not_and_what_cannot_be_seen(d
 )
 def test_every_verdict_has_its_sentence(diagnosis, verdict, explanations, words):
     assert words in verdict_text(dataclasses.replace(diagnosis, verdict=verdict, explanations=explanations))
+
+
+def test_instruments_that_had_to_err_far_beyond_their_accuracy_do_not_count_as_an_explanation(diagnosis):
+    """A load cell that is known to 0.1 % and had to err by 1.5 %."""
+    strained = seen_through(diagnosis, Verdict.WITHIN_INSTRUMENTS)
+    assert verdict_text(strained).endswith("Do not believe it before that is checked.")
+    assert stage_verdict(Stage("", 1.0, 1.0, strained.verdict, strained=True)) != strained.verdict
+    believed = dataclasses.replace(strained, instruments=strained.instruments[:1])
+    assert verdict_text(believed) == "Errors of the instruments within their accuracy explain all of the misfit."
 
 
 def test_only_what_is_missing_is_called_small(diagnosis):

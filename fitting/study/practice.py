@@ -18,6 +18,7 @@ class Practice:
     held_out: float | None  # None where no run was held out
     enough: float
     verdict: str  # on the last model; empty where none was asked for
+    strained: bool = False  # as of `Stage`
 
     @property
     def is_enough(self) -> bool:
@@ -29,4 +30,4 @@ def practice(stages: Sequence[Stage], c: Comparison, enough: float = ENOUGH) -> 
     """Of the last of these stages, which is the model of the comparison."""
     last = stages[-1]
     held_out = None if last.held_out_rmse is None else last.held_out_rmse / c.full_scale
-    return Practice(added_by(stages), c.rmse / c.full_scale, held_out, enough, last.verdict)
+    return Practice(added_by(stages), c.rmse / c.full_scale, held_out, enough, last.verdict, last.strained)

@@ -15,7 +15,7 @@ from fitting.report.text.attempts import held_text, why_not_kept
 from fitting.report.text.diagnosis import effect_set
 from fitting.report.text.path import blamed_on_the_way, path_texts
 from fitting.report.text.side_by_side import MEASURED
-from fitting.report.text.stages import dropped_text, stage_text, tested_text
+from fitting.report.text.stages import dropped_text, stage_text, stage_verdict, tested_text
 from fitting.report.text.stated_sizes import measured_cells
 from fitting.report.text.values import value_cells
 from fitting.study.stages import Stage
@@ -100,7 +100,7 @@ def _table(shown: Sequence[Stage], models: Sequence[ShownModel], unit: str, name
     told = {"RMS": [amount(s.rmse, unit) for s in shown]}
     told["on held-out runs"] = [amount(s.held_out_rmse, unit) for s in shown]
     told["p"] = [tested_text(s.p_value) for s in shown]
-    then = {"verdict then": [s.verdict for s in shown]} if judged else {}
+    then = {"verdict then": [stage_verdict(s) for s in shown]} if judged else {}
     if len(models) == len(shown):
         return (_by_model(models, told, then, names),)
     columns = [[stage_text(s) for s in shown], *(told | then).values()]

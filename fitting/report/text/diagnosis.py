@@ -74,6 +74,11 @@ def _verdict(d: Diagnosis) -> str:
     sets = [effect_set(names) for names in d.explanations]
     if d.verdict == "nothing detectable":
         return "Nothing is missing that these data could show."
+    if d.is_strained:
+        return (
+            "Nothing rejects this model, but errors of the instruments explain its misfit only if one of them errs by "
+            "more than three times its accuracy. Do not believe it before that is checked."
+        )
     if d.verdict == "within the instruments":
         return "Errors of the instruments within their accuracy explain all of the misfit."
     if d.verdict == "missing":

@@ -14,7 +14,7 @@ def practice_text(found: Practice) -> str:
     verb = "explain" if len(found.added) > 1 else "explains"
     outside = "" if found.held_out is None else f" ({percent(found.held_out)} on held-out runs)"
     size = f"{'below' if found.is_enough else 'above'} {percent(found.enough)}"
-    rest = f" {_rest(found.verdict)}" if found.verdict else ""
+    rest = f" {_rest(found)}" if found.verdict else ""
     return f"{who} {verb} all but {percent(found.left)} of full scale{outside}, which is {size}.{rest}"
 
 
@@ -30,7 +30,10 @@ def practice_result(found: Practice) -> dict[str, Any]:
     }
 
 
-def _rest(verdict: str) -> str:
+def _rest(found: Practice) -> str:
+    verdict = found.verdict
+    if found.strained:
+        return "What remains could come from the instruments only if one erred by more than three times its accuracy."
     if verdict == Verdict.NOT_IN_LIBRARY:
         return "What remains follows no effect of the library."
     if verdict == Verdict.WITHIN_INSTRUMENTS:

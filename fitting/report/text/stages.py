@@ -13,6 +13,11 @@ def stage_text(stage: Stage) -> str:
     return f"+ {added_text(stage)}" if stage.added else f"- {marked(stage.dropped, ' - ')}"
 
 
+def stage_verdict(stage: Stage) -> str:
+    """The verdict on the model of a step; empty where none was asked for."""
+    return "instruments, far beyond their accuracy" if stage.strained else stage.verdict
+
+
 def dropped_text(stage: Stage) -> list[str]:
     """Why an effect is taken out again; nothing to say where none was, or where another took its place."""
     if stage.added or not stage.dropped:

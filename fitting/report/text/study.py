@@ -10,7 +10,7 @@ from fitting.report.settings import LAYOUT
 from fitting.report.text.amounts import amount
 from fitting.report.text.attempts import attempts_text, held_text, strained_text
 from fitting.report.text.layout import columns, line, lines, spaced
-from fitting.report.text.stages import dropped_text, stage_text
+from fitting.report.text.stages import dropped_text, stage_text, stage_verdict
 from fitting.report.text.stated_sizes import confined_texts
 from fitting.showing import counted
 from fitting.study.stages import Stage
@@ -49,7 +49,7 @@ def steps_report(stages: Sequence[Stage], unit: str = "N") -> list[RenderableTyp
     top = max(stage.rmse for stage in stages) or 1.0
     for stage in stages:
         bar = Text("█" * max(1, round(LAYOUT.bar * stage.rmse / top)), style="cyan")
-        verdict = [stage.verdict] if said else []
+        verdict = [stage_verdict(stage)] if said else []
         table.add_row(stage_text(stage), amount(stage.rmse, unit), amount(stage.held_out_rmse, unit), bar, *verdict)
     return [spaced(table)]
 
@@ -57,7 +57,7 @@ def steps_report(stages: Sequence[Stage], unit: str = "N") -> list[RenderableTyp
 def step_report(stage: Stage, unit: str = "N") -> list[RenderableType]:
     """One step of a discovery, told as soon as it is made."""
     held_out = f"on held-out runs {amount(stage.held_out_rmse, unit)}"
-    words = f"{stage_text(stage)}: {amount(stage.rmse, unit)}, {held_out}; {stage.verdict}"
+    words = f"{stage_text(stage)}: {amount(stage.rmse, unit)}, {held_out}; {stage_verdict(stage)}"
     told = [*dropped_text(stage), *held_text(stage.held), *strained_text(stage.strained)]
     told += attempts_text(stage.attempts, unit)
     return [line("STEP", words, "bold"), *lines("", told)]
