@@ -1,5 +1,6 @@
 """What an adequate model does not need any more is dropped in the end, and nothing else."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -10,12 +11,14 @@ from studied import compared, spring_missing
 from fitting.diagnosis import dropping
 from fitting.diagnosis.course import ModelOnTheWay
 from fitting.diagnosis.diagnose import prepared
-from fitting.diagnosis.dropping import _does_as_well, not_needed, smaller_models
+from fitting.diagnosis.dropping import _does_as_well, not_needed, smaller_models, without_idle
+from fitting.diagnosis.step_rules import RULES
 from fitting.recordings.experiment import read_experiment
 from fitting.report.results import steps_result
 from fitting.report.text.path import path_result
 from fitting.report.text.stages import dropped_text, stage_text
 from fitting.study.stages import Stage
+from mckibben_jax.effect import name_of
 from mckibben_jax.effects import ConstantFriction, CoulombFriction, EndStop, IdealCylinder, LinearSpring, Tip, Weight
 
 SPRING = 400.0  # N for a contraction of 1
@@ -46,6 +49,33 @@ def test_what_the_data_do_not_ask_for_goes_and_what_they_ask_for_stays(begin):
     # a spring of 400 N over the rest length of 250 mm, and the noise that was put in
     assert step.diagnosis.baseline.values["linear_spring.K"] == pytest.approx(SPRING / 0.25, rel=0.05)
     assert step.rmse == pytest.approx(0.3, rel=0.1)
+
+
+def test_what_does_not_pay_beside_what_came_later_goes_and_what_pays_stays(begin):
+    """Whatever the test says of the model."""
+    search = begin(EFFECTS)
+    left = without_idle(ModelOnTheWay(("linear_spring",), EFFECTS, search), ["tip", "linear_spring"], begin, RULES)
+    assert left is not None
+    assert left.dropped == ("tip",)
+    assert [name_of(effect) for effect in left.present] == ["ideal_cylinder", "coulomb_friction", "linear_spring"]
+    assert left.search.base.effects == search.base.effects - {"tip"}
+    assert not left.freed  # nothing was confined
+    assert without_idle(left, ["tip", "linear_spring"], begin, RULES) is None
+
+
+def test_sizes_are_free_again_once_what_denied_them_is_gone(begin):
+    """They were confined on the way; of a muscle as it is stated a free fit denies none."""
+    here = ModelOnTheWay(("linear_spring",), EFFECTS, begin(EFFECTS, None, True))
+    assert here.search.base.confined
+    left = without_idle(here, ["tip"], begin, RULES)
+    assert left is not None
+    assert left.freed
+    assert not left.search.base.confined
+    strict = replace(RULES, denied=0.0)  # every size is denied that is not exactly as it is stated
+    held = without_idle(here, ["tip"], begin, strict)
+    assert held is not None
+    assert not held.freed
+    assert held.search.base.confined
 
 
 def test_a_model_that_lacks_something_keeps_all_it_has(begin):

@@ -29,6 +29,7 @@ class Step:
     attempts: tuple[Attempt, ...] = ()
     held: tuple[str, ...] = ()  # stated sizes of the muscle that are confined since this step
     dropped: tuple[str, ...] = ()
+    freed: bool = False  # no stated size is confined any more
 
     @property
     def effect(self) -> str:
@@ -43,7 +44,7 @@ OnStep = Callable[[Step], None]
 class ModelOnTheWay:
     """How a model differs from the one before it, all its effects, its search, and the stated sizes that it confines.
 
-    `held` are those that it is the first to confine.
+    `held` are those that it is the first to confine; `freed` says that it confines none any more.
     """
 
     added: tuple[str, ...]
@@ -51,11 +52,12 @@ class ModelOnTheWay:
     search: Search
     held: tuple[str, ...] = ()
     dropped: tuple[str, ...] = ()
+    freed: bool = False
 
     def step(self, found: Diagnosis, attempts: tuple[Attempt, ...] = ()) -> Step:
         """The step that ends at this model."""
         errors = found.rmse, found.held_out_rmse
-        return Step(self.added, *errors, found.verdict, found, attempts, self.held, self.dropped)
+        return Step(self.added, *errors, found.verdict, found, attempts, self.held, self.dropped, self.freed)
 
 
 def values_of(world: Universe, vector: np.ndarray) -> dict[str, float]:

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 from fitting.diagnosis.course import ModelOnTheWay, OnStep, Step, values_of
 from fitting.diagnosis.diagnose import Progress, concluded, library_candidates, one_thread, prepared
-from fitting.diagnosis.dropping import smaller_models
+from fitting.diagnosis.dropping import smaller_models, without_idle
 from fitting.diagnosis.equivalent import leading_of
 from fitting.diagnosis.findings import Attempt
 from fitting.diagnosis.judging import fitted, in_order, judge
@@ -41,8 +41,8 @@ def discover(
 
     Whatever the verdict, an effect that leads is added; two at once only where neither is kept alone. Every fit begins
     at the optimum of the model before, so that no step raises the error. Where a step denies a stated size, all stated
-    sizes are confined to what was stated (`stated_sizes`) from that step on. In the end, what an adequate model does
-    not need any more is dropped.
+    sizes are confined to what was stated (`stated_sizes`) from that step on. In the end, what does not pay any more
+    beside what was added later, or what an adequate model does not need, is dropped.
     `candidates` as in `diagnose`; `start` gives values (SI, by full name) that were fitted before; `on_step` is called
     with every step as soon as it is made, with all that was tried after it.
     """
@@ -63,9 +63,19 @@ def discover(
         if on_step is not None:
             on_step(step)
 
+    # what took the place of an effect stays: without both there would be neither
+    families = {effect.family for effect in effects} - {None}
+
+    def added() -> list[str]:
+        return [name for step in steps[1:] for name in step.added if known[name].family not in families]
+
+    def standing(model: ModelOnTheWay) -> int:
+        present = {name_of(effect) for effect in model.present}
+        return sum(not present.isdisjoint(step.added) for step in (*steps, model))
+
     here = ModelOnTheWay(("baseline",), list(effects), begin(effects, start))
     while True:
-        more = len(steps) < rules.steps
+        more = standing(here) < rules.steps and len(steps) < rules.longest
         found, larger, attempts = _plainly(here, known, begin, rules) if more else (None, None, ())
         if found is None or larger is None:
             with one_thread():
@@ -74,13 +84,13 @@ def discover(
             if more:
                 larger, attempts = _next(result, here.present, worth_judging(found, rules), found, known, begin, rules)
         tell(here.step(found, attempts))
+        if larger is None and not result.base_is_adequate:
+            with one_thread():
+                larger = without_idle(here, added(), begin, rules)
         if larger is None:
             break
         here = larger
-    # what took the place of an effect stays: without both there would be neither
-    families = {effect.family for effect in effects} - {None}
-    added = [name for step in steps[1:] for name in step.added if known[name].family not in families]
-    for smaller in smaller_models(here, result, added, begin):
+    for smaller in smaller_models(here, result, added(), begin):
         tell(smaller)
     return tuple(steps)
 

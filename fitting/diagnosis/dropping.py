@@ -2,17 +2,56 @@
 
 A zero of the sensor of length may stand in for an end stop until the end stop is there. What nothing in the data asks
 for any more is dropped: backward elimination, after the forward steps (Miller 2002, Subset Selection in Regression, 3).
+A model that the test rejects keeps what still pays as much as a step must; an adequate one what the test asks for.
 """
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 
 from fitting.diagnosis.candidate_fit import CandidateFit
 from fitting.diagnosis.course import ModelOnTheWay, Step, values_of
 from fitting.diagnosis.diagnose import concluded, one_thread
+from fitting.diagnosis.judging import fitted
 from fitting.diagnosis.search import Search
 from fitting.diagnosis.search_result import SearchResult
+from fitting.diagnosis.step_rules import Fitted, StepRules, denials, denied_sizes, no_gain
 from fitting.least_squares import held_out
 from mckibben_jax.effect import name_of
+
+
+def without_idle(
+    here: ModelOnTheWay, added: Sequence[str], begin: Callable[..., Search], rules: StepRules
+) -> ModelOnTheWay | None:
+    """The model without those of its `added` effects that do not pay any more; None where each of them pays.
+
+    Each must still lower the error on held-out runs by as much as a step must that adds it. The one that is missed
+    least goes first, and the others are asked again. `begin` as in `smaller_models`. Stated sizes that were confined
+    are free again if the smaller model denies none: what made a fit deny them may be gone.
+    """
+    search, gone = here.search, list[str]()
+    left = fitted(search.world, search.base, search)
+    while True:
+        smaller = _least_missed(search, left, [name for name in added if name in left.fit.effects], rules)
+        if smaller is None:
+            break
+        gone += left.fit.effects - smaller.fit.effects
+        left = smaller
+    if not gone:
+        return None
+    present = [effect for effect in here.present if name_of(effect) not in gone]
+    values = values_of(search.world, left.fit.vector)
+    free = begin(present, values, False)
+    if not free.base.confined and denied_sizes(denials(free.world, free.base, rules)):
+        free = begin(present, values, left.fit.confined)
+    freed = left.fit.confined and not free.base.confined
+    return ModelOnTheWay((), present, free, dropped=tuple(gone), freed=freed)
+
+
+def _least_missed(search: Search, whole: Fitted, names: Iterable[str], rules: StepRules) -> Fitted | None:
+    """Of a model without one of these effects, that which predicts held-out runs best where the effect does not pay."""
+    sets = [whole.fit.effects - {name} for name in names]
+    fits = [search.world.settled(effects, whole.fit.vector) for effects in sets if not search.world.lacking(effects)]
+    idle = [smaller for fit in fits if no_gain(smaller := fitted(search.world, fit, search), whole, rules, False)]
+    return min(idle, key=lambda smaller: smaller.held_out_rmse, default=None)
 
 
 def smaller_models(

@@ -27,7 +27,8 @@ class StepRules:
     known: float = 1.0  # standard errors that a value must reach: a smaller one may as well be zero
     spare: int = 5  # readings more than fitted numbers; as for any verdict
     rounding: float = 1e-6  # relative, of an error in sample that counts as the same
-    steps: int = 6  # most of them; measured muscles ask for three or four
+    steps: int = 6  # most of them whose effects stand; measured muscles ask for three or four
+    longest: int = 12  # most of them in all, with those whose effects were dropped again; chosen
     pairs: int = 8  # of effects that are tried together where none is kept alone
 
 
@@ -69,7 +70,7 @@ def objections(
         *_rising(before, after, rules, before if alike is None else alike),
         *_few(after, rules),
         *_bounds(before, after, rules),
-        *_denials(after, rules),
+        *denials(after.world, after.fit, rules),
         *_unknown(before, after, rules, adequate),
     )
     return (*unsound, Objection(poor)) if poor else unsound
@@ -112,12 +113,10 @@ def _is_absent(model: Fitted, name: str) -> bool:
     return bool(model.fit.vector[layout.at([name])[0]] == layout.entry(name).lower == 0.0)
 
 
-def _denials(after: Fitted, rules: StepRules) -> tuple[Objection, ...]:
-    """Stated sizes from which the larger model is too far, however far the smaller one was from them."""
+def denials(world: Universe, fit: CandidateFit, rules: StepRules) -> tuple[Objection, ...]:
+    """Stated sizes from which a model is too far, however far a smaller one was from them."""
     return tuple(
-        Objection(Fault.DENIES, name, z)
-        for name, z in after.world.from_stated(after.fit).items()
-        if abs(z) > rules.denied
+        Objection(Fault.DENIES, name, z) for name, z in world.from_stated(fit).items() if abs(z) > rules.denied
     )
 
 

@@ -42,12 +42,14 @@ def discover_task(
             before = tasks[-1]
             there = confined(before.experiments) if step.held else before.experiments
             held = step.held or before.held
+            if step.freed:
+                there, held = task.experiments, task.held
             tasks.append(replace(task.with_effects(with_effects(kept, new)), experiments=there, held=held))
         label, added = ("", step.added) if stages else (step.effect, ())
         errors = step.rmse, step.held_out_rmse
         stages.append(
             Stage(label, *errors, step.verdict, _compared(tasks[-1], step), step.attempts, step.held, added,
-                  step.dropped, step.diagnosis.is_strained, step.diagnosis, step.diagnosis.p_value)
+                  step.dropped, step.diagnosis.is_strained, step.diagnosis, step.diagnosis.p_value, step.freed)
         )  # fmt: skip
         shown(stages[-1])
 

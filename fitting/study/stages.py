@@ -18,8 +18,8 @@ class Stage:
     `comparison` is this model beside the data, where it was fitted to all of them; `diagnosis` is what was missing from
     it, where it was diagnosed itself; `p_value` is of the test that nothing is missing from it, where that was tested.
     `attempts` are the larger models that a discovery tried after this one and did not keep; `held` are stated sizes of
-    the muscle that it holds since this step. `strained`: instruments explain its misfit only by errors far beyond their
-    accuracy.
+    the muscle that it holds since this step; `freed` says that it holds none any more. `strained`: instruments explain
+    its misfit only by errors far beyond their accuracy.
     """
 
     label: str
@@ -34,6 +34,7 @@ class Stage:
     strained: bool = False
     diagnosis: Diagnosis | None = field(default=None, compare=False, repr=False)
     p_value: float | None = None
+    freed: bool = False
 
     @property
     def residual(self) -> np.ndarray | None:

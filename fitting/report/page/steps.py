@@ -11,7 +11,7 @@ from fitting.report.page.names import PageNames
 from fitting.report.page.parts import Grid, Line, Section
 from fitting.report.pictures.fall import fall_html
 from fitting.report.text.amounts import amount
-from fitting.report.text.attempts import held_text, why_not_kept
+from fitting.report.text.attempts import freed_text, held_text, why_not_kept
 from fitting.report.text.diagnosis import effect_set
 from fitting.report.text.path import blamed_on_the_way, path_texts
 from fitting.report.text.side_by_side import MEASURED
@@ -69,7 +69,7 @@ def fall(
     words += (
         *blamed_on_the_way(stages),
         *path_texts(stages),
-        *(line for s in shown for line in (*held_text(s.held), *dropped_text(s))),
+        *(line for s in shown for line in (*held_text(s.held), *dropped_text(s), *freed_text(s.freed))),
     )
     folded = tuple(_attempts(stage, c.unit) for stage in shown if stage.attempts)
     return Section(

@@ -31,6 +31,11 @@ def held_text(names: Sequence[str]) -> list[str]:
     ]
 
 
+def freed_text(freed: bool) -> list[str]:
+    """That no stated size is confined any more, which an earlier step has said."""
+    return ["Without that no stated size is denied: all are free again."] if freed else []
+
+
 def strained_text(strained: bool) -> list[str]:
     """Why effects are still tried where instruments explain the misfit."""
     if not strained:

@@ -22,9 +22,10 @@ def dropped_text(stage: Stage) -> list[str]:
     """Why an effect is taken out again; nothing to say where none was, or where another took its place."""
     if stage.added or not stage.dropped:
         return []
+    them = "them" if len(stage.dropped) > 1 else "it"
     return [
-        f"Beside what was added later, nothing in the data asks for {marked(stage.dropped)}: without it the test finds "
-        "nothing missing, and held-out runs are predicted as well, beyond what instruments can make of them."
+        f"Beside what was added later, nothing in the data asks for {marked(stage.dropped)}: without {them} held-out "
+        "runs are predicted as well, beyond what instruments can make of them, or worse by less than a step must gain."
     ]
 
 

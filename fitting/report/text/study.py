@@ -8,7 +8,7 @@ from rich.text import Text
 from fitting.recordings.records import Experiment, NoiseSource
 from fitting.report.settings import LAYOUT
 from fitting.report.text.amounts import amount
-from fitting.report.text.attempts import attempts_text, held_text, strained_text
+from fitting.report.text.attempts import attempts_text, freed_text, held_text, strained_text
 from fitting.report.text.layout import columns, line, lines, spaced
 from fitting.report.text.stages import dropped_text, stage_text, stage_verdict
 from fitting.report.text.stated_sizes import confined_texts
@@ -58,6 +58,6 @@ def step_report(stage: Stage, unit: str = "N") -> list[RenderableType]:
     """One step of a discovery, told as soon as it is made."""
     held_out = f"on held-out runs {amount(stage.held_out_rmse, unit)}"
     words = f"{stage_text(stage)}: {amount(stage.rmse, unit)}, {held_out}; {stage_verdict(stage)}"
-    told = [*dropped_text(stage), *held_text(stage.held), *strained_text(stage.strained)]
+    told = [*dropped_text(stage), *held_text(stage.held), *freed_text(stage.freed), *strained_text(stage.strained)]
     told += attempts_text(stage.attempts, unit)
     return [line("STEP", words, "bold"), *lines("", told)]
