@@ -10,6 +10,7 @@ import jax
 import numpy as np
 import pytest
 from click.testing import CliRunner
+from hidden import simulator
 from small_muscle import loops, surface, write
 from studied import spring_missing
 
@@ -18,10 +19,10 @@ from fitting.diagnosis import discover as discovering
 from fitting.diagnosis import judging
 from fitting.diagnosis.among_all import fit_from_smaller
 from fitting.diagnosis.discover import discover, proposals, worth_judging
-from fitting.diagnosis.findings import Fault, InstrumentAnswer
-from fitting.diagnosis.judging import ends_of, first_sound
+from fitting.diagnosis.findings import Fault, InstrumentAnswer, Objection
+from fitting.diagnosis.judging import Judged, ends_of, first_sound
 from fitting.diagnosis.lay_out import universe
-from fitting.diagnosis.outcomes import Reason, Why
+from fitting.diagnosis.outcomes import NOTHING_MISSING, Reason, Why
 from fitting.diagnosis.record import Explanation, Leading
 from fitting.diagnosis.step_rules import RULES
 from fitting.instruments.sources import ErrorKind, Source
@@ -39,6 +40,7 @@ from mckibben_jax.effects import (
     LinearSpring,
     TextileFriction,
     Tip,
+    Weight,
 )
 from mckibben_jax.parameter import parameter
 
@@ -99,6 +101,65 @@ def test_what_is_not_kept_says_why(measured):
     for attempt in attempts:
         if "bladder_mooney_rivlin" in attempt.effects:
             assert {w.reason for w in attempt.why} & {Fault.BOUND, Fault.UNKNOWN, Fault.NO_GAIN}
+
+
+def judged(name, gain_is_hidden):
+    """A model with one effect more against which only its gain speaks, if anything."""
+    end = SimpleNamespace(
+        fit=SimpleNamespace(vector=np.zeros(0), confined=False, free=()), rmse=1.0, held_out_rmse=1.0,
+        left_out=np.ones(4), groups=np.arange(4), beyond=lambda: np.array([0.4, 0.5, 0.6, 0.5]),
+    )  # fmt: skip
+    smaller = SimpleNamespace(beyond=lambda: np.ones(4), groups=np.arange(4))
+    return Judged((name,), end, smaller, (), (Objection(Fault.NO_GAIN),) if gain_is_hidden else ())
+
+
+@pytest.mark.parametrize(
+    ("hidden", "tiers", "adequate", "taken"),
+    [
+        ({"tip"}, [], {"tip"}, ("tip",)),  # the verdict names it, and at first sight it gains nothing
+        ({"tip"}, [[("tip",)]], {"tip"}, ("tip",)),
+        ({"tip"}, [[("tip",)], [("weight",)]], {"tip"}, ("weight",)),  # what is seen to gain comes before it
+        ({"tip"}, [[("tip",)]], set(), None),
+    ],
+    ids=["not looked at", "alone", "beside a plain gain", "not adequate"],
+)
+def test_what_is_missing_is_added_though_its_gain_hides_behind_instruments(hidden, tiers, adequate, taken, monkeypatch):
+    """Else a discovery would end with the verdict that it is missing, and not add it."""
+    monkeypatch.setattr(discovering, "judge", lambda _, __, names, *___: judged(names[0], names[0] in hidden))
+    monkeypatch.setattr(discovering, "fitted", lambda *_: judged("before", False).alike)
+    monkeypatch.setattr(discovering, "objections", lambda *_: ())
+    world = SimpleNamespace(settings=SimpleNamespace(workers=1), layout=SimpleNamespace(names=()))
+    tried = [SimpleNamespace(effects=(name,), adequate=name in adequate) for name in ("tip", "weight")]
+    told = SimpleNamespace(tried=tried, explanations=(("tip",),))
+    known = {"tip": Tip(), "weight": Weight()}
+    begin = lambda *_: SimpleNamespace(world=world, base=None)  # noqa: E731
+    here = SimpleNamespace(world=world, base=None)
+    larger, attempts = discovering._next(here, [IdealCylinder()], tiers, told, known, begin, RULES)
+    assert (larger and larger.added) == taken
+    assert taken not in [attempt.effects for attempt in attempts]
+
+
+@pytest.mark.slow
+def test_what_stood_in_for_four_effects_is_gone_in_the_end(tmp_path):
+    """Rubber, a compliant rig, a tip and a constant friction are hidden behind erring instruments at once.
+
+    A spring in parallel and conical ends are added on the way, and are dropped again.
+    """
+    hidden = {"bladder_neo_hookean": {"G": 3e5}, "series_compliance": {"k_s": 2e5}, "tip": {"k": 1.15},
+              "constant_friction": {"F_c": 6.0}}  # fmt: skip
+    truth = simulator.Truth(simulator.Muscle(), simulator.with_baseline(**hidden))
+    recording = simulator.loops(
+        truth, noise=simulator.COLOURED, seed=3, samples=400, pressures=(1e5, 2e5, 3e5, 4e5), speeds=(0.01,),
+        instruments=simulator.LABORATORY,
+    )  # fmt: skip
+    errors = {"radius": 1e-4, "braid_angle": 0.01, "length": 1e-3}
+    muscle = simulator.dataset(truth, [recording], "Four", simulator.COLOURED, 3, **errors)
+    experiment = read_experiment(simulator.write(muscle, tmp_path / "four", say_accuracy=True))
+    steps = discover([experiment], BASE)
+    left = {name for step in steps for name in step.added if not any(name in later.dropped for later in steps)}
+    assert left == {"baseline", *hidden}
+    assert any(step.dropped and not step.added for step in steps)
+    assert steps[-1].verdict in NOTHING_MISSING
 
 
 # ------------------------------------------------------------------------ a larger model cannot do worse than one in it

@@ -115,3 +115,16 @@ def test_a_fit_in_which_nothing_varies_has_no_errors(folder):
     found = fit([with_accuracy(folder, gain=0.05)], [IdealCylinder(), ForceOffset()], fix=["force_offset.F_off"])
     assert found.free == ()
     assert rests_on_instruments(found) == {}
+
+
+def test_a_parameter_that_changes_next_to_nothing_has_no_error_and_leaves_the_others_theirs():
+    """Squares of what it would have are no numbers any more; nothing is written of that to the terminal."""
+    random = np.random.default_rng(0)
+    data, rows = random.standard_normal((100, 3)), 1e12 * random.standard_normal(100)
+    data[:, 1] *= 1e-146
+    others, cluster = [0, 2], np.repeat(np.arange(10), 10)
+    plain, robust = covariances(data, rows, np.zeros((0, 3)), cluster)
+    assert not np.isfinite(robust[1, 1])
+    alone, robust_alone = covariances(data[:, others], rows, np.zeros((0, 2)), cluster)
+    np.testing.assert_allclose(np.diag(plain)[others], np.diag(alone), rtol=0.02)  # one degree of freedom fewer
+    np.testing.assert_allclose(np.diag(robust)[others], np.diag(robust_alone), rtol=0.05)

@@ -9,14 +9,18 @@ import pytest
 from fitting.diagnosis import step_rules
 from fitting.diagnosis.findings import Fault, Objection
 from fitting.diagnosis.judging import Judged, in_order
-from fitting.diagnosis.step_rules import RULES, Fitted, denied_sizes, objections
+from fitting.diagnosis.step_rules import RULES, Fitted, denied_sizes, gain_is_hidden, objections
 from fitting.problem.estimate import Estimate
 
 
 def model(rmse=10.0, left_out=10.0, bound=(), denied=0.0, values=None, cost=None, readings=100, free=("a.K", "b.L"),
-          confined=False):  # fmt: skip
-    """A fitted model as the rules see it: errors in N, left-out rows of that size with some scatter."""
-    rows = left_out * np.tile([0.9, 1.1], readings // 2)
+          confined=False, beyond=None):  # fmt: skip
+    """A fitted model as the rules see it: errors in N, left-out rows of that size with some scatter.
+
+    `beyond` is their size beyond what instruments can make of them, else the same.
+    """
+    scatter = np.tile([0.9, 1.1], readings // 2)
+    rows = left_out * scatter
     world = SimpleNamespace(
         rmse=lambda rows: float(np.sqrt(np.mean(np.square(rows)))),
         from_stated=lambda fit: {"muscle.radius": denied}, samples=range(readings), values=values or {"K": (5.0, 1.0)},
@@ -25,7 +29,8 @@ def model(rmse=10.0, left_out=10.0, bound=(), denied=0.0, values=None, cost=None
         rows=np.full(readings, rmse), cost=rmse**2 if cost is None else cost, free=free, at_bound=tuple(bound),
         effects=frozenset(["a"]), confined=confined, slopes=np.ones((readings, len(free))),
     )  # fmt: skip
-    return Fitted(world, fit, rows, np.repeat(np.arange(10), readings // 10))
+    hidden = rows if beyond is None else beyond * scatter
+    return Fitted(world, fit, rows, np.repeat(np.arange(10), readings // 10), lambda: hidden)
 
 
 @pytest.fixture(autouse=True)
@@ -114,6 +119,15 @@ def test_the_rule_on_scatter_between_runs():
     rows[before.groups == 0] = 0.0
     rows[before.groups == 1] *= 1.3
     assert [why.reason for why in objections(before, replace(after, left_out=rows))] == [Fault.NO_GAIN]
+
+
+@pytest.mark.parametrize(("beyond", "bound", "hides"), [(5.0, (), True), (10.0, (), False), (5.0, ("a.K",), False)])
+def test_the_rule_on_a_gain_that_hides_behind_errors_of_instruments(beyond, bound, hides):
+    """Load cells whose gain differs from run to run cover it; nothing else may speak against the step."""
+    before, after = model(), model(rmse=5.0, left_out=10.5, beyond=beyond, bound=bound)
+    why = objections(before, after, RULES, adequate=True)
+    assert Fault.NO_GAIN in {objection.reason for objection in why}
+    assert gain_is_hidden(before, after, why, RULES) is hides
 
 
 def test_the_rule_of_a_tenth_is_not_asked_of_what_is_identified():

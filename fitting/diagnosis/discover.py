@@ -9,12 +9,12 @@ from fitting.diagnosis.diagnose import Progress, concluded, library_candidates, 
 from fitting.diagnosis.dropping import smaller_models, without_idle
 from fitting.diagnosis.equivalent import leading_of
 from fitting.diagnosis.findings import Attempt
-from fitting.diagnosis.judging import fitted, in_order, judge
+from fitting.diagnosis.judging import Judged, fitted, in_order, judge
 from fitting.diagnosis.outcomes import NOTHING_MISSING, Reason, Verdict, Why
 from fitting.diagnosis.record import Diagnosis
 from fitting.diagnosis.search import Search
 from fitting.diagnosis.search_result import SearchResult
-from fitting.diagnosis.step_rules import RULES, StepRules, objections
+from fitting.diagnosis.step_rules import RULES, StepRules, gain_is_hidden, objections
 from fitting.problem.varying import Varying
 from fitting.recordings.records import Experiment
 from mckibben_jax.effect import Effect, name_of
@@ -127,24 +127,44 @@ def _next(
     begin: Callable[..., Search],
     rules: StepRules,
 ) -> tuple[ModelOnTheWay | None, tuple[Attempt, ...]]:
-    """The best proposal of the first tier that has one which obeys the rules, and what was tried and does not."""
-    before, attempts = fitted(here.world, here.base, here), list[Attempt]()
+    """The best proposal of the first tier that has one which obeys the rules, and what was tried and does not.
+
+    Where no tier has one, what makes the model adequate is kept if its gain only hides behind errors of instruments:
+    else a discovery would end with the verdict that it is missing.
+    """
+    before, attempts, every = fitted(here.world, here.base, here), list[Attempt](), list[Judged]()
     adequate = {e.effects for e in found.tried if e.adequate}
-    for tier in tiers:
-        judged = lambda names: judge(here, before, names, rules, names in adequate)  # noqa: E731
-        with ThreadPoolExecutor(here.world.settings.workers) as workers:
-            fits = list(workers.map(judged, tier))
-        attempts += [fit.attempt for fit in fits if fit.why]
-        for fit in in_order([t for t in fits if not t.why], rules):
-            left = [effect for effect in present if name_of(effect) not in fit.gone]
-            effects = with_added(left, [known[name] for name in fit.names])
-            larger = begin(effects, values_of(here.world, fit.after.fit.vector), fit.after.fit.confined)
-            after = fitted(larger.world, larger.base, larger)  # its own search may have ended in a lower valley
-            why = objections(before, after, rules, fit.names in adequate, fit.alike)
-            if not why:
-                gone = tuple(each for each in map(name_of, present) if each not in map(name_of, effects))
-                return ModelOnTheWay(fit.names, effects, larger, fit.confined, gone), tuple(attempts)
+
+    def taken(fit: Judged, hidden: bool) -> ModelOnTheWay | None:
+        left = [effect for effect in present if name_of(effect) not in fit.gone]
+        effects = with_added(left, [known[name] for name in fit.names])
+        larger = begin(effects, values_of(here.world, fit.after.fit.vector), fit.after.fit.confined)
+        after = fitted(larger.world, larger.base, larger)  # its own search may have ended in a lower valley
+        why = objections(before, after, rules, fit.names in adequate, fit.alike)
+        if why and not (hidden and gain_is_hidden(before, after, why, rules)):
             attempts.append(Attempt(fit.names, after.rmse, after.held_out_rmse, why))
+            return None
+        gone = tuple(each for each in map(name_of, present) if each not in map(name_of, effects))
+        return ModelOnTheWay(fit.names, effects, larger, fit.confined, gone)
+
+    def judged(tier: Tier) -> list[Judged]:
+        with ThreadPoolExecutor(here.world.settings.workers) as workers:
+            fits = list(workers.map(lambda names: judge(here, before, names, rules, names in adequate), tier))
+        attempts.extend(fit.attempt for fit in fits if fit.why)
+        every.extend(fits)
+        return fits
+
+    for tier in tiers:
+        fits = judged(tier)
+        for fit in in_order([t for t in fits if not t.why], rules):
+            if (larger := taken(fit, hidden=False)) is not None:
+                return larger, tuple(attempts)
+    known_by_now = {fit.names for fit in every}
+    judged([names for names in found.explanations if names in adequate and names not in known_by_now])
+    hide = [t for t in every if t.names in adequate and gain_is_hidden(t.alike, t.after, t.why, rules)]
+    for fit in in_order(hide, rules):
+        if (larger := taken(fit, hidden=True)) is not None:
+            return larger, tuple(each for each in attempts if each.effects != fit.names)
     return None, tuple(attempts)
 
 

@@ -137,4 +137,4 @@ def ends_of(
 def fitted(world: Universe, fit: CandidateFit, search: Search | SearchResult) -> Fitted:
     """A fit with its rows on held-out runs, in the groups of a search."""
     groups = search.examiner.groups
-    return Fitted(world, fit, world.left_out(fit, groups), groups)
+    return Fitted(world, fit, world.left_out(fit, groups), groups, lambda: search.examiner.beyond_instruments(fit))

@@ -1,6 +1,6 @@
 """Whether a model may take the place of a smaller one: what a step of a discovery must do, and what it may not."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -43,6 +43,7 @@ class Fitted:
     fit: CandidateFit
     left_out: np.ndarray
     groups: np.ndarray
+    beyond: Callable[[], np.ndarray]  # gives the same beyond what instruments can make of them
 
     @property
     def rmse(self) -> float:
@@ -78,12 +79,22 @@ def objections(
 
 def no_gain(before: Fitted, after: Fitted, rules: StepRules, adequate: bool) -> Fault | None:
     """Why a step does not pay on held-out runs; None where it does."""
-    fall, error = held_out.difference(before.left_out, after.left_out, before.groups)
-    if not fall > rules.errors * error:
+    if not _falls(before.left_out, after.left_out, before, rules):
         return Fault.NO_GAIN
     if not adequate and after.held_out_rmse > (1 - rules.share) * before.held_out_rmse:
         return Fault.SMALL_GAIN
     return None
+
+
+def gain_is_hidden(before: Fitted, after: Fitted, why: Sequence[Objection], rules: StepRules) -> bool:
+    """Whether nothing speaks against a step but its gain, and that hides behind errors that instruments may make."""
+    only_gain = {objection.reason for objection in why} == {Fault.NO_GAIN}
+    return only_gain and _falls(before.beyond(), after.beyond(), before, rules)
+
+
+def _falls(worse: np.ndarray, better: np.ndarray, model: Fitted, rules: StepRules) -> bool:
+    fall, error = held_out.difference(worse, better, model.groups)
+    return fall > rules.errors * error
 
 
 def _bounds(before: Fitted, after: Fitted, rules: StepRules) -> tuple[Objection, ...]:

@@ -46,6 +46,7 @@ def _by_loops(data: np.ndarray, loops: np.ndarray) -> bool:
     return len(np.unique(loops)) < len(loops) and np.linalg.norm(data, 2) ** 2 > SETTINGS.alone
 
 
+@np.errstate(over="ignore", invalid="ignore")  # of what changes readings by 1e-140 the error is infinite or no number
 def covariances(
     data: np.ndarray,
     rows: np.ndarray,
