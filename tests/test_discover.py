@@ -114,23 +114,23 @@ def judged(name, gain_is_hidden):
 
 
 @pytest.mark.parametrize(
-    ("hidden", "tiers", "adequate", "taken"),
+    ("tiers", "verdict", "taken"),
     [
-        ({"tip"}, [], {"tip"}, ("tip",)),  # the verdict names it, and at first sight it gains nothing
-        ({"tip"}, [[("tip",)]], {"tip"}, ("tip",)),
-        ({"tip"}, [[("tip",)], [("weight",)]], {"tip"}, ("weight",)),  # what is seen to gain comes before it
-        ({"tip"}, [[("tip",)]], set(), None),
+        ([], "missing", ("tip",)),  # at first sight it gains nothing
+        ([[("tip",)]], "missing", ("tip",)),
+        ([[("tip",)], [("weight",)]], "missing", ("weight",)),  # what is seen to gain comes before it
+        ([[("tip",)]], "one of", None),
     ],
-    ids=["not looked at", "alone", "beside a plain gain", "not adequate"],
+    ids=["not looked at", "alone", "beside a plain gain", "one of several"],
 )
-def test_what_is_missing_is_added_though_its_gain_hides_behind_instruments(hidden, tiers, adequate, taken, monkeypatch):
+def test_what_is_missing_is_added_though_its_gain_hides_behind_instruments(tiers, verdict, taken, monkeypatch):
     """Else a discovery would end with the verdict that it is missing, and not add it."""
-    monkeypatch.setattr(discovering, "judge", lambda _, __, names, *___: judged(names[0], names[0] in hidden))
+    monkeypatch.setattr(discovering, "judge", lambda _, __, names, *___: judged(names[0], names[0] == "tip"))
     monkeypatch.setattr(discovering, "fitted", lambda *_: judged("before", False).alike)
     monkeypatch.setattr(discovering, "objections", lambda *_: ())
     world = SimpleNamespace(settings=SimpleNamespace(workers=1), layout=SimpleNamespace(names=()))
-    tried = [SimpleNamespace(effects=(name,), adequate=name in adequate) for name in ("tip", "weight")]
-    told = SimpleNamespace(tried=tried, explanations=(("tip",),))
+    tried = [SimpleNamespace(effects=(name,), adequate=name == "tip") for name in ("tip", "weight")]
+    told = SimpleNamespace(tried=tried, explanations=(("tip",),), verdict=verdict)
     known = {"tip": Tip(), "weight": Weight()}
     begin = lambda *_: SimpleNamespace(world=world, base=None)  # noqa: E731
     here = SimpleNamespace(world=world, base=None)

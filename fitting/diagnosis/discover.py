@@ -129,8 +129,8 @@ def _next(
 ) -> tuple[ModelOnTheWay | None, tuple[Attempt, ...]]:
     """The best proposal of the first tier that has one which obeys the rules, and what was tried and does not.
 
-    Where no tier has one, what makes the model adequate is kept if its gain only hides behind errors of instruments:
-    else a discovery would end with the verdict that it is missing.
+    Where no tier has one, and the verdict is that one set is missing, it is kept if its gain only hides behind errors
+    of instruments: else a discovery would end with that verdict.
     """
     before, attempts, every = fitted(here.world, here.base, here), list[Attempt](), list[Judged]()
     adequate = {e.effects for e in found.tried if e.adequate}
@@ -159,12 +159,11 @@ def _next(
         for fit in in_order([t for t in fits if not t.why], rules):
             if (larger := taken(fit, hidden=False)) is not None:
                 return larger, tuple(attempts)
-    known_by_now = {fit.names for fit in every}
-    judged([names for names in found.explanations if names in adequate and names not in known_by_now])
-    hide = [t for t in every if t.names in adequate and gain_is_hidden(t.alike, t.after, t.why, rules)]
-    for fit in in_order(hide, rules):
-        if (larger := taken(fit, hidden=True)) is not None:
-            return larger, tuple(each for each in attempts if each.effects != fit.names)
+    for names in found.explanations if found.verdict == Verdict.MISSING else ():
+        fit = next((fit for fit in every if fit.names == names), None) or judged([names])[0]
+        hides = gain_is_hidden(fit.alike, fit.after, fit.why, rules)
+        if hides and (larger := taken(fit, hidden=True)) is not None:
+            return larger, tuple(each for each in attempts if each.effects != names)
     return None, tuple(attempts)
 
 
