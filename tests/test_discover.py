@@ -18,6 +18,7 @@ from fitting.cli.main import main
 from fitting.diagnosis import discover as discovering
 from fitting.diagnosis import judging
 from fitting.diagnosis.among_all import fit_from_smaller
+from fitting.diagnosis.course import ModelOnTheWay
 from fitting.diagnosis.discover import discover, proposals, worth_judging
 from fitting.diagnosis.findings import Fault, InstrumentAnswer, Objection
 from fitting.diagnosis.judging import Judged, ends_of, first_sound
@@ -29,7 +30,7 @@ from fitting.instruments.sources import ErrorKind, Source
 from fitting.least_squares.fit import fit
 from fitting.recordings.accuracy import Channel
 from fitting.recordings.experiment import read_experiment
-from mckibben_jax.effect import Pulling
+from mckibben_jax.effect import Pulling, name_of
 from mckibben_jax.effects import (
     BladderMooneyRivlin,
     BladderNeoHookean,
@@ -137,6 +138,41 @@ def test_what_is_missing_is_added_though_its_gain_hides_behind_instruments(tiers
     larger, attempts = discovering._next(here, [IdealCylinder()], tiers, told, known, begin, RULES)
     assert (larger and larger.added) == taken
     assert taken not in [attempt.effects for attempt in attempts]
+
+
+@pytest.mark.parametrize("adequate", [False, True])
+def test_a_rejected_model_is_asked_for_what_does_not_pay_and_the_path_goes_on(adequate, monkeypatch):
+    """Tip, spring, then a weight; the first two go, and after them an end stop comes."""
+    found = SimpleNamespace(rmse=1.0, held_out_rmse=1.0, verdict="missing", p_value=0.001)
+    search = SimpleNamespace(run=lambda: SimpleNamespace(base_is_adequate=adequate), world=None)
+    present, coming = list(BASE), [Tip(), LinearSpring(), Weight(), None, EndStop(), None]
+
+    def larger(*_):
+        new = coming.pop(0)
+        if new is None:
+            return None, ()
+        present.append(new)
+        return ModelOnTheWay((name_of(new),), list(present), search), ()
+
+    def smaller(here, added, *_):
+        idle = ("tip", "linear_spring")
+        if not {*idle} <= {*map(name_of, here.present)}:
+            return None
+        assert added == ["tip", "linear_spring", "weight"]
+        present[:] = [effect for effect in here.present if name_of(effect) not in idle]
+        return ModelOnTheWay((), list(present), search, dropped=idle)
+
+    stubs = {
+        "prepared": lambda *_, **__: search, "concluded": lambda _: found, "_next": larger, "without_idle": smaller,
+        "_plainly": lambda *_: (None, None, ()), "worth_judging": lambda *_: [], "smaller_models": lambda *_: [],
+    }  # fmt: skip
+    for name, stub in stubs.items():
+        monkeypatch.setattr(discovering, name, stub)
+    candidates = [Tip(), LinearSpring(), Weight(), EndStop()]
+    steps = discover([], BASE, candidates=candidates, rules=replace(RULES, steps=4))
+    told = [(step.added, step.dropped) for step in steps]
+    came = [(("baseline",), ()), (("tip",), ()), (("linear_spring",), ()), (("weight",), ())]
+    assert told == came + ([] if adequate else [((), ("tip", "linear_spring")), (("end_stop",), ())])
 
 
 @pytest.mark.slow

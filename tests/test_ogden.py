@@ -7,6 +7,7 @@ from hidden.simulator import Muscle, Noise, Truth, dataset, loops, with_baseline
 
 from fitting import example_data, read_experiment
 from fitting.diagnosis.diagnose import diagnose
+from fitting.diagnosis.lay_out import universe
 from fitting.least_squares.fit import fit
 from mckibben_jax.effects import (
     BladderMooneyRivlin,
@@ -15,6 +16,7 @@ from mckibben_jax.effects import (
     CoulombFriction,
     IdealCylinder,
     LinearSpring,
+    StrandStretch,
 )
 from mckibben_jax.laws import rubber
 from mckibben_jax.laws.braid import radius_ratio
@@ -74,6 +76,23 @@ def test_two_hoses_of_one_make_have_one_rubber():
     for parameter in ("G", "n"):
         values = [each[f"bladder_ogden.{parameter}"] for each in found.values()]
         assert np.ptp(values) < 0.2 * np.abs(np.mean(values))
+
+
+def test_from_every_start_a_search_comes_through_the_valley_of_modulus_and_exponent():
+    """Beside strands that stretch; damped by each unknown's own curvature two of the four searches gave up."""
+    effects = [BladderOgden(), StrandStretch()]
+    world = universe(
+        [read_experiment(example_data("martens2017_dmsp10"))], [IdealCylinder(), CoulombFriction()], effects
+    )
+    names = ["bladder_ogden", "strand_stretch"]
+    chosen = world.with_added(names)
+    free = world.free(chosen)
+    subset = world.subset(chosen, world.layout.at(free), world.start)
+    starts = list(world._starts(subset, free, world.start, names))
+    ends = [world.searched(subset, place) for place in starts]
+    assert len(starts) >= 4
+    assert all(end.ends.converged[0] for end in ends)
+    np.testing.assert_allclose([end.cost for end in ends], min(float(end.cost) for end in ends), rtol=1e-3)
 
 
 def test_a_wall_that_soon_stops_resisting_more_is_named_among_walls(tmp_path):
