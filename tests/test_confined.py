@@ -3,6 +3,7 @@
 import json
 import shutil
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -10,12 +11,17 @@ from click.testing import CliRunner
 from folders import folder_of, loop_columns, model_beside, table
 
 from fitting.cli.main import main
+from fitting.diagnosis.course import Step
 from fitting.least_squares.uncertainty import beside_stated, covariances
 from fitting.model_files.model_file import read_model
 from fitting.model_files.writer import model_text
 from fitting.problem.estimate import ParameterState
+from fitting.report.text.layout import console
+from fitting.report.text.study import step_report
+from fitting.study import discovering
 from fitting.study.request import Request
 from fitting.study.task import fit_task, task_of
+from mckibben_jax.effects import LinearSpring
 
 DATA = Path(__file__).parents[1] / "data"
 
@@ -29,6 +35,14 @@ def held(folder, state="fixed", **sizes):
 @pytest.fixture
 def folder(tmp_path):
     return folder_of(tmp_path, table(loop_columns()))
+
+
+def text_of(shown):
+    out = console()
+    with out.capture() as captured:
+        for thing in shown:
+            out.print(thing)
+    return " ".join(captured.get().split())
 
 
 def ranges(task, name):
@@ -60,6 +74,32 @@ def test_a_size_that_was_measured_badly_is_not_taken_for_one_that_may_not_be_den
     assert entry.upper - entry.lower < 4 * 12e-3
     assert not entry.is_confined
     assert held(folder)().layout.entry("muscle.radius").is_confined
+
+
+@pytest.mark.parametrize("freed", [False, True])
+def test_what_a_discovery_confined_on_the_way_it_may_set_free_again(folder, freed, monkeypatch):
+    """Once the effect is dropped that made a fit deny it."""
+    task = task_of(Request(data=(str(folder),), baseline=True))
+    values = fit_task(task).values
+    told = SimpleNamespace(baseline=SimpleNamespace(values=values), is_strained=False, p_value=0.5)
+    path = [
+        Step(("baseline",), 3.0, 3.0, "missing", told),
+        Step(("linear_spring",), 2.0, 2.0, "missing", told, held=("muscle.radius",)),
+        Step((), 1.0, 1.0, "missing", told, dropped=("linear_spring",), freed=freed),
+    ]
+
+    def discovered(*_, on_step, **__):
+        for step in path:
+            on_step(step)
+        return path
+
+    monkeypatch.setattr(discovering, "discover", discovered)
+    found = discovering.discover_task(task, [LinearSpring()], lambda *_: None)
+    assert found.task.held == (() if freed else ("muscle.radius",))
+    assert found.task.experiments[0].is_confined is not freed
+    assert [stage.freed for stage in found.stages] == [False, False, freed]
+    shown = text_of(step_report(found.stages[-1]))
+    assert ("all are free again" in shown) is freed
 
 
 def test_what_was_fitted_and_what_lies_outside_confine_nothing(folder):
