@@ -175,6 +175,23 @@ def test_a_rejected_model_is_asked_for_what_does_not_pay_and_the_path_goes_on(ad
     assert told == came + ([] if adequate else [((), ("tip", "linear_spring")), (("end_stop",), ())])
 
 
+def test_what_was_dropped_is_not_added_again_and_again(monkeypatch):
+    """A path that came back to a model that it had would go on in circles."""
+    found = SimpleNamespace(rmse=1.0, held_out_rmse=1.0, verdict="missing", p_value=0.001)
+    search = SimpleNamespace(run=lambda: SimpleNamespace(base_is_adequate=False), world=None)
+    with_tip = ModelOnTheWay(("tip",), [*BASE, Tip()], search)
+    stubs = {
+        "prepared": lambda *_, **__: search, "concluded": lambda _: found, "worth_judging": lambda *_: [],
+        "_next": lambda _, present, *__: (with_tip if len(present) == len(BASE) else None, ()),
+        "without_idle": lambda here, *_: ModelOnTheWay((), list(BASE), search, dropped=("tip",)) if here is with_tip
+        else None, "_plainly": lambda *_: (None, None, ()), "smaller_models": lambda *_: [],
+    }  # fmt: skip
+    for name, stub in stubs.items():
+        monkeypatch.setattr(discovering, name, stub)
+    steps = discover([], BASE, candidates=[Tip()])
+    assert [(step.added, step.dropped) for step in steps] == [(("baseline",), ()), (("tip",), ()), ((), ("tip",))]
+
+
 @pytest.mark.slow
 def test_what_stood_in_for_four_effects_is_gone_in_the_end(tmp_path):
     """Rubber, a compliant rig, a tip and a constant friction are hidden behind erring instruments at once.

@@ -12,7 +12,7 @@ from fitting.diagnosis import dropping
 from fitting.diagnosis.course import ModelOnTheWay
 from fitting.diagnosis.diagnose import prepared
 from fitting.diagnosis.dropping import _does_as_well, not_needed, smaller_models, without_idle
-from fitting.diagnosis.step_rules import RULES
+from fitting.diagnosis.step_rules import RULES, Fitted
 from fitting.recordings.experiment import read_experiment
 from fitting.report.results import steps_result
 from fitting.report.text.path import path_result
@@ -61,6 +61,25 @@ def test_what_does_not_pay_beside_what_came_later_goes_and_what_pays_stays(begin
     assert left.search.base.effects == search.base.effects - {"tip"}
     assert not left.freed  # nothing was confined
     assert without_idle(left, ["tip", "linear_spring"], begin, RULES) is None
+
+
+def test_two_that_pay_only_together_stay(begin, monkeypatch):
+    """Each lowers the held-out error by less than a step must, both together by more."""
+    search = begin(EFFECTS)
+    errors = {2: 1.0, 3: 1.1, 4: 1.2}  # by how many of the two are missing
+    scatter = np.repeat([0.99, 1.01], 50)
+
+    def stub(world, fit, _):
+        missing = len({"tip", "linear_spring"} - fit.effects)
+        rows = errors[2 + missing] * scatter
+        return Fitted(world, fit, rows, np.repeat(np.arange(10), 10), lambda: rows)
+
+    monkeypatch.setattr(dropping, "fitted", stub)
+    monkeypatch.setattr(Fitted, "held_out_rmse", property(lambda self: float(np.sqrt(np.mean(self.left_out**2)))))
+    model = ModelOnTheWay((), EFFECTS, search)
+    left = without_idle(model, ["tip", "linear_spring"], begin, RULES)
+    assert left is not None
+    assert len(left.dropped) == 1
 
 
 def test_sizes_are_free_again_once_what_denied_them_is_gone(begin):

@@ -56,7 +56,7 @@ def discover(
             start=start, confine=confine,
         )  # fmt: skip
 
-    steps: list[Step] = []
+    steps, seen = list[Step](), list[frozenset[str]]()
 
     def tell(step: Step) -> None:
         steps.append(step)
@@ -69,9 +69,11 @@ def discover(
     def added() -> list[str]:
         return [name for step in steps[1:] for name in step.added if known[name].family not in families]
 
+    def names_of(model: ModelOnTheWay) -> frozenset[str]:
+        return frozenset(name_of(effect) for effect in model.present)
+
     def standing(model: ModelOnTheWay) -> int:
-        present = {name_of(effect) for effect in model.present}
-        return sum(not present.isdisjoint(step.added) for step in (*steps, model))
+        return sum(not names_of(model).isdisjoint(step.added) for step in (*steps, model))
 
     here = ModelOnTheWay(("baseline",), list(effects), begin(effects, start))
     while True:
@@ -84,6 +86,9 @@ def discover(
             if more:
                 larger, attempts = _next(result, here.present, worth_judging(found, rules), found, known, begin, rules)
         tell(here.step(found, attempts))
+        seen.append(names_of(here))
+        if larger is not None and names_of(larger) in seen:  # what was dropped from it is not added again
+            larger = None
         if larger is None and not result.base_is_adequate:
             with one_thread():
                 larger = without_idle(here, added(), begin, rules)

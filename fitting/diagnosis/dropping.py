@@ -23,15 +23,16 @@ def without_idle(
 ) -> ModelOnTheWay | None:
     """The model without those of its `added` effects that do not pay any more; None where each of them pays.
 
-    Each must still lower the error on held-out runs by as much as a step must that adds it. The one that is missed
-    least goes first, and the others are asked again. `begin` as in `smaller_models`. Stated sizes that were confined
+    Each must still lower the error on held-out runs by as much as a step must that adds it, and so must those together
+    that go: two of which neither pays alone may pay as a pair. The one that is missed least goes first, and the others
+    are asked again. `begin` as in `smaller_models`. Stated sizes that were confined
     are free again if the smaller model denies none: what made a fit deny them may be gone.
     """
     search, gone = here.search, list[str]()
-    left = fitted(search.world, search.base, search)
+    left = whole = fitted(search.world, search.base, search)
     while True:
         smaller = _least_missed(search, left, [name for name in added if name in left.fit.effects], rules)
-        if smaller is None:
+        if smaller is None or not no_gain(smaller, whole, rules, False):
             break
         gone += left.fit.effects - smaller.fit.effects
         left = smaller
