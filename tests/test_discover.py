@@ -175,6 +175,24 @@ def test_a_rejected_model_is_asked_for_what_does_not_pay_and_the_path_goes_on(ad
     assert told == came + ([] if adequate else [((), ("tip", "linear_spring")), (("end_stop",), ())])
 
 
+def test_a_model_from_which_something_was_dropped_is_not_asked_once_more(monkeypatch):
+    """Beside it as it is now each of the others may pay a little less than a step must, one after another."""
+    found = SimpleNamespace(rmse=1.0, held_out_rmse=1.0, verdict="missing", p_value=0.001)
+    search = SimpleNamespace(run=lambda: SimpleNamespace(base_is_adequate=False), world=None)
+    coming = [ModelOnTheWay(("tip",), [*BASE, Tip()], search)]
+    gone = iter(
+        [ModelOnTheWay((), list(BASE), search, dropped=("tip",)), ModelOnTheWay((), [], search, dropped=("b",))]
+    )
+    stubs = {
+        "prepared": lambda *_, **__: search, "concluded": lambda _: found, "worth_judging": lambda *_: [],
+        "_next": lambda *_: (coming.pop() if coming else None, ()), "without_idle": lambda *_: next(gone),
+        "_plainly": lambda *_: (None, None, ()), "smaller_models": lambda *_: [],
+    }  # fmt: skip
+    for name, stub in stubs.items():
+        monkeypatch.setattr(discovering, name, stub)
+    assert [step.dropped for step in discover([], BASE, candidates=[Tip()])] == [(), (), ("tip",)]
+
+
 def test_what_was_dropped_is_not_added_again_and_again(monkeypatch):
     """A path that came back to a model that it had would go on in circles."""
     found = SimpleNamespace(rmse=1.0, held_out_rmse=1.0, verdict="missing", p_value=0.001)

@@ -89,7 +89,7 @@ def discover(
         seen.append(names_of(here))
         if larger is not None and names_of(larger) in seen:  # what was dropped from it is not added again
             larger = None
-        if larger is None and not result.base_is_adequate:
+        if larger is None and here.added and not result.base_is_adequate:  # once: step by step all would go
             with one_thread():
                 larger = without_idle(here, added(), begin, rules)
         if larger is None:
