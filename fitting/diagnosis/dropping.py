@@ -25,8 +25,8 @@ def without_idle(
 
     Each must still lower the error on held-out runs by as much as a step must that adds it, and so must those together
     that go: two of which neither pays alone may pay as a pair. The one that is missed least goes first, and the others
-    are asked again. `begin` as in `smaller_models`. Stated sizes that were confined
-    are free again if the smaller model denies none: what made a fit deny them may be gone.
+    are asked again. `begin` as in `smaller_models`. Stated sizes that were confined are free again if the smaller model
+    denies none: what made a fit deny them may be gone.
     """
     search, gone = here.search, list[str]()
     left = whole = fitted(search.world, search.base, search)

@@ -33,7 +33,7 @@ def held_text(names: Sequence[str]) -> list[str]:
 
 def freed_text(freed: bool) -> list[str]:
     """That no stated size is confined any more, which an earlier step has said."""
-    return ["Without that no stated size is denied: all are free again."] if freed else []
+    return ["Without what was dropped no fit denies a stated size: all are free again."] if freed else []
 
 
 def strained_text(strained: bool) -> list[str]:
