@@ -32,7 +32,7 @@ TWO = tuple(combinations(("bladder_neo_hookean", "end_stop", "pressure_drop", "t
 
 @dataclass(frozen=True)
 class Course:
-    """One path: what was hidden, what each step added, its error in N, and the verdict on the last model."""
+    """One path: what was hidden, what each step added and dropped, its error in N, and the verdict in the end."""
 
     hidden: tuple[str, ...]
     number: int
@@ -40,17 +40,15 @@ class Course:
     rmse: tuple[float, ...]
     p_values: tuple[float, ...]  # of every model on the path
     verdict: str
-    dropped: tuple[str, ...] = ()  # in the end
+    dropped: tuple[tuple[str, ...], ...]
 
     @property
     def last(self) -> set[str]:
-        """What the last model has beside what it began with: of two rivals the later one."""
-        from mckibben_jax.effect import name_of
-        from mckibben_jax.effects import LIBRARY
-
-        families = {name_of(kind): kind.family or name_of(kind) for kind in LIBRARY}
-        latest = {families[name]: name for names in self.added for name in names}
-        return set(latest.values()) - set(self.dropped)
+        """What the last model has beside what it began with."""
+        here = set[str]()
+        for names, dropped in zip(self.added, self.dropped, strict=True):
+            here = here - set(dropped) | set(names)
+        return here
 
     @property
     def spurious(self) -> tuple[str, ...]:
@@ -65,10 +63,10 @@ class Course:
     def _beyond(self) -> list[tuple[tuple[str, ...], float]]:
         """Every addition to a complete model, and the p-value of that model."""
         here, found = set[str](), []
-        for names, p in zip(self.added, self.p_values, strict=False):
+        for names, dropped, p in zip(self.added, self.dropped, self.p_values, strict=False):
             if names and set(self.hidden) <= here:
                 found.append((names, p))
-            here |= set(names)
+            here = here - set(dropped) | set(names)
         return found
 
     @property
@@ -104,7 +102,7 @@ def path_of(hidden: Sequence[str], number: int, protocol: str = "rich") -> Cours
     return Course(
         tuple(hidden), number, tuple(step.added for step in steps[1:]), tuple(step.rmse for step in steps),
         tuple(step.diagnosis.p_value for step in steps), str(steps[-1].verdict),
-        tuple(name for step in steps for name in step.dropped),
+        tuple(step.dropped for step in steps[1:]),
     )  # fmt: skip
 
 
