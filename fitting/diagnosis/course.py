@@ -30,6 +30,7 @@ class Step:
     held: tuple[str, ...] = ()  # stated sizes of the muscle that are confined since this step
     dropped: tuple[str, ...] = ()
     freed: bool = False  # no stated size is confined any more
+    exchanged: bool = False  # what was added explains far more than what was dropped for it
 
     @property
     def effect(self) -> str:
@@ -53,11 +54,12 @@ class ModelOnTheWay:
     held: tuple[str, ...] = ()
     dropped: tuple[str, ...] = ()
     freed: bool = False
+    exchanged: bool = False
 
     def step(self, found: Diagnosis, attempts: tuple[Attempt, ...] = ()) -> Step:
         """The step that ends at this model."""
-        errors = found.rmse, found.held_out_rmse
-        return Step(self.added, *errors, found.verdict, found, attempts, self.held, self.dropped, self.freed)
+        errors, how = (found.rmse, found.held_out_rmse), (self.held, self.dropped, self.freed, self.exchanged)
+        return Step(self.added, *errors, found.verdict, found, attempts, *how)
 
 
 def values_of(world: Universe, vector: np.ndarray) -> dict[str, float]:

@@ -8,6 +8,7 @@ from fitting.diagnosis.course import ModelOnTheWay, OnStep, Step, values_of
 from fitting.diagnosis.diagnose import Progress, concluded, library_candidates, one_thread, prepared
 from fitting.diagnosis.dropping import smaller_models, without_idle
 from fitting.diagnosis.equivalent import leading_of
+from fitting.diagnosis.exchanging import exchanged
 from fitting.diagnosis.findings import Attempt
 from fitting.diagnosis.judging import Judged, fitted, in_order, judge
 from fitting.diagnosis.outcomes import NOTHING_MISSING, Reason, Verdict, Why
@@ -42,7 +43,8 @@ def discover(
     Whatever the verdict, an effect that leads is added; two at once only where neither is kept alone. Every fit begins
     at the optimum of the model before, so that no step raises the error. Where a step denies a stated size, all stated
     sizes are confined to what was stated (`stated_sizes`) from that step on. In the end, what does not pay any more
-    beside what was added later, or what an adequate model does not need, is dropped.
+    beside what was added later, or what an adequate model does not need, is dropped; what another effect explains far
+    better is exchanged for that.
     `candidates` as in `diagnose`; `start` gives values (SI, by full name) that were fitted before; `on_step` is called
     with every step as soon as it is made, with all that was tried after it.
     """
@@ -92,6 +94,11 @@ def discover(
         if larger is None and here.added and not result.base_is_adequate:  # once: step by step all would go
             with one_thread():
                 larger = without_idle(here, added(), begin, rules)
+        if larger is None and len(steps) < rules.longest:
+            with one_thread():
+                larger = exchanged(here, added(), known, begin, rules)
+            if larger is not None and names_of(larger) in seen:
+                larger = None
         if larger is None:
             break
         here = larger

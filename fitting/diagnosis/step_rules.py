@@ -67,14 +67,21 @@ def objections(
     identified however little it removes: the tenth is not asked for, and one known parameter of an effect is enough.
     """
     poor = no_gain(before, after, rules, adequate)
-    unsound = (
+    others = unsound(before, after, rules, adequate, alike)
+    return (*others, Objection(poor)) if poor else others
+
+
+def unsound(
+    before: Fitted, after: Fitted, rules: StepRules = RULES, adequate: bool = False, alike: Fitted | None = None
+) -> tuple[Objection, ...]:
+    """Every reason against a model beside another, but that it does not pay on held-out runs; as `objections`."""
+    return (
         *_rising(before, after, rules, before if alike is None else alike),
         *_few(after, rules),
         *_bounds(before, after, rules),
         *denials(after.world, after.fit, rules),
         *_unknown(before, after, rules, adequate),
     )
-    return (*unsound, Objection(poor)) if poor else unsound
 
 
 def no_gain(before: Fitted, after: Fitted, rules: StepRules, adequate: bool) -> Fault | None:

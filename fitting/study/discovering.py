@@ -49,7 +49,8 @@ def discover_task(
         errors = step.rmse, step.held_out_rmse
         stages.append(
             Stage(label, *errors, step.verdict, _compared(tasks[-1], step), step.attempts, step.held, added,
-                  step.dropped, step.diagnosis.is_strained, step.diagnosis, step.diagnosis.p_value, step.freed)
+                  step.dropped, step.diagnosis.is_strained, step.diagnosis, step.diagnosis.p_value, step.freed,
+                  step.exchanged)
         )  # fmt: skip
         shown(stages[-1])
 

@@ -19,7 +19,8 @@ class Stage:
     it, where it was diagnosed itself; `p_value` is of the test that nothing is missing from it, where that was tested.
     `attempts` are the larger models that a discovery tried after this one and did not keep; `held` are stated sizes of
     the muscle that it holds since this step; `freed` says that it holds none any more. `strained`: instruments explain
-    its misfit only by errors far beyond their accuracy.
+    its misfit only by errors far beyond their accuracy. `exchanged`: what was added explains far more than what was
+    dropped for it.
     """
 
     label: str
@@ -35,6 +36,7 @@ class Stage:
     diagnosis: Diagnosis | None = field(default=None, compare=False, repr=False)
     p_value: float | None = None
     freed: bool = False
+    exchanged: bool = False
 
     @property
     def residual(self) -> np.ndarray | None:

@@ -19,7 +19,12 @@ def stage_verdict(stage: Stage) -> str:
 
 
 def dropped_text(stage: Stage) -> list[str]:
-    """Why an effect is taken out again; nothing to say where none was, or where another took its place."""
+    """Why an effect is taken out again; nothing to say where none was, or where a relative took its place."""
+    if stage.exchanged:
+        return [
+            f"Beside what was added later, {marked(stage.added)} explains the readings far better than "
+            f"{marked(stage.dropped)}, with no more parameters."
+        ]
     if stage.added or not stage.dropped:
         return []
     them = "them" if len(stage.dropped) > 1 else "it"

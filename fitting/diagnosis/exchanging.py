@@ -1,0 +1,82 @@
+"""Whether another effect explains the readings far better in the place of one that was added early.
+
+What is added first has to explain alone what several effects cause. Conical ends may so stand in for a tip correction,
+and beside the rubber and the compliant rig that came later the tip correction leaves far less. No step that only adds
+gets there, and conical ends do too much to be dropped. Added effects are therefore exchanged one by one, after the
+forward steps (Miller 2002, Subset Selection in Regression, 3: replacing predictors).
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+
+import numpy as np
+
+from fitting.diagnosis.candidate_fit import CandidateFit
+from fitting.diagnosis.course import ModelOnTheWay, values_of
+from fitting.diagnosis.judging import fitted
+from fitting.diagnosis.likelihood import criteria
+from fitting.diagnosis.linear_look import LinearLook
+from fitting.diagnosis.search import Search
+from fitting.diagnosis.settings import VERDICT, VerdictSettings
+from fitting.diagnosis.step_rules import Fitted, StepRules, unsound
+from fitting.least_squares import held_out
+from mckibben_jax.effect import Effect
+
+
+def exchanged(
+    here: ModelOnTheWay,
+    added: Sequence[str],
+    known: Mapping[str, Effect],
+    begin: Callable[..., Search],
+    rules: StepRules,
+    settings: VerdictSettings = VERDICT,
+) -> ModelOnTheWay | None:
+    """The model with another effect in place of one of its `added` ones; None where none explains far more.
+
+    What takes the place has no more parameters: with more of them it would have to pay as a step must that adds. The
+    readings must be far likelier, held-out runs must be predicted no worse beyond what instruments can make of them,
+    and the new model must be as sound as one that a step comes to. `known` are all effects by name;
+    `begin(effects, values, confine)` prepares the search of a model.
+    """
+    search, confine = here.search, here.search.base.confined
+    world = search.world.confined() if confine else search.world
+    before = fitted(search.world, search.base, search)
+    for fit in far_likelier(search, _in_place_of_one(search, added), settings):
+        if not _is_sound(before, fitted(world, world.fit(fit.effects, fit.vector), search), rules):
+            continue
+        present = [known[name] for name in search.world.effects if name in fit.effects]
+        other = begin(present, values_of(search.world, fit.vector), confine)
+        if _is_sound(before, fitted(other.world, other.base, other), rules):
+            new, old = fit.effects - search.base.effects, search.base.effects - fit.effects
+            return ModelOnTheWay(tuple(new), present, other, dropped=tuple(old), exchanged=True)
+    return None
+
+
+def far_likelier(search: Search, others: Sequence[CandidateFit], settings: VerdictSettings) -> list[CandidateFit]:
+    """Models that are far likelier than that of a search by Schwarz's criterion, the likeliest first."""
+    fits = {fit.effects: fit for fit in (search.alone, *others)}
+    found = criteria(list(fits), fits, search.examiner)
+    most = found[search.alone.effects] - 2 * np.log(settings.likelier)
+    return sorted((fit for fit in others if found[fit.effects] < most), key=lambda fit: found[fit.effects])
+
+
+def _in_place_of_one(search: Search, added: Sequence[str]) -> list[CandidateFit]:
+    """The models with another effect in place of each of the `added` that a linear look promises the most of."""
+    seen, whole = search.seen, search.alone
+    jobs = list[tuple[frozenset[str], np.ndarray, Sequence[str]]]()
+    for old in (name for name in added if name in whole.effects):
+        rest = whole.effects - {old}
+        size = len(seen.layout.of_effect(old))
+        if not seen.lacking(rest):
+            left = seen.fit(rest, whole.vector, decide=False)
+            promise = LinearLook(search.examiner, {frozenset(): left, **search.fits}, left).one_more(frozenset())
+            best = [min(new) for new in sorted(promise, key=promise.__getitem__)]
+            small = [(new, seen.with_added([new], rest)) for new in best if len(seen.layout.of_effect(new)) <= size]
+            alone = [(effects, left.vector, [new]) for new, effects in small if rest < effects]
+            jobs += alone[: search.settings.grown]
+    return [fit for fit in seen.fit_all(jobs, decide=False) if np.isfinite(fit.cost)]
+
+
+def _is_sound(before: Fitted, after: Fitted, rules: StepRules) -> bool:
+    """Whether nothing speaks against a model in the place of another with as many effects."""
+    worse = held_out.rms(after.beyond()) > held_out.rms(before.beyond())
+    return not worse and not unsound(before, after, rules)

@@ -1,0 +1,125 @@
+"""What a discovery tries after a diagnosis, in which order, and what it adds at first sight."""
+
+from dataclasses import replace
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from studied import spring_missing
+
+from fitting.diagnosis import discover as discovering
+from fitting.diagnosis.discover import proposals, worth_judging
+from fitting.diagnosis.findings import InstrumentAnswer
+from fitting.diagnosis.outcomes import Reason, Why
+from fitting.diagnosis.record import Explanation, Leading
+from fitting.diagnosis.step_rules import RULES
+from fitting.instruments.sources import ErrorKind, Source
+from fitting.recordings.accuracy import Channel
+from mckibben_jax.effects import (
+    CoulombFriction,
+    IdealCylinder,
+)
+
+DATA = Path(__file__).parents[1] / "data"
+BASE = (IdealCylinder(), CoulombFriction())
+
+
+@pytest.fixture
+def found():
+    """A diagnosis in which a leads, a + c explains, and c + d do so together though none of them does alone."""
+    c = SimpleNamespace(rmse=10.0, full_scale=100.0, fit=SimpleNamespace(residual=np.zeros(3)))
+    tried = tuple(
+        Explanation(names, rmse=left, held_out_rmse=left, fall=fall, p_value=0.5, adequate=False)
+        for names, left, fall in [(("c", "d"), 1.0, 5.0), (("a", "c"), 2.0, 5.0), (("b",), 4.0, 5.0),
+                                  (("a",), 6.0, 5.0), (("c",), 9.9, 5.0), (("d",), 8.0, 0.5)]
+    )  # fmt: skip
+    told = spring_missing(c)
+    return replace(told, tried=tried, held_out_rmse=10.0, explanations=(), leading=Leading(("a",), 0.6, 6.0, 9.0))
+
+
+def test_what_leads_is_tried_whatever_the_verdict(found):
+    assert proposals(replace(found, verdict="inconclusive")) == [[("a",)]]
+    assert proposals(replace(found, verdict="not in the library"))[0] == [("a",)]
+    assert proposals(replace(found, verdict="inconclusive", leading=None)) == []
+    assert proposals(replace(found, verdict="nothing detectable")) == []
+
+
+def test_every_effect_alone_is_tried_where_the_test_is_blind_to_what_lowers_the_error(found):
+    blind = replace(found, verdict="inconclusive", why=Why(Reason.TEST_BLIND))
+    assert proposals(blind) == [[("a",)], [("b",), ("c",), ("d",)]]
+    assert proposals(replace(blind, why=Why(Reason.FAINT))) == [[("a",)]]
+
+
+def test_effects_are_tried_where_instruments_had_to_err_by_far_more_than_allowed(found):
+    """The test is nearly blind to what is the same in all repeats of a few held lengths."""
+    within = replace(found, verdict="within the instruments", leading=None, instruments=(_gain(found=0.14),))
+    assert proposals(within) == [[("b",), ("a",), ("c",), ("d",)]]
+    assert worth_judging(within) == [[("b",), ("a",), ("d",)]]
+    assert proposals(replace(within, instruments=(_gain(found=0.002),))) == []
+    assert proposals(replace(within, instruments=(_gain(found=0.14, allowed=0.0),))) == []  # taken as exact
+    assert proposals(replace(within, verdict="nothing detectable")) == []
+
+
+def _gain(found, allowed=0.001):
+    source = Source(Channel.FORCE, ErrorKind.GAIN_PER_RUN, allowed=allowed, width=0.001)
+    return InstrumentAnswer(source, found, None)
+
+
+def test_what_the_verdict_names_comes_first_and_its_members_before_it(found):
+    named = replace(found, verdict="missing", explanations=(("a", "c"),))
+    assert proposals(named)[:2] == [[("a",), ("c",)], [("a", "c")]]
+    single = replace(found, verdict="one of", explanations=(("a", "c"), ("b",)))
+    assert proposals(single)[0] == [("b",)]
+
+
+def test_two_at_once_come_after_all_that_stand_alone(found):
+    """And three never."""
+    order = proposals(replace(found, verdict="not in the library", leading=None))
+    assert order == [[("b",), ("a",), ("c",), ("d",)], [("c", "d"), ("a", "c")]]
+    three = replace(found, verdict="one of", explanations=(("a", "c", "d"),), leading=None)
+    assert proposals(three) == [[("a",), ("c",), ("d",)], [("c", "d"), ("a", "c")], [("b",)]]
+
+
+def test_what_does_not_pay_is_not_judged(found):
+    """c removes 1 %; that d removes less than its standard error is for its own fit to say."""
+    judged = worth_judging(replace(found, verdict="not in the library"))
+    assert judged == [[("a",)], [("b",), ("d",)], [("c", "d"), ("a", "c")]]
+
+
+@pytest.fixture
+def plainly(found, monkeypatch):
+    """`_plainly` on a search in which these effects lead with this share; with it what was proposed."""
+    asked = []
+
+    def one(leads, share, adequate=False):
+        glance = SimpleNamespace(base_is_adequate=adequate, world=None, base=None, fits={}, examiner=None)
+        here = SimpleNamespace(search=SimpleNamespace(glance=lambda: glance), present=[])
+        leading = leads and Leading(leads, share, 1.0, 4.0)
+        monkeypatch.setattr(discovering, "leading_of", lambda *_: leading)
+        monkeypatch.setattr(discovering, "concluded", lambda _: found)
+        monkeypatch.setattr(discovering, "_next", lambda *given: (asked.append(given[2]), ("larger", ("tried",)))[1])
+        return discovering._plainly(here, {}, None, RULES), asked
+
+    return one
+
+
+@pytest.mark.parametrize("share", [RULES.plain, 0.99])
+def test_what_plainly_leads_is_added_before_two_at_once_are_looked_at(plainly, share):
+    (said, larger, attempts), asked = plainly(("a",), share)
+    assert asked == [[[("a",)]]]
+    assert (said.verdict, said.explanations, said.nearest) == ("missing", (("a",),), ())
+    assert (larger, attempts) == ("larger", ("tried",))
+
+
+def test_of_a_class_that_plainly_leads_each_is_proposed(plainly):
+    (said, _, _), asked = plainly(("a", "c"), 0.9)
+    assert asked == [[[("a", "c"), ("a",), ("c",)]]]
+    assert said.verdict == "one of"
+
+
+def test_nothing_is_plain_where_nothing_is_missing_or_leads_or_leads_by_enough(plainly):
+    for given in ((("a",), 0.99, True), (None, 0.0), (("a",), 0.99 * RULES.plain)):
+        said, asked = plainly(*given)
+        assert said == (None, None, ())
+        assert asked == []
