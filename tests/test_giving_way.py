@@ -34,7 +34,7 @@ def test_constant_friction_takes_the_place_of_coulombs(tmp_path):
 def judged(monkeypatch):
     """`judge` of a model with "new" beside "coulomb_friction", when these objections are raised against it."""
 
-    def one(why, without=(), adequate=True, missing=None, needed=()):
+    def one(why, without=(), adequate=True, missing=None, needed=(), added=()):
         effects = frozenset(["coulomb_friction", "new"])
         world = SimpleNamespace(lacking=lambda left: needed, fit=lambda left, _: SimpleNamespace(effects=left))
         after = SimpleNamespace(world=world, fit=SimpleNamespace(effects=effects, vector=None))
@@ -43,8 +43,9 @@ def judged(monkeypatch):
         tested = SimpleNamespace(adequacy=lambda *_: SimpleNamespace(why=missing), seen=seen)
         monkeypatch.setattr(judging, "_with_all", lambda *_: Judged(("new",), after, before, (), tuple(why)))
         monkeypatch.setattr(judging, "fitted", lambda world, fit, search: SimpleNamespace(world=world, fit=fit))
-        monkeypatch.setattr(judging, "objections", lambda *_: tuple(without))
-        return judge(SimpleNamespace(examiner=tested, fits={}), before, ("new",), RULES, adequate)
+        asked = lambda _, __, ___, as_adequate, ____: tuple(without) if as_adequate is adequate else ("else",)  # noqa: E731
+        monkeypatch.setattr(judging, "objections", asked)
+        return judge(SimpleNamespace(examiner=tested, fits={}), before, ("new",), RULES, adequate, added)
 
     return one
 
@@ -56,10 +57,19 @@ def test_what_has_become_idle_gives_way(judged, why):
     assert found.after.fit.effects == {"new"}
 
 
+@pytest.mark.parametrize("why", [[BOUND], [VAGUE, VAGUE]])
+def test_what_stood_in_for_another_gives_way_though_more_is_missing(judged, why):
+    """Ogden's rubber beside an end stop and a weight, for which it was added: nothing else would be let in."""
+    found = judged(why, adequate=False, missing="p", added=("coulomb_friction",))
+    assert (found.why, found.gone) == ((), ("coulomb_friction",))
+
+
 @pytest.mark.parametrize(
     "given",
     [
-        {"why": [BOUND], "adequate": False},  # something is missing from the larger model
+        {"why": [BOUND], "adequate": False},  # more is missing, and it was there from the beginning
+        {"why": [BOUND], "adequate": False, "added": ("coulomb_friction",), "without": [Objection(Fault.SMALL_GAIN)]},
+        {"why": [Objection(Fault.BOUND, "new.K")], "adequate": False, "added": ("coulomb_friction",)},
         {"why": [BOUND], "missing": "p"},  # or from the larger one without it
         {"why": [BOUND], "without": [Objection(Fault.NO_GAIN)]},  # it pays only with both
         {"why": [BOUND], "needed": ("friction",)},  # another effect needs it

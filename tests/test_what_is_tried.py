@@ -73,6 +73,17 @@ def test_what_the_verdict_names_comes_first_and_its_members_before_it(found):
     assert proposals(single)[0] == [("b",)]
 
 
+def test_all_three_of_a_set_that_is_named_come_after_its_parts(found):
+    """A discovery ended with the verdict that one of two triples is missing, and added nothing."""
+    three = ("a", "c", "d")
+    tried = (replace(found.tried[0], effects=three, held_out_rmse=0.5), *found.tried)
+    parts = [[("a",), ("c",), ("d",)], [("c", "d"), ("a", "c")]]
+    named = replace(found, tried=tried, verdict="one of", explanations=(three,))
+    assert [sorted(tier) for tier in proposals(named)[:2]] == [sorted(tier) for tier in parts]
+    assert proposals(named)[2] == [three]
+    assert not any(three in tier for tier in proposals(replace(named, explanations=(("a", "c"),))))
+
+
 def test_two_at_once_come_after_all_that_stand_alone(found):
     """And three never."""
     order = proposals(replace(found, verdict="not in the library", leading=None))

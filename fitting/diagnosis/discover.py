@@ -67,9 +67,11 @@ def discover(
 
     # what took the place of an effect stays: without both there would be neither
     families = {effect.family for effect in effects} - {None}
+    begun = {name_of(effect) for effect in effects}
 
-    def added() -> list[str]:
-        return [name for step in steps[1:] for name in step.added if known[name].family not in families]
+    def added(here: ModelOnTheWay) -> list[str]:
+        names = (name_of(effect) for effect in here.present if effect.family not in families)
+        return [name for name in names if name not in begun]
 
     def names_of(model: ModelOnTheWay) -> frozenset[str]:
         return frozenset(name_of(effect) for effect in model.present)
@@ -80,35 +82,40 @@ def discover(
     here = ModelOnTheWay(("baseline",), list(effects), begin(effects, start))
     while True:
         more = standing(here) < rules.steps and len(steps) < rules.longest
-        found, larger, attempts = _plainly(here, known, begin, rules) if more else (None, None, ())
+        found, larger, attempts = _plainly(here, known, begin, rules, added(here)) if more else (None, None, ())
         if found is None or larger is None:
             with one_thread():
                 result = here.search.run()
             found = concluded(result)
             if more:
-                larger, attempts = _next(result, here.present, worth_judging(found, rules), found, known, begin, rules)
+                tiers = worth_judging(found, rules)
+                larger, attempts = _next(result, here.present, tiers, found, known, begin, rules, added(here))
         tell(here.step(found, attempts))
         seen.append(names_of(here))
         if larger is not None and names_of(larger) in seen:  # what was dropped from it is not added again
             larger = None
         if larger is None and here.added and not result.base_is_adequate:  # once: step by step all would go
             with one_thread():
-                larger = without_idle(here, added(), begin, rules)
+                larger = without_idle(here, added(here), begin, rules)
         if larger is None and len(steps) < rules.longest:
             with one_thread():
-                larger = exchanged(here, added(), known, begin, rules)
+                larger = exchanged(here, added(here), known, begin, rules)
             if larger is not None and names_of(larger) in seen:
                 larger = None
         if larger is None:
             break
         here = larger
-    for smaller in smaller_models(here, result, added(), begin):
+    for smaller in smaller_models(here, result, added(here), begin):
         tell(smaller)
     return tuple(steps)
 
 
 def _plainly(
-    here: ModelOnTheWay, known: Mapping[str, Effect], begin: Callable[..., Search], rules: StepRules
+    here: ModelOnTheWay,
+    known: Mapping[str, Effect],
+    begin: Callable[..., Search],
+    rules: StepRules,
+    added: Sequence[str] = (),
 ) -> tuple[Diagnosis | None, ModelOnTheWay | None, tuple[Attempt, ...]]:
     """A step by an effect that is plainly there: it leads, and leaves less than it removes.
 
@@ -125,7 +132,7 @@ def _plainly(
         return None, None, ()
     found = concluded(result)
     leading = [names for names in (e.effects for e in found.tried) if set(names) <= set(leads.effects)]
-    larger, attempts = _next(result, here.present, [leading], found, known, begin, rules)
+    larger, attempts = _next(result, here.present, [leading], found, known, begin, rules, added)
     verdict = Verdict.MISSING if len(leading) == 1 else Verdict.ONE_OF
     return replace(found, verdict=verdict, explanations=tuple(leading), nearest=()), larger, attempts
 
@@ -138,6 +145,7 @@ def _next(
     known: Mapping[str, Effect],
     begin: Callable[..., Search],
     rules: StepRules,
+    added: Sequence[str] = (),
 ) -> tuple[ModelOnTheWay | None, tuple[Attempt, ...]]:
     """The best proposal of the first tier that has one which obeys the rules, and what was tried and does not.
 
@@ -161,7 +169,7 @@ def _next(
 
     def judged(tier: Tier) -> list[Judged]:
         with ThreadPoolExecutor(here.world.settings.workers) as workers:
-            fits = list(workers.map(lambda names: judge(here, before, names, rules, names in adequate), tier))
+            fits = list(workers.map(lambda names: judge(here, before, names, rules, names in adequate, added), tier))
         attempts.extend(fit.attempt for fit in fits if fit.why)
         every.extend(fits)
         return fits
@@ -185,8 +193,9 @@ Tier = list[tuple[str, ...]]
 def proposals(found: Diagnosis, rules: StepRules = RULES) -> list[Tier]:
     """What may be added after a diagnosis: the best of the first tier that has something sound.
 
-    First what the verdict names, then what leads; then, where something is missing for certain, every other effect.
-    Two at once come after all that stand alone. Each tier is in the order of its held-out errors.
+    First what the verdict names, and at last all three of a set that it names; then what leads; then, where something
+    is missing for certain, every other effect. Two at once come after all that stand alone. Each tier is in the order
+    of its held-out errors.
     Where instruments had to err by far more than their accuracy, or where the test sees nothing missing though an
     added effect lowers the error, every effect alone is asked.
     """
@@ -202,6 +211,7 @@ def proposals(found: Diagnosis, rules: StepRules = RULES) -> list[Tier]:
         [names for names in singles if names in named],
         [names for names in singles if names in inside],
         [names for names in pairs if names in inside],
+        [names for names in order if len(names) == 3 and names in named],
         leading,
     ]
     if found.verdict == Verdict.INCONCLUSIVE:

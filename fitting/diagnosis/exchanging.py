@@ -63,7 +63,7 @@ def _in_place_of_one(search: Search, added: Sequence[str]) -> list[CandidateFit]
     """The models with another effect in place of each of the `added` that a linear look promises the most of."""
     seen, whole = search.seen, search.alone
     jobs = list[tuple[frozenset[str], np.ndarray, Sequence[str]]]()
-    for old in (name for name in added if name in whole.effects):
+    for old in added:
         rest = whole.effects - {old}
         size = len(seen.layout.of_effect(old))
         if not seen.lacking(rest):

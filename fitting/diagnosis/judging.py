@@ -1,6 +1,6 @@
 """A larger model in a discovery: fitted from where it is likely to end, and what speaks against it."""
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -58,14 +58,22 @@ def in_order(sound: Sequence[Judged], rules: StepRules) -> list[Judged]:
     return [*first, *(t for t in order if t not in first)]
 
 
-def judge(search: SearchResult, before: Fitted, names: tuple[str, ...], rules: StepRules, adequate: bool) -> Judged:
+def judge(
+    search: SearchResult,
+    before: Fitted,
+    names: tuple[str, ...],
+    rules: StepRules,
+    adequate: bool,
+    added: Collection[str] = (),
+) -> Judged:
     """Fit a larger model, and see what speaks against it.
 
-    Where nothing is missing from it but an effect of the smaller one has become idle beside what is new, that one gives
-    way: friction that was Coulomb's while there was no other ends at 0 where friction is constant.
+    Where an effect of the smaller one has become idle beside what is new, that one gives way: friction that was
+    Coulomb's while there was no other ends at 0 where friction is constant. If something is missing from the larger
+    model still, only what was `added` on the way may go: what stands in for another effect would else keep it out.
     """
     found = _with_all(search, before, names, rules, adequate)
-    return (adequate and _giving_way(search, before, found, rules)) or found
+    return _giving_way(search, before, found, rules, None if adequate else added) or found
 
 
 def _with_all(search: SearchResult, before: Fitted, names: tuple[str, ...], rules: StepRules, adequate: bool) -> Judged:
@@ -86,21 +94,29 @@ def _with_all(search: SearchResult, before: Fitted, names: tuple[str, ...], rule
     return Judged(names, again, smaller, tuple(world.from_stated(again.fit)), why)
 
 
-def _giving_way(search: SearchResult, before: Fitted, found: Judged, rules: StepRules) -> Judged | None:
+def _giving_way(
+    search: SearchResult, before: Fitted, found: Judged, rules: StepRules, added: Collection[str] | None
+) -> Judged | None:
     """A larger model without the effect of the smaller one that all objections are about; None unless that is sound.
 
-    It is sound if nothing is missing from it either, and it obeys every rule.
+    It is sound if it obeys every rule; where the larger model is adequate (`added` is None), nothing may be missing
+    from it either.
     """
     idle = {owner_of(why.about) if why.reason in (Fault.BOUND, Fault.UNKNOWN) else "" for why in found.why}
     world, effects = found.after.world, found.after.fit.effects - idle
-    if len(idle) != 1 or not idle <= before.fit.effects or world.lacking(effects):
+    if len(idle) != 1 or not idle <= (before.fit.effects if added is None else {*added}) or world.lacking(effects):
         return None
-    through = search.examiner.seen.settled(effects, found.after.fit.vector)
-    if search.examiner.adequacy(frozenset(), through, search.fits).why is not None:
+    if added is None and not _lacks_nothing(search, effects, found.after.fit.vector):
         return None
     after = fitted(world, world.fit(effects, found.after.fit.vector), search)
-    sound = not objections(before, after, rules, True, found.alike)
+    sound = not objections(before, after, rules, added is None, found.alike)
     return replace(found, after=after, why=(), gone=tuple(idle)) if sound else None
+
+
+def _lacks_nothing(search: SearchResult, effects: frozenset[str], start: np.ndarray) -> bool:
+    """Whether the test sees nothing missing from a model."""
+    through = search.examiner.seen.settled(effects, start)
+    return search.examiner.adequacy(frozenset(), through, search.fits).why is None
 
 
 def first_sound(ends: Iterable[Fitted], against: Callable[[Fitted], tuple[Objection, ...]]) -> Fitted:
