@@ -39,8 +39,8 @@ def stated_estimates(request, monkeypatch):
     if "rule" in request.node.name:
         monkeypatch.setattr(
             step_rules,
-            "estimate",
-            lambda world, *_: {name: Estimate(*known, "1") for name, known in world.values.items()},
+            "estimates",
+            lambda world, *_: {f"a.{name}": Estimate(*known, "1") for name, known in world.values.items()},
         )
 
 

@@ -2,11 +2,12 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from fitting.diagnosis.candidate_fit import CandidateFit
-from fitting.diagnosis.estimates import estimate
+from fitting.diagnosis.estimates import estimates
 from fitting.diagnosis.findings import Fault, Objection
 from fitting.diagnosis.universe import Universe
 from fitting.full_names import owner_of
@@ -54,6 +55,15 @@ class Fitted:
     def held_out_rmse(self) -> float:
         """Error on held-out runs, N."""
         return self.world.rmse(self.left_out)
+
+    @cached_property
+    def in_errors(self) -> dict[str, float]:
+        """The size of every effect's parameters that the data see, in standard errors, by full name.
+
+        What stands at its bound has none.
+        """
+        found = estimates(self.world, self.fit, sorted(self.fit.effects))
+        return {name: abs(known.value) / known.error for name, known in found.items() if np.isfinite(known.error)}
 
 
 def objections(
@@ -111,7 +121,7 @@ def _bounds(before: Fitted, after: Fitted, rules: StepRules) -> tuple[Objection,
     of a map hardly show; or if the smaller one could not tell it: where strands stretch, a muscle that is held at one
     length moves inside, and data that show no friction then say so.
     """
-    sizes, known = after.world.from_stated(after.fit) if after.fit.confined else (), in_errors(before)
+    sizes, known = after.world.from_stated(after.fit) if after.fit.confined else (), before.in_errors
     ends = [name for name in after.fit.at_bound if name not in before.fit.at_bound and name not in sizes]
     may_be_absent = {n for n in ends if known.get(n, rules.absent) < rules.absent or _is_untold(before, n)}
     return tuple(Objection(Fault.BOUND, n) for n in ends if not (n in may_be_absent and _is_absent(after, n)))
@@ -145,21 +155,11 @@ def denied_sizes(why: Sequence[Objection]) -> tuple[str, ...]:
 
 def _unknown(before: Fitted, after: Fitted, rules: StepRules, adequate: bool) -> tuple[Objection, ...]:
     """Values smaller than their errors that the smaller model has not, or knows; see `objections` on `adequate`."""
-    sizes, old = in_errors(after), in_errors(before)
+    sizes, old = after.in_errors, before.in_errors
     vague_before = {name for name in before.fit.free if old.get(name, 0.0) < rules.known}  # or not seen at all
     certain = {owner_of(name) for name, z in sizes.items() if z >= rules.known} if adequate else set()
     vague = {n: z for n, z in sizes.items() if z < rules.known and n not in vague_before}
     return tuple(Objection(Fault.UNKNOWN, n, z) for n, z in vague.items() if owner_of(n) not in certain)
-
-
-def in_errors(model: Fitted) -> dict[str, float]:
-    """The size of every effect's parameters that the data see, in standard errors, by full name."""
-    found = {}
-    for effect in sorted(model.fit.effects):
-        for name, known in estimate(model.world, model.fit, effect).items():
-            if np.isfinite(known.error):  # what stands at its bound has none
-                found[f"{effect}.{name}"] = abs(known.value) / known.error
-    return found
 
 
 def _rising(before: Fitted, after: Fitted, rules: StepRules, alike: Fitted) -> tuple[Objection, ...]:
