@@ -59,6 +59,11 @@ def test_what_is_not_stated_is_presumed_and_what_is_stated_is_kept(tmp_path):
     assert filled.pressure.gain == 0.01 != guessed.pressure.gain
     assert filled.pressure.zero == guessed.pressure.zero
     assert filled.force == guessed.force
+    pressure = {kind for channel, kind in filled.presumed if channel == "pressure"}
+    assert pressure == {"noise", "resolution", "zero", "zero_per_run", "gain_per_run", "hysteresis", "drift"}
+    assert {("force", "gain_per_run"), ("time", "skew"), ("friction", "friction_per_run")} <= filled.presumed
+    skewed = allowed(stated(tmp_path, 'time = { skew = "5 ms" }')).presumed
+    assert ("time", "skew") not in skewed
 
 
 def test_nothing_is_stated_where_there_is_no_table(tmp_path):

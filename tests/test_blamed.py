@@ -60,6 +60,10 @@ def test_what_is_allowed_is_the_larger_of_what_all_runs_share_and_what_each_has(
     given, fit = world()
     (found,) = blamed(given, frozenset(["force_offset"]), fit, sources)
     assert found.source.allowed == 0.6
+    assert not found.source.presumed
+    sources[1] = Source(Channel.FORCE, ErrorKind.ZERO_PER_RUN, 0.6, 1.0, presumed=True)
+    (found,) = blamed(given, frozenset(["force_offset"]), fit, sources)
+    assert found.source.presumed
 
 
 def test_every_error_of_a_gauge_in_the_library_has_one_number_and_a_channel_that_can_be_stated():

@@ -44,6 +44,17 @@ def column(found, kind):
     return np.hstack([found.per_run, found.shared])[:, at]
 
 
+def test_each_error_says_whether_its_accuracy_is_presumed():
+    stated = Accuracy(force=ChannelAccuracy(zero=3.0), skew=0.01)
+    usual = Accuracy(force=ChannelAccuracy(zero=9.0, gain_per_run=0.002), skew=0.1, friction_per_run=0.02)
+    found = instrument_errors(S, [stated.presuming(usual)], SIGNALS, np.ones((COUNT, 1)), INSTRUMENTS, False)
+    presumed = {(each.channel, each.kind): each.presumed for each in (*found.sources_per_run, *found.sources_shared)}
+    assert presumed == {
+        (Channel.FORCE, ErrorKind.ZERO): False, (Channel.FORCE, ErrorKind.GAIN_PER_RUN): True,
+        (Channel.TIME, ErrorKind.SKEW): False, (None, ErrorKind.FRICTION_PER_RUN): True,
+    }  # fmt: skip
+
+
 def test_columns_are_the_changes_that_errors_make():
     found = errors(
         pressure={"gain": 0.01, "zero_per_run": 200.0}, force={"zero": 3.0, "gain_per_run": 0.002}, skew=0.01,

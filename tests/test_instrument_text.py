@@ -40,6 +40,20 @@ def test_the_checklist_begins_with_what_would_explain_it_and_leaves_out_what_is_
     ]
 
 
+def test_an_accuracy_that_nobody_stated_is_said_to_be_presumed(diagnosis):
+    told = seen_through(diagnosis, Verdict.MISSING)
+    guessed = [dataclasses.replace(a, source=dataclasses.replace(a.source, presumed=True)) for a in told.instruments]
+    told = dataclasses.replace(told, instruments=tuple(guessed))
+    gain, ruler = rival_texts(told)
+    assert gain.endswith("(presumed to be known to 0.1 %).")
+    assert ruler.endswith("(taken as exact).")
+    assert [cells[3] for cells in checklist(told.instruments)] == [
+        "0.1 %, presumed",
+        "taken as exact",
+        "0.5 kPa, presumed",
+    ]
+
+
 def test_what_instruments_explain_names_the_errors_at_work(diagnosis):
     within = nothing_missing(diagnosis, Verdict.WITHIN_INSTRUMENTS)
     said = explaining_text(within)

@@ -3,6 +3,7 @@
 import dataclasses
 import html
 import re
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -119,10 +120,12 @@ def test_one_model_alone_has_nothing_to_say_of_others(study, diagnosis):
 def test_errors_of_fewer_samples_are_said_to_be_so(study, diagnosis):
     task, c = study
     seen = len(diagnosis.baseline.samples)
-    assert samples_text(diagnosis, seen) == []
-    (said,) = samples_text(diagnosis, 2 * seen)
+    assert samples_text(diagnosis, c) == samples_text(diagnosis, None) == []
+    twice = dataclasses.replace(c, fit=SimpleNamespace(samples=range(2 * seen)), rmse=3.97)
+    (said,) = samples_text(dataclasses.replace(diagnosis, rmse=4.19), twice)
     assert f"{seen:,} samples of " in said
     assert f"taken evenly from the {2 * seen:,}" in said
+    assert "4.19 N over these, is 3.97 N over all samples" in said
     assert "taken evenly" not in page(task, c, diagnosis)  # it has looked at all of these
     before, _ = before_and_after(task, c, diagnosis, lambda *_: None)
     assert before.held_out_rmse == held_out_rmse(c.fit)  # of all samples, as the error after

@@ -27,7 +27,7 @@ def demonstrate(run: CommandRun) -> None:
     run.print([line("", kind_text(first))])
     with run.progress("2 of 3: diagnosing") as progress:
         found, compared = diagnose_task(task, None, progress)
-    run.print(diagnosis_report(found, compared.unit, len(compared.fit.samples)))
+    run.print(diagnosis_report(found, compared.unit, compared))
     added = found.explanations[0] if found.explanations else found.leading.effects[:1] if found.leading else ()
     begun = Stage("baseline", first.rmse, found.held_out_rmse, found.verdict, first, diagnosis=found,
                   p_value=found.p_value)  # fmt: skip

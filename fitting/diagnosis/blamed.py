@@ -35,9 +35,9 @@ def blamed(
 def _most_allowed(sources: Sequence[Source], channel: Channel, kind: ErrorKind) -> Source:
     """An error that all runs share, with its accuracy or that of each run alone, the larger; 0: taken as exact."""
     kinds = (kind, PER_RUN.get(kind))
-    known = (source.allowed for source in sources if source.channel is channel and source.kind in kinds)
-    allowed = max(known, default=0.0)
-    return Source(channel, kind, allowed, allowed)
+    known = (source for source in sources if source.channel is channel and source.kind in kinds)
+    most = max(known, key=lambda source: source.allowed, default=Source(channel, kind, 0.0, 0.0))
+    return Source(channel, kind, most.allowed, most.allowed, most.presumed)
 
 
 def unbelieved(world: Universe, added: frozenset[str], fit: CandidateFit, most: float) -> tuple[str, ...]:

@@ -33,16 +33,18 @@ def instrument_errors(
         for channel, signal in signals.items():
             allowed: ChannelAccuracy = getattr(accuracy, channel.value)
             for kind in KINDS:
-                source = _source(channel, kind, getattr(allowed, kind.value) or 0.0, signal, clock, every, settings)
+                width = _width(kind, getattr(allowed, kind.value) or 0.0, signal, clock, every, settings)
+                source = _source(accuracy, channel, kind, getattr(allowed, kind.value) or 0.0, width)
                 if source.width > 0:
                     found = _columns(kind, signal, clock, samples.run, settings)
                     made += [(source, np.where(mine, source.width * column, 0.0)) for column in found]
         skew, force = accuracy.skew or 0.0, signals[Channel.FORCE]
-        source = Source(Channel.TIME, ErrorKind.SKEW, skew, max(skew, settings.least_skew * every))
+        source = _source(accuracy, Channel.TIME, ErrorKind.SKEW, skew, max(skew, settings.least_skew * every))
         if source.width > 0:
             made.append((source, np.where(mine, source.width * force.slope * force.rate, 0.0)))
-        width = accuracy.friction_per_run or 0.0
-        source = Source(None, ErrorKind.FRICTION_PER_RUN, width, max(width, settings.least_share * every))
+        differs = accuracy.friction_per_run or 0.0
+        width = max(differs, settings.least_share * every)
+        source = _source(accuracy, Channel.FRICTION, ErrorKind.FRICTION_PER_RUN, differs, width)
         if source.width > 0:
             made += [(source, np.where(mine, source.width * column, 0.0)) for column in friction.T]
     return _laid_out(made, samples.run)
@@ -83,22 +85,22 @@ def most_independent(accuracies: Sequence[Accuracy], runs: int, held: int, lost:
     return most_errors(accuracies, runs, lost) - held * alike
 
 
-def _source(
-    channel: Channel,
-    kind: ErrorKind,
-    allowed: float,
-    signal: Signal,
-    clock: np.ndarray,
-    every: bool,
-    settings: InstrumentSettings,
-) -> Source:
-    """One kind of error of a channel; where none is allowed but `every` is asked for, of a small size."""
+def _source(accuracy: Accuracy, channel: Channel, kind: ErrorKind, allowed: float, width: float) -> Source:
+    """One kind of error of a channel; what friction differs by is of the muscle."""
+    presumed = (channel.value, kind.value) in accuracy.presumed
+    return Source(None if channel is Channel.FRICTION else channel, kind, allowed, width, presumed)
+
+
+def _width(
+    kind: ErrorKind, allowed: float, signal: Signal, clock: np.ndarray, every: bool, settings: InstrumentSettings
+) -> float:
+    """The size that a column of one kind stands for; where none is allowed but `every` is asked for, a small one."""
     small = settings.least_share
     if kind not in RELATIVE:
         small *= signal.full_scale
     if kind is ErrorKind.DRIFT:
         small /= max(float(np.ptp(clock)), 1e-300)
-    return Source(channel, kind, allowed, allowed or small * every)
+    return allowed or small * every
 
 
 def _columns(

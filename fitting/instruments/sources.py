@@ -1,6 +1,6 @@
 """Where an error of a reading comes from: which channel, and what of it stays the same."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import StrEnum
 
 from fitting.recordings.accuracy import Channel
@@ -27,9 +27,11 @@ class Source:
     """Where an error comes from (channel None: the muscle), its accuracy, and the size that a column stands for.
 
     `allowed` and `width` in the unit of the kind: that of the channel, 1 for a share, unit/s for a drift, s for a skew.
+    `presumed`: muscle.toml does not state the accuracy.
     """
 
     channel: Channel | None
     kind: ErrorKind
     allowed: float
     width: float
+    presumed: bool = field(default=False, compare=False)

@@ -4,6 +4,7 @@ An accuracy is one standard deviation. Errors that stay the same for a whole rec
 grows or falls are no noise: no number of readings averages them out.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass, field, fields
 from enum import StrEnum
 
@@ -46,9 +47,10 @@ class Accuracy:
     force: ChannelAccuracy = field(default_factory=ChannelAccuracy)
     skew: float | None = None  # s, between the force and the other channels, one value a run
     friction_per_run: float | None = None  # relative: what the muscle's friction differs by between runs
+    presumed: frozenset[tuple[str, str]] = field(default=frozenset(), compare=False)  # channels and kinds not stated
 
-    def filled_from(self, other: "Accuracy") -> "Accuracy":
-        """The same, with what is None taken from another."""
+    def presuming(self, other: "Accuracy") -> "Accuracy":
+        """The same, with what is None taken from another, and noted as presumed."""
         channels = {
             name: getattr(self, name).filled_from(getattr(other, name)) for name in ("pressure", "position", "force")
         }
@@ -56,7 +58,17 @@ class Accuracy:
             **channels,
             skew=other.skew if self.skew is None else self.skew,
             friction_per_run=other.friction_per_run if self.friction_per_run is None else self.friction_per_run,
+            presumed=frozenset(self._not_stated()),
         )
+
+    def _not_stated(self) -> Iterator[tuple[str, str]]:
+        for channel in (Channel.PRESSURE, Channel.POSITION, Channel.FORCE):
+            mine = getattr(self, channel.value)
+            yield from ((channel.value, each.name) for each in fields(mine) if getattr(mine, each.name) is None)
+        if self.skew is None:
+            yield Channel.TIME.value, "skew"
+        if self.friction_per_run is None:
+            yield Channel.FRICTION.value, "friction_per_run"
 
 
 NOTHING_STATED = Accuracy()

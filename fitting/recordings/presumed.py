@@ -58,7 +58,7 @@ def presumed(recording: Recording, settings: PresumedSettings = PRESUMED) -> Acc
 
 def allowed(recording: Recording, settings: PresumedSettings = PRESUMED) -> Accuracy:
     """How far the instruments of a recording may err: as stated, else as presumed."""
-    return recording.accuracy.filled_from(presumed(recording, settings))
+    return recording.accuracy.presuming(presumed(recording, settings))
 
 
 def _sampling_step(recording: Recording) -> float:

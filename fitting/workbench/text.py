@@ -215,8 +215,7 @@ def evidence(step: Step, buttons: Mapping[str, Any]) -> str:
     unseen = "; ".join(f"{marked(names)}: {why}" for why, names in blind.items())
     table = f'<div class="scroll"><table><thead><tr>{head}</tr></thead><tbody>{"".join(rows)}</tbody></table></div>'
     tail = f"<p class='about'>Cannot be seen here: {named(unseen)}</p>" if unseen else ""
-    samples = 0 if step.comparison is None else len(step.comparison.fit.samples)
-    seen = "".join(f"<p class='about'>{text}</p>" for text in samples_text(found, samples))
+    seen = "".join(f"<p class='about'>{text}</p>" for text in samples_text(found, step.comparison))
     return f'<div class="bench"><h2>Which effects could explain it</h2>{seen}{table}{_terms()}{tail}</div>'
 
 

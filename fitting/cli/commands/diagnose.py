@@ -47,7 +47,7 @@ def command(propose: bool, **options: Any) -> None:
         form = proposed(found, progress) if propose else None
         stages = before_and_after(in_newtons(run.task), compared, found, progress) if run.request.html else ()
     run.print(lines("WARNING", [*denied_texts(compared.fit), *comparison_warnings(compared)], "yellow"))
-    run.print(diagnosis_report(found, compared.unit, len(compared.fit.samples)))
+    run.print(diagnosis_report(found, compared.unit, compared))
     notes = [*of_force(run.task.experiments)[1], *motion_notes(found, run.task.experiments)]
     run.print(lines("NOTE", notes))
     run.print([line("ERROR", error_text(compared)), line("WHERE", worst_text(compared))])

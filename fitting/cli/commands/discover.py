@@ -78,7 +78,7 @@ def command(**options: Any) -> None:
     run.print([line("RESULT", practice_text(use), "bold"), line("ERROR", words)])
     run.print([line("MODEL NOW", effect_set(found.task.names)), *lines("CHECK", blamed_on_the_way(stages))])
     run.print([*steps_report(stages, unit), *lines("PATH", path_texts(stages)), line("", "")])
-    run.print([*diagnosis_report(found.diagnosis, unit, len(compared.fit.samples)), *fit_report(compared.fit)])
+    run.print([*diagnosis_report(found.diagnosis, unit, compared), *fit_report(compared.fit)])
     final = compared.fit if motions is None else motions.after
     if motions is not None:
         run.print([line("MOTION", on_motions_text(motions), "bold"), *fit_report(final)])

@@ -97,7 +97,7 @@ def effects(d: Diagnosis, c: Comparison, names: PageNames, models: Mapping[froze
     unseen = Grid(("cannot be seen", "why"), tuple(Line((marked(v), k)) for k, v in blind.items()), words=(1,))
     return Section(
         "Which effects could explain the misfit",
-        sentences=(p_value_text(d), *samples_text(d, len(c.fit.samples)), *substitutes_text(d)),
+        sentences=(p_value_text(d), *samples_text(d, c), *substitutes_text(d)),
         picture=effect_bars(d, floor, unit, names.html, models) if helping or idle else "",
         terms=TERMS,
         tables=(grid,) if helping else (),

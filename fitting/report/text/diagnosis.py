@@ -26,6 +26,7 @@ from fitting.showing import counted
 from fitting.study.preview import MOST
 
 if TYPE_CHECKING:
+    from fitting.comparison.compare import Comparison
     from fitting.planning.next_measurement import NextMeasurement
 
 SOME = 0.05  # of the squared error: what takes away less is not told
@@ -126,16 +127,16 @@ def left_missing_text(p_value: float | None, level: float) -> str:
     return f"In the chosen model the sign-flip test {what} (p = {p_value:.2g}, level {level:g})."
 
 
-def samples_text(d: Diagnosis, samples: int) -> list[str]:
-    """Which samples the errors of a diagnosis are of, where these are not all: those of a fit differ a little."""
-    seen = len(d.baseline.samples)
-    if seen >= samples:
+def samples_text(d: Diagnosis, whole: "Comparison | None") -> list[str]:
+    """Which samples the errors of a diagnosis are of, where these are not all, and the error over the whole."""
+    seen, samples = len(d.baseline.samples), 0 if whole is None else len(whole.fit.samples)
+    if whole is None or seen >= samples:
         return []
     runs = len(np.unique(d.baseline.samples.run))
     return [
         f"The errors of the diagnosis are those of {seen:,} samples of {counted(runs, 'run')}, taken evenly from the "
-        f"{samples:,}: these suffice to decide. The error of the same model over all samples differs in the last "
-        "digits."
+        f"{samples:,}: these suffice to decide. The error of the model as it is, {amount(d.rmse, whole.unit)} over "
+        f"these, is {amount(whole.rmse, whole.unit)} over all samples."
     ]
 
 
@@ -171,13 +172,13 @@ def motion_notes(d: Diagnosis, experiments: Sequence[Experiment]) -> list[str]:
     return [both] * bool(tests & {*FORCE_TESTS}) + [coarse] * (d.verdict not in FOUND)
 
 
-def diagnosis_report(d: Diagnosis, unit: str = "N", samples: int = 0) -> list[RenderableType]:
-    """The verdict, what it rests on, and the evidence for each effect; `samples`: how many a fit of all data has."""
+def diagnosis_report(d: Diagnosis, unit: str = "N", whole: "Comparison | None" = None) -> list[RenderableType]:
+    """The verdict, what it rests on, and the evidence for each effect; `whole`: the same model beside all data."""
     shown: list[RenderableType] = [line("VERDICT", verdict_text(d), "bold")]
     leading = leading_text(d, unit)
     shown += [line("LEADING", leading)] if leading else []
     shown.append(line("TEST", p_value_text(d)))
-    shown += lines("SAMPLES", samples_text(d, samples))
+    shown += lines("SAMPLES", samples_text(d, whole))
     shown += lines("CHECK", [*odd_run_texts(d), *asked_texts(d)])
     shown += lines("LIKELY", [text for text in (explaining_text(d),) if text])
     shown += lines("OR", [*rival_texts(d), *substitutes_text(d)])

@@ -168,7 +168,9 @@ def known_to_text(source: Source) -> str:
 
 def _known_to(source: Source) -> str:
     """How well an error is known: one standard deviation, no limit."""
-    return f"known to {size_text(source, source.allowed)}" if source.allowed else EXACT
+    if not source.allowed:
+        return EXACT
+    return f"{'presumed to be ' * source.presumed}known to {size_text(source, source.allowed)}"
 
 
 def size_text(source: Source, size: float) -> str:
@@ -188,7 +190,9 @@ def _cells(each: InstrumentAnswer) -> tuple[str, ...]:
         "muscle" if channel is None else NAMES[channel].removeprefix("the ") if channel in NAMES else "clock",
         ERRORS[each.source.kind],
         size_text(each.source, each.found) if each.found else "none",
-        size_text(each.source, each.source.allowed) if each.source.allowed else EXACT,
+        f"{size_text(each.source, each.source.allowed)}{', presumed' * each.source.presumed}"
+        if each.source.allowed
+        else EXACT,
         NEVER if each.needed is None else f"at {size_text(each.source, each.needed)}",
     )
 
@@ -198,7 +202,7 @@ def instruments_result(answers: Sequence[InstrumentAnswer]) -> list[dict[str, An
     return [
         {"channel": "muscle" if each.source.channel is None else each.source.channel.value,
          "kind": each.source.kind.value, "found": each.found, "allowed": each.source.allowed, "needed": each.needed,
-         "unit": _unit(each.source)}
+         "presumed": each.source.presumed, "unit": _unit(each.source)}
         for each in answers
     ]  # fmt: skip
 
