@@ -17,6 +17,7 @@ from fitting.diagnosis.judging import ends_of, first_sound
 from fitting.diagnosis.lay_out import universe
 from fitting.least_squares.fit import fit
 from fitting.recordings.experiment import read_experiment
+from fitting.report.text.diagnosis import verdict_text
 from mckibben_jax.effect import Pulling
 from mckibben_jax.effects import (
     BladderMooneyRivlin,
@@ -101,6 +102,8 @@ def test_a_friction_in_place_of_another_is_told_as_that(tmp_path):
         (("baseline",), ()),
         (("textile_friction",), ("coulomb_friction",)),
     ]
+    named = "⟦textile_friction⟧ is missing in place of ⟦coulomb_friction⟧."
+    assert verdict_text(steps[0].diagnosis).startswith(named)
 
 
 @pytest.mark.parametrize(

@@ -25,6 +25,7 @@ from fitting.report.page.parts import Section
 from fitting.report.page.similar_groups import groups
 from fitting.report.results import shown_names
 from fitting.report.text.amounts import amount
+from fitting.report.text.attempts import attempt_text
 from fitting.report.text.stages import stage_text
 from fitting.study.discovering import discover_task
 from fitting.study.stages import Stage
@@ -221,6 +222,8 @@ def test_the_page_says_why_what_the_verdict_names_was_not_added(study):
     why = "was tried (1.5 N, on held-out runs 1.6 N) and is not kept: stiffness in parallel linear_spring.K ends at its"
     assert f"Spring in parallel linear_spring {why}" in top
     assert "weight was tried" not in top
+    held = attempt_text(dataclasses.replace(refused, confined=True), "N")
+    assert "(1.5 N, on held-out runs 1.6 N, with the sizes of the muscle kept to what was measured)" in held
 
 
 def test_steps_whose_models_are_unknown_have_bars_alone(study):

@@ -38,6 +38,17 @@ def test_a_pair_that_is_named_leaves_what_a_fit_of_it_leaves(experiment, search)
     assert through > 1.2 * named.rmse  # as instruments let it be seen, which is how it was judged
 
 
+def test_the_size_of_what_does_not_explain_it_is_that_of_the_error_beside_it(experiment, search):
+    """A dead weight of 0 kg was said to take away half a newton: its size was that which instruments left to it."""
+    evidence = concluded(search).effects["end_stop"]
+    fitted = fit([experiment], [*BASE, EndStop()])
+    assert evidence.rmse == pytest.approx(fitted.rmse, rel=1e-3)
+    assert evidence.estimate["K"].value == pytest.approx(fitted.values["end_stop.K"], rel=0.02)
+    alone = search.fits[frozenset(["end_stop"])]
+    through = dict(zip(search.world.layout.names, alone.vector, strict=True))["end_stop.K"]
+    assert abs(through / fitted.values["end_stop.K"] - 1) > 0.05
+
+
 def test_a_set_is_fitted_so_once(search, monkeypatch):
     pair = frozenset(["end_stop", "tip"])
     fit_trusting(search.examiner, search.fits, [pair])

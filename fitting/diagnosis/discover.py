@@ -162,7 +162,7 @@ def _next(
         after = fitted(larger.world, larger.base, larger)  # its own search may have ended in a lower valley
         why = objections(before, after, rules, fit.names in adequate, fit.alike)
         if why and not (hidden and gain_is_hidden(before, after, why, rules)):
-            attempts.append(Attempt(fit.names, after.rmse, after.held_out_rmse, why))
+            attempts.append(Attempt(fit.names, after.rmse, after.held_out_rmse, why, bool(fit.confined)))
             return None
         gone = tuple(each for each in map(name_of, present) if each not in map(name_of, effects))
         return ModelOnTheWay(fit.names, effects, larger, fit.confined, gone)

@@ -92,9 +92,13 @@ class Objection:
 
 @dataclass(frozen=True)
 class Attempt:
-    """A larger model that was fitted and not kept, its errors (N), and why."""
+    """A larger model that was fitted and not kept, its errors (N), and why.
+
+    `confined`: with the stated sizes of the muscle kept to what was stated, for a free fit denied one of them.
+    """
 
     effects: tuple[str, ...]
     rmse: float
     held_out_rmse: float
     why: tuple[Objection, ...]
+    confined: bool = False

@@ -35,7 +35,7 @@ class Judged:
     @property
     def attempt(self) -> Attempt:
         """As what was tried and not kept."""
-        return Attempt(self.names, self.after.rmse, self.after.held_out_rmse, self.why)
+        return Attempt(self.names, self.after.rmse, self.after.held_out_rmse, self.why, bool(self.confined))
 
 
 def in_order(sound: Sequence[Judged], rules: StepRules) -> list[Judged]:

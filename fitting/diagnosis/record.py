@@ -42,6 +42,7 @@ class Explanation:
     plausible: bool = True  # nothing added ends at its bound, no stated measurement is denied
     estimate: dict[str, Estimate] = field(default_factory=dict)  # by the parameter's full name
     unexplained: float = float("nan")  # as of `Evidence`
+    replaces: tuple[str, ...] = ()  # rivals that the baseline has
 
 
 @dataclass(frozen=True)

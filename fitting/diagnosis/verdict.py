@@ -201,17 +201,19 @@ def _evidence(search: SearchResult, name: str, passed: Mapping[frozenset[str], W
         needs = world.lacking(world.with_added([name]))
         other = Reason.NO_NUMBER if added in search.numberless else Reason.NOT_FITTED
         return Evidence(name, why=Why(Reason.NEEDS, needs) if needs else Why(other))
-    adequacy = search.adequacy_tests.get(added)
+    adequacy, shown = search.adequacy_tests.get(added), examiner.as_fitted(added, fit)
+    # what stands has the values that are likelier where instruments err, what does not those that leave its error
+    sized = (examiner.seen, fit) if added in search.adequate else (world, shown)
     return Evidence(
         name,
         p_value=seen.p_value,
-        rmse=world.rmse(examiner.as_fitted(added, fit).rows),
-        held_out_rmse=world.rmse(examiner.left_out(examiner.as_fitted(added, fit))),
+        rmse=world.rmse(shown.rows),
+        held_out_rmse=world.rmse(examiner.left_out(shown)),
         unexplained=unexplained(search, fit),
         detection_limit=seen.limit,
         absorbed_share=seen.absorbed,
         similar=seen.similar,
-        estimate=estimate(examiner.seen, fit, name),
+        estimate=estimate(*sized, name),
         adequate=added in search.adequate,
         why=passed.get(added, adequacy.why if adequacy else None if seen.limit else Why(Reason.NOT_SEEN)),
     )
@@ -235,4 +237,5 @@ def _explanation(search: SearchResult, added: frozenset[str], passed: Mapping[fr
         plausible(world, added, fit),
         estimates(search.examiner.seen, fit, sorted(added)) if added in search.adequate else {},
         unexplained(search, fit),
+        tuple(sorted(search.base.effects - fit.effects)),
     )

@@ -99,4 +99,13 @@ def _range(experiments: Sequence[Experiment]) -> str:
         for name in ("pressure", "contraction")
     )
     ends = f"{showing.show(float(pressure.min()), 'Pa')} to {showing.show(float(pressure.max()), 'Pa')}"
-    return f"{ends}, contraction {contraction.min():.3g} to {contraction.max():.3g}"
+    return f"{ends}, contraction {contraction.min():.3g} to {contraction.max():.3g}{_corner(pressure, contraction)}"
+
+
+def _corner(pressure: np.ndarray, contraction: np.ndarray) -> str:
+    """From which pressure on a muscle was measured that is contracted most: at less it hangs slack, or pushes."""
+    far = contraction >= contraction.max() - EXPORT.corner * np.ptp(contraction)
+    least = float(pressure[far].min())
+    if least <= pressure.min() + EXPORT.corner * np.ptp(pressure):
+        return ""
+    return f", and beyond contraction {contraction[far].min():.3g} only from {showing.show(least, 'Pa')} on"

@@ -49,6 +49,7 @@ def strained_text(strained: bool) -> list[str]:
 def attempt_text(attempt: Attempt, unit: str) -> str:
     """What was tried, how far it would have brought the error, and why it was not kept."""
     errors = f"{amount(attempt.rmse, unit)}, on held-out runs {amount(attempt.held_out_rmse, unit)}"
+    errors += ", with the sizes of the muscle kept to what was measured" * attempt.confined
     return f"{marked(attempt.effects, ' + ')} was tried ({errors}) and is not kept: {why_not_kept(attempt)}."
 
 
@@ -74,6 +75,7 @@ def attempts_result(attempts: Sequence[Attempt]) -> list[dict[str, Any]]:
             "effects": list(attempt.effects),
             "rmse_N": attempt.rmse,
             "held_out_rmse_N": attempt.held_out_rmse,
+            "confined": attempt.confined,
             "why": [{"reason": w.reason.value, "parameter": w.about or None, "size": w.size} for w in attempt.why],
         }
         for attempt in attempts

@@ -72,7 +72,7 @@ def verdict_text(d: Diagnosis) -> str:
 
 
 def _verdict(d: Diagnosis) -> str:
-    sets = [effect_set(names) for names in d.explanations]
+    sets = [effect_set(names) + _in_place_of(d, names) for names in d.explanations]
     if d.verdict == "nothing detectable":
         return "Nothing is missing that these data could show."
     if d.is_strained:
@@ -83,12 +83,19 @@ def _verdict(d: Diagnosis) -> str:
     if d.verdict == "within the instruments":
         return "Errors of the instruments within their accuracy explain all of the misfit."
     if d.verdict == "missing":
-        return f"{sets[0]} {'is' if len(d.explanations[0]) == 1 else 'are'} missing."
+        names = d.explanations[0]
+        return f"{effect_set(names)} {'is' if len(names) == 1 else 'are'} missing{_in_place_of(d, names)}."
     if d.verdict == "one of":
         return f"One of these is missing, and these data cannot tell which (the likeliest first): {'; '.join(sets)}."
     if d.verdict == "not in the library":
         return "Something is missing, and no effect of the library explains all of it."
     return f"These data cannot say whether something is missing: {_undecided(d.why) or 'too little shows'}."
+
+
+def _in_place_of(d: Diagnosis, names: Sequence[str]) -> str:
+    """Which effects of the model these would replace: a model has one rubber, and one friction of the strands."""
+    gone = next((e.replaces for e in d.tried if e.effects == tuple(names)), ())
+    return f" in place of {marked(gone)}" if gone else ""
 
 
 def _undecided(why: Why | None) -> str:
