@@ -222,7 +222,7 @@ def test_values_are_sorted_by_levels_or_by_steps(values, levels, label):
 )
 def test_what_comes_next_is_a_command_that_takes_these_data(tests, verb):
     experiment = SimpleNamespace(recordings=[SimpleNamespace(test=test) for test in tests])
-    poor, good = SimpleNamespace(rmse=2.0, floor=1.0), SimpleNamespace(rmse=1.4, floor=1.0)
+    poor, good = (SimpleNamespace(rmse=rmse, floor=1.0, over_stated=None, unit="m") for rmse in (2.0, 1.4))
     assert after_comparison(poor, [experiment], ["folder"]).startswith(f"mckibben {verb} folder")
     assert after_comparison(good, [experiment], ["folder"]) is None
 

@@ -12,8 +12,8 @@ PRESSURE, CONTRACTION = (grid.ravel() for grid in np.meshgrid(np.linspace(0, 6e5
     ("kept", "said"),
     [
         (PRESSURE >= 0, ""),  # the whole box
-        (2e5 * (CONTRACTION > 0.15) <= PRESSURE, ", and beyond contraction 0.18 only from 200 kPa on"),
-        (PRESSURE >= 3e6 * CONTRACTION, ", and beyond contraction 0.18 only from 550 kPa on"),  # slack below
+        (2e5 * (CONTRACTION > 0.15) <= PRESSURE, ", but at contraction 0.18 or more only above 200 kPa"),
+        (PRESSURE >= 3e6 * CONTRACTION, ", but at contraction 0.18 or more only above 550 kPa"),  # slack below
         (0.1 * (PRESSURE > 3e5) < CONTRACTION, ""),  # another corner: nothing is slack there
     ],
 )

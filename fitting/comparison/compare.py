@@ -11,6 +11,7 @@ from fitting.comparison.fingerprint import Fingerprint, exponents
 from fitting.comparison.parity import Cells, cells, pressure_bins
 from fitting.comparison.repeats import OneWay, Pair, drift, find_repeats, noise_floor, one_way
 from fitting.comparison.settings import ERRORS
+from fitting.comparison.slips import Mended, likely_slips
 from fitting.least_squares.evaluate import force_over_stated, rmse_at_pressures
 from fitting.least_squares.force_band import ForceBand, force_bands
 from fitting.least_squares.record import Fit
@@ -92,6 +93,7 @@ class Comparison:
     channels: tuple[ChannelErrors, ...] = ()  # what the instruments of each recording may err by
     if_absolute: float | None = None  # the error, were the pressures absolute; None where they cannot be
     over_stated: float | None = None  # measured force over that of the stated sizes, where the fit denies one of them
+    slips: tuple[Mended, ...] = ()  # of the pen, that would explain a force unlike that of the stated sizes
     one_way: OneWay | None = None  # what every loop changes by beside the one before, where all runs agree
     bands: tuple[ForceBand, ...] = ()  # where force readings of a new run will lie, for each kind of test
 
@@ -151,6 +153,7 @@ def compare(fit: Fit, experiments: Sequence[Experiment]) -> Comparison:
         channels=_channels(recordings),
         if_absolute=_if_absolute(fit, rmse / full_scale) if unit == "N" else None,
         over_stated=force_over_stated(fit) if unit == "N" and np.any(np.abs(fit.prior_rows) > BELIEVED) else None,
+        slips=likely_slips(fit) if unit == "N" else (),
         bands=force_bands(fit),
     )
 

@@ -108,4 +108,4 @@ def _corner(pressure: np.ndarray, contraction: np.ndarray) -> str:
     least = float(pressure[far].min())
     if least <= pressure.min() + EXPORT.corner * np.ptp(pressure):
         return ""
-    return f", and beyond contraction {contraction[far].min():.3g} only from {showing.show(least, 'Pa')} on"
+    return f", but at contraction {contraction[far].min():.3g} or more only above {showing.show(least, 'Pa')}"

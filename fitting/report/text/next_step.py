@@ -9,14 +9,18 @@ from fitting.diagnosis.outcomes import NOTHING_MISSING, Verdict
 from fitting.diagnosis.record import Diagnosis
 from fitting.recordings.records import Experiment
 from fitting.report.text.comparison import fails
+from fitting.report.text.warnings import unlikely_ratio
 from fitting.study.preview import suggested
 
 ADD = "Put it into the model:"
 
 
 def after_comparison(c: Comparison, experiments: Sequence[Experiment], data: Sequence[str]) -> str | None:
-    """The diagnosis, where the model fails; it reads forces, and motions as force, but no position without inertia."""
-    if not fails(c):
+    """The diagnosis, where the model fails; it reads forces, and motions as force, but no position without inertia.
+
+    Nothing where a unit or a size is likelier to be wrong than the physics: that comes first.
+    """
+    if not fails(c) or unlikely_ratio(c) is not None:
         return None
     if _positions_alone(experiments):
         suspect = "EFFECT, one that you suspect (mckibben effects): 'diagnose' needs a force"

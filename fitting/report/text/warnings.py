@@ -6,6 +6,7 @@ import numpy as np
 
 from fitting import showing
 from fitting.comparison.compare import Comparison
+from fitting.comparison.slips import Mended, Slip
 from fitting.recordings.accuracy import Channel
 from fitting.recordings.channel_errors import ChannelErrors
 from fitting.report.settings import WARNING_TEXT
@@ -20,29 +21,54 @@ def comparison_warnings(c: Comparison) -> list[str]:
 
 def _size(c: Comparison) -> list[str]:
     """A hint where the model misses so much that a unit or a size is likelier to be wrong than the physics."""
-    ratio = _unlikely_ratio(c)
+    ratio = unlikely_ratio(c)
     if ratio is None:
         return []
-    times = showing.figures(ratio)
     return [
-        f"The measured force is on average {times} times the force of a muscle of these sizes. Check units and sizes "
-        "before any effect is looked for: 0.1 is kgf taken for N, 0.25 or 4 a diameter taken for the radius or the "
-        "reverse, 0.001 or 1000 a wrong prefix."
+        f"The measured force is on average {showing.figures(ratio)} times the force of a muscle of these sizes. Check "
+        f"units and sizes before any effect is looked for. {slips_text(c.slips)}"
     ]
 
 
-def _unlikely_ratio(c: Comparison) -> float | None:
+SLIPS = {
+    Slip.DIAMETER: "the stated radius is the diameter",
+    Slip.HALF_RADIUS: "the stated radius is half the radius",
+    Slip.ANGLE_FROM_HOOP: "the braid angle was measured from the circumference, not from the long axis",
+    Slip.KILOGRAM_FORCE: "the forces are in kgf, read as N",
+    Slip.POUND_FORCE: "the forces are in lbf, read as N",
+    Slip.KILONEWTON: "the forces are in kN, read as N",
+    Slip.TEN_TIMES_PRESSURE: "the pressures are ten times those that were read (kPa read as hPa or mbar)",
+    Slip.TENTH_OF_PRESSURE: "the pressures are a tenth of those that were read (hPa or mbar read as kPa)",
+    Slip.HUNDRED_TIMES_PRESSURE: "the pressures are 100 times those that were read (bar read as kPa)",
+    Slip.HUNDREDTH_OF_PRESSURE: "the pressures are a hundredth of those that were read (kPa read as bar)",
+    Slip.THOUSAND_TIMES_PRESSURE: "the pressures are 1000 times those that were read (kPa read as Pa)",
+    Slip.THOUSANDTH_OF_PRESSURE: "the pressures are a thousandth of those that were read (Pa read as kPa)",
+    Slip.PSI_AS_KILOPASCAL: "the pressures are in psi, read as kPa",
+    Slip.KILOPASCAL_AS_PSI: "the pressures are in kPa, read as psi",
+    Slip.SWAPPED: "the columns of force and pressure are swapped",
+}
+
+
+def slips_text(slips: Sequence[Mended]) -> str:
+    """What would bring the force near that of the sizes, if any usual slip would."""
+    if not slips:
+        return "No usual slip explains it: a diameter, an angle from the circumference, kgf, lbf, psi, a prefix."
+    said = [f"{showing.figures(each.ratio)} times if {SLIPS[each.slip]}" for each in slips]
+    return f"It would be {'; or '.join(said)}."
+
+
+def unlikely_ratio(c: Comparison) -> float | None:
     """Measured force over that of a muscle of the stated sizes, where no effect that is known would make it so.
 
     Of the fitted model where that misses much; of the stated sizes themselves where the fit takes others.
     """
     if c.over_stated is not None and not WARNING_TEXT.stated[0] < c.over_stated < WARNING_TEXT.stated[1]:
         return c.over_stated
+    if c.unit != "N" or c.share < WARNING_TEXT.unlikely:
+        return None
     rows = c.fit.problem.of_force(c.fit.samples)
     measured, model = c.fit.samples.measured[rows], (c.fit.samples.measured + c.fit.residual)[rows]
-    if c.unit != "N" or c.share < WARNING_TEXT.unlikely or not np.any(model):
-        return None
-    ratio = float(model @ measured / (model @ model))
+    ratio = float(model @ measured / (model @ model)) if np.any(model) else 1.0
     return None if WARNING_TEXT.likely[0] < ratio < WARNING_TEXT.likely[1] else ratio
 
 
