@@ -243,6 +243,14 @@ def test_an_even_misfit_without_pressure_is_one_that_the_fit_hides_in_part(study
     assert "pressure to the power 2" in kind_text(dataclasses.replace(study[1], fingerprint=steep))
 
 
+@pytest.mark.parametrize(("share", "said"), [(1.064, "a branch moves by 6.34 N when"), (0.09, None), (None, None)])
+def test_how_far_a_branch_moves_is_said_in_newtons(study, share, said):
+    """A share of the misfit was said, and no more than all of it: a few branches may move by more than a fit leaves."""
+    c = study[1]
+    moved = dataclasses.replace(c, rmse=5.96, fingerprint=dataclasses.replace(c.fingerprint, cycle_drift=share))
+    assert (said in kind_text(moved)) if said else "branch moves" not in kind_text(moved)
+
+
 def test_motions_read_as_force_are_not_called_described(study):
     """Their noise as force is coarse: how far they are missed is another question."""
     good = dataclasses.replace(study[1], rmse=study[1].noise, noise_floor=None)

@@ -107,7 +107,7 @@ def kind_text(c: Comparison) -> str:
     if not fails(c):
         return "the misfit is mostly noise, and nothing can be read from its shape"
     traces = c.fingerprint
-    return "; ".join(part for part in (_parity(traces), *_even(traces), *_odd(traces), *_drift(traces)) if part)
+    return "; ".join(part for part in (_parity(traces), *_even(traces), *_odd(traces), *_drift(c)) if part)
 
 
 def _parity(traces: Fingerprint) -> str:
@@ -143,9 +143,10 @@ def _meaning(exponent: float) -> str:
     return " (proportional)" if abs(exponent - 1) < 0.1 else ""
 
 
-def _drift(traces: Fingerprint) -> list[str]:
-    drift = min(traces.cycle_drift or 0.0, 1.0)  # what changes may even be larger than what a fit leaves
-    return [f"{percent(drift)} of the misfit changes from one loop to its repetition"] if drift > 0.1 else []
+def _drift(c: Comparison) -> list[str]:
+    """How far a branch moves when it is measured again: a few that move far may outweigh what most of them scatter."""
+    drift = c.fingerprint.cycle_drift or 0.0
+    return [f"a branch moves by {amount(drift * c.rmse, c.unit)} when it is measured again"] if drift > 0.1 else []
 
 
 def comparison_report(c: Comparison) -> list[RenderableType]:
