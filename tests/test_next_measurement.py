@@ -16,6 +16,7 @@ from threadpoolctl import threadpool_limits
 from fitting import showing
 from fitting.cli.main import main
 from fitting.diagnosis.diagnose import diagnose
+from fitting.diagnosis.outcomes import NOTHING_MISSING
 from fitting.diagnosis.record import Evidence
 from fitting.least_squares.fit import fit
 from fitting.planning import next_measurement as nm
@@ -33,7 +34,7 @@ from fitting.report.text.plan import plan_report, plan_result
 from fitting.study.plan import Plan, plan_of
 from fitting.study.request import Request
 from mckibben_jax.effect import name_of
-from mckibben_jax.effects import LIBRARY, CoulombFriction, IdealCylinder
+from mckibben_jax.effects import LIBRARY, ConstantFriction, CoulombFriction, EndStop, IdealCylinder, ViscousDamping
 
 KNOWN = {name_of(kind): kind for kind in LIBRARY}
 BASELINE = (IdealCylinder(), CoulombFriction())
@@ -183,8 +184,7 @@ def test_what_no_recording_separates_is_said(one_pressure):
     """A hung weight and an offset of the load cell are one and the same number."""
     tied = left_tied(one_pressure[2], "force_offset", "weight")
     assert nm.next_measurement(tied, [one_pressure[2]]) is None
-    task = SimpleNamespace(experiments=(one_pressure[2],), library=KNOWN, varying=Varying(), seed=0, asked={"seed": 0})
-    plan = plan_of(task, tied)
+    plan = plan_of_it(tied, one_pressure[2])
     assert plan.tied == ((("force_offset",), ("weight",)),)
     assert plan.instruments == ("force_offset",)
     result = plan_result(plan, "folder/model.toml")
@@ -192,11 +192,34 @@ def test_what_no_recording_separates_is_said(one_pressure):
     assert result["next_measurement"] is None
 
 
+def test_what_was_added_is_told_from_what_does_the_same_in_its_place(one_pressure):
+    """Constant friction was found; at one speed viscous damping is nearly the same. Which is it?"""
+    present = [*BASELINE, ConstantFriction()]
+    found = diagnose([one_pressure[2]], present, candidates=[ViscousDamping(), EndStop()])
+    assert found.verdict in NOTHING_MISSING
+    assert not plan_of_it(found, one_pressure[2]).of_likes
+    found = replace(found, substitutes=(("constant_friction", "viscous_damping"),))
+    plan = plan_of_it(found, one_pressure[2])
+    assert plan.rivals == (("constant_friction",), ("viscous_damping",))
+    assert "constant_friction.F_c" not in plan.diagnosis.baseline.layout.names
+    (step, *_) = plan.steps
+    assert step.power >= 0.8
+    assert abs(np.log(step.speed / 0.01)) > np.log(1.5)  # another speed than was recorded
+    words = " ".join(shown_words(plan).split())
+    assert "The model has Constant friction (constant_friction); these data cannot tell apart:" in words
+    assert "EXPECT one of them is left: that of the model, or another that is missing then" in words
+
+
 def test_a_gauge_is_told_from_a_muscle_by_venting():
     rivals = (("pressure_offset",), ("dead_band",))
     plan = Plan(SimpleNamespace(verdict="one of"), rivals, (), (rivals,), None, ("pressure_offset",))
     assert "vented" in shown_words(plan)
     assert "vented" not in shown_words(replace(plan, instruments=()))
+
+
+def plan_of_it(found, experiment):
+    task = SimpleNamespace(experiments=(experiment,), library=KNOWN, varying=Varying(), seed=0, asked={"seed": 0})
+    return plan_of(task, found)
 
 
 def shown_words(plan):
@@ -210,8 +233,7 @@ def shown_words(plan):
 @pytest.mark.parametrize(("model", "named"), [(None, "folder/model.toml"), ("else where.toml", "'else where.toml'")])
 def test_a_rehearsal_names_the_model_that_was_given(one_pressure, model, named):
     tied = left_tied(one_pressure[2], "viscous_damping", "linear_spring")
-    task = SimpleNamespace(experiments=(one_pressure[2],), library=KNOWN, varying=Varying(), seed=0, asked={"seed": 0})
-    result = plan_result(plan_of(task, tied), Request(data=("folder",), model=model).model_file)
+    result = plan_result(plan_of_it(tied, one_pressure[2]), Request(data=("folder",), model=model).model_file)
     rehearsed = [step["simulate"] for step in result["protocol"] if step["simulate"]]
     assert rehearsed
     assert all(f"mckibben simulate {named} " in command for command in rehearsed)

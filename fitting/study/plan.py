@@ -5,8 +5,10 @@ from dataclasses import dataclass
 from itertools import combinations
 
 from fitting.diagnosis.diagnose import of_force
+from fitting.diagnosis.outcomes import NOTHING_MISSING
 from fitting.diagnosis.record import Diagnosis
 from fitting.planning.candidates import RigAbilities, rig_abilities
+from fitting.planning.likes import with_likes_apart
 from fitting.planning.next_measurement import NextMeasurement, measurements, remaining
 from fitting.planning.sharper import sharper
 from fitting.problem.varying import Varying
@@ -25,7 +27,8 @@ Sets = tuple[str, ...]
 class Plan:
     """Recordings in their order, after a diagnosis.
 
-    `rivals` are the explanations that stand, `tied` those pairs of them that none of the recordings separates.
+    `rivals` are the explanations that stand, `tied` those pairs of them that none of the recordings separates. Where
+    nothing is missing but an effect of the model has likes, `diagnosis` is that of the model without it.
     """
 
     diagnosis: Diagnosis
@@ -34,6 +37,7 @@ class Plan:
     tied: tuple[tuple[Sets, Sets], ...]
     can: RigAbilities
     instruments: tuple[str, ...] = ()  # of the effects that stay tied, those that an instrument shows by itself
+    of_likes: bool = False  # the explanations are effects of the model, and what would do the same in their place
 
     @property
     def separates(self) -> bool:
@@ -60,7 +64,10 @@ def plan(
 
     `experiments`, `fix`, `free` and `own` as they were diagnosed; `known` are effects that the library does not have.
     """
-    varying, rivals = Varying(fix, free, own), remaining(diagnosis)
+    varying = Varying(fix, free, own)
+    of_likes = diagnosis.verdict in NOTHING_MISSING and bool(diagnosis.substitutes)
+    diagnosis = with_likes_apart(diagnosis, experiments, varying) if of_likes else diagnosis
+    rivals = remaining(diagnosis)
     if len(rivals) > 1:
         steps = measurements(diagnosis, experiments, known=known, varying=varying, seed=seed)
         tied = _still_tied(rivals, steps)
@@ -72,7 +79,7 @@ def plan(
     sources = {name_of(effect): effect.source for effect in (*LIBRARY, *known)}
     open_ones = dict.fromkeys(name for pair in tied for names in pair for name in names)
     instruments = tuple(name for name in open_ones if sources.get(name) == INSTRUMENT)
-    return Plan(diagnosis, tuple(rivals), tuple(steps), tied, can, instruments)
+    return Plan(diagnosis, tuple(rivals), tuple(steps), tied, can, instruments, of_likes)
 
 
 def _still_tied(rivals: Sequence[Sets], steps: Sequence[NextMeasurement]) -> tuple[tuple[Sets, Sets], ...]:

@@ -25,6 +25,8 @@ def _purpose(plan: Plan) -> str:
     names = "; ".join(effect_set(names) for names in plan.rivals)
     if plan.diagnosis.verdict == "not in the library":
         return f"No effect explains all; this separates the nearest: {names}."
+    if plan.of_likes:
+        return f"The model has {effect_set(plan.rivals[0])}; these data cannot tell apart: {names}."
     return f"These data cannot tell apart: {names}."
 
 
@@ -32,11 +34,13 @@ def _expected(plan: Plan) -> str:
     """The verdict to be expected once all is recorded."""
     verdict = plan.diagnosis.verdict
     if plan.separates:
-        return _separated(verdict, plan.steps, plan.tied)
+        return _separated(verdict, plan.steps, plan.tied, plan.of_likes)
     return f"as now ({verdict}), or one of the effects shown is missing too" if plan.steps else ""
 
 
-def _separated(verdict: str, steps: Sequence[NextMeasurement], tied: Sequence[tuple[Sets, Sets]]) -> str:
+def _separated(
+    verdict: str, steps: Sequence[NextMeasurement], tied: Sequence[tuple[Sets, Sets]], of_likes: bool
+) -> str:
     if not steps:
         return "as now: no force test on this muscle, nor on one of another length or wall, separates them"
     decided = [p.power for step in steps for p in step.pairs if p.power >= STUDY.separated]
@@ -45,6 +49,7 @@ def _separated(verdict: str, steps: Sequence[NextMeasurement], tied: Sequence[tu
         rest = f"; the other pairs are decided (probability {percent(min(decided))} each)" if decided else ""
         return f"may stay open: {pairs}{rest}"
     after = "one is left, or none of them" if verdict == "not in the library" else "missing: one of them, uniquely"
+    after = "one of them is left: that of the model, or another that is missing then" if of_likes else after
     return f"{after} (each pair is decided with probability {percent(min(decided))})"
 
 
