@@ -18,7 +18,7 @@ NAMES = PageNames({name_of(kind): kind for kind in (*LIBRARY, *SUPPLIES)})
 
 def on_the_page(text):
     """The HTML of a text with identifiers in brackets."""
-    return re.sub(r'<small class="id">(.*?)</small>', r"[\1]", NAMES.html(text))
+    return re.sub(r'<small class="id">(.*?)</small>', r"[\1]", str(NAMES.html(text)).replace("<wbr>", ""))
 
 
 @pytest.mark.parametrize(
@@ -101,3 +101,10 @@ def test_a_cell_is_broken_before_an_identifier_and_a_column_goes_only_then():
     assert [row.split("  ")[0] for row in shown(60)[1:]] == ["Rubber wall, neo-Hookean", "(bladder_neo_hookean)"]
     assert "most similar" in shown(60)[0]
     assert "most similar" not in shown(34)[0]
+
+
+def test_a_long_identifier_breaks_where_words_end():
+    """A narrow column broke it anywhere: bladder_mooney_rivli, and an n below."""
+    html = PageNames().html("⟦bladder_mooney_rivlin.C01⟧ and ⟦tip.k⟧")
+    assert '<small class="id">bladder_<wbr>mooney_<wbr>rivlin.<wbr>C01</small>' in html
+    assert '<small class="id">tip.k</small>' in html

@@ -50,6 +50,6 @@ def _warnings_of(khat: float, effective: float, draws: int) -> tuple[str, ...]:
     if khat < QUICK.khat and effective > QUICK.effective:
         return ()
     return (
-        f"the quick look fails its own check: {khat_text(khat)}, {draws} draws are worth "
-        f"{effective:.0f} (wanted: {QUICK.effective:.0f}); leave --quick out",
+        f"the quick look fails its own check: its {draws} draws are worth {effective:.0f} independent ones (wanted: "
+        f"{QUICK.effective:.0f}), {khat_text(khat)}; leave --quick out",
     )

@@ -103,7 +103,7 @@ class Posterior:
 
 def khat_text(khat: float) -> str:
     """What k-hat is, with its value."""
-    return f"k-hat {khat:.2f} (below {QUICK.khat} no few draws outweigh all others)"
+    return f"k-hat {khat:.2f} (reliable below {QUICK.khat}: above it a few draws outweigh all others)"
 
 
 def arviz() -> Any:

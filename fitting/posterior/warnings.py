@@ -35,7 +35,9 @@ def find_warnings(
     wide = {name: times for name, times in wide.items() if times > LIMITS.robust_excess}
     if wide:
         each = ", ".join(f"{name} {times:.1f}" for name, times in wide.items())
-        messages.append(f"errors that loops share would make the intervals wider than they are: {each} times as wide")
+        messages.append(
+            f"the intervals would be wider, were the readings of a loop taken to err together: {each} times as wide"
+        )
     return tuple(messages)
 
 

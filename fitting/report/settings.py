@@ -130,7 +130,9 @@ class PosteriorPictureSettings:
 
     parameters: int = 8  # at most; chosen
     bands: int = 16  # at most; chosen
-    mass: tuple[float, float] = (0.9, 0.5)  # of the draws, inside each line; chosen
+    mass: tuple[float, float] = (0.9, 0.5)  # of the draws, in the places of each colour; chosen
+    ticks: int = 2  # steps of an axis: three numbers of six figures run into each other; chosen
+    small: float = 6.5  # points, of a power of ten beside an axis; chosen
 
 
 @dataclass(frozen=True)

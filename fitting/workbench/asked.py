@@ -45,7 +45,11 @@ def sample_posterior(session: Session, progress: Progress, seconds: float = 60.0
         progress=lambda done, worth: progress(f"{done} steps, {worth:.0f} independent samples", 0.5),
     )
     drawn = (
-        ("Each parameter, and every two against each other: lines hold 50 and 90 % of the draws.", pairs(found)),
+        (
+            "Each parameter, and every two against each other: dark places hold half of the draws, dark and light ones "
+            "90 %.",
+            pairs(found),
+        ),
         ("Measured minus predicted, in the band that should hold 90 % of the readings.", predicted(found)),
     )
     pictures = tuple((caption, as_svg(figure, f"posterior{k}")) for k, (caption, figure) in enumerate(drawn))

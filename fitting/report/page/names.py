@@ -6,6 +6,12 @@ from markupsafe import Markup
 
 from fitting.report.text.names import Names
 
+LONG = 16  # characters: an identifier that a narrow column may have to break, which it then does where words end
+
+
+def _breaking(name: str) -> str:
+    return name.replace("_", "_<wbr>").replace(".", ".<wbr>") if len(name) >= LONG else name
+
 
 class PageNames(Names):
     """Names of a library as HTML."""
@@ -16,5 +22,5 @@ class PageNames(Names):
 
     def _html(self, name: str) -> str:
         called = self.called(name)
-        small = f'<small class="id">{escape(name)}</small>'
+        small = f'<small class="id">{_breaking(escape(name))}</small>'
         return small if called == name else f"{escape(called)} {small}"

@@ -54,7 +54,7 @@ def posterior_sections(posterior: Posterior) -> list[Section]:
             "What is known",
             sentences=words,
             picture=figures.as_svg(pairs(posterior), "pairs"),
-            caption="Lines hold 50 and 90 % of the draws.",
+            caption="Dark places hold half of the draws, dark and light ones 90 %.",
             tables=(Grid(heads, tuple(Line((mark(name), *values)) for name, *values in rows)),),
             folded=(Grid(("parameter", "prior", "sensitivity"), priors, note, words=(1,)),),
             folded_title="Priors",

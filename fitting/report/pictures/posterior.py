@@ -18,7 +18,7 @@ CELLS, SMOOTH = 40, 1.2
 
 
 def pairs(posterior: Posterior) -> "Figure":
-    """Every parameter's draws, and every two of them against each other: lines hold 50 and 90 % of the draws."""
+    """Every parameter's draws, and every two of them against each other: dark places hold half of them, all 90 %."""
     names = list(posterior.parameters)[: POSTERIOR_PICTURE.parameters]
     draws = [_shown(posterior, name) for name in names]
     count = len(names)
@@ -105,13 +105,16 @@ def _together(axes: "Axes", x: np.ndarray, y: np.ndarray) -> None:
 
 
 def _labelled(axes: "Axes", across: str, up: str, row: int, column: int, count: int) -> None:
-    axes.locator_params(axis="x", nbins=3)
+    axes.locator_params(axis="x", nbins=POSTERIOR_PICTURE.ticks)
+    axes.ticklabel_format(scilimits=(-2, 5))  # a friction of 0.00007 would run into its neighbours
+    axes.xaxis.offsetText.set_fontsize(POSTERIOR_PICTURE.small)
+    axes.yaxis.offsetText.set_fontsize(POSTERIOR_PICTURE.small)
     if row == count - 1:
         axes.set_xlabel(across)
     else:
         axes.set_xticklabels([])
     if column == 0 and row:
-        axes.locator_params(axis="y", nbins=3)
+        axes.locator_params(axis="y", nbins=POSTERIOR_PICTURE.ticks)
         axes.set_ylabel(up)
     else:
         axes.set_yticklabels([])
