@@ -30,7 +30,7 @@ from fitting.problem.varying import Varying
 from fitting.recordings.experiment import read_experiment
 from fitting.report.text.layout import console
 from fitting.report.text.measurement import needs_text, purpose_text, rehearsal_command
-from fitting.report.text.plan import plan_report, plan_result
+from fitting.report.text.plan import _expected, plan_report, plan_result
 from fitting.study.plan import Plan, plan_of
 from fitting.study.request import Request
 from mckibben_jax.effect import name_of
@@ -215,6 +215,16 @@ def test_a_gauge_is_told_from_a_muscle_by_venting():
     plan = Plan(SimpleNamespace(verdict="one of"), rivals, (), (rivals,), None, ("pressure_offset",))
     assert "vented" in shown_words(plan)
     assert "vented" not in shown_words(replace(plan, instruments=()))
+
+
+@pytest.mark.parametrize(
+    ("strained", "said"), [(True, "instruments, far beyond their accuracy"), (False, "within the instruments")]
+)
+def test_a_plan_says_of_instruments_what_the_verdict_says(strained, said):
+    found = SimpleNamespace(verdict="within the instruments", is_strained=strained)
+    assert (
+        _expected(Plan(found, (), (None,), (), None)) == f"as now ({said}), or one of the effects shown is missing too"
+    )
 
 
 def plan_of_it(found, experiment):

@@ -15,6 +15,7 @@ from fitting.report.text.layout import columns, line, lines, paste_line
 from fitting.report.text.measurement import needs_text, purpose_text, rehearsal_command, what_text
 from fitting.report.text.names import marked
 from fitting.report.text.next_step import shell_words
+from fitting.report.text.stages import verdict_words
 from fitting.study.plan import Plan, Sets
 from fitting.study.settings import STUDY
 
@@ -35,7 +36,8 @@ def _expected(plan: Plan) -> str:
     verdict = plan.diagnosis.verdict
     if plan.separates:
         return _separated(verdict, plan.steps, plan.tied, plan.of_likes)
-    return f"as now ({verdict}), or one of the effects shown is missing too" if plan.steps else ""
+    now = verdict_words(verdict, plan.diagnosis.is_strained)
+    return f"as now ({now}), or one of the effects shown is missing too" if plan.steps else ""
 
 
 def _separated(

@@ -15,7 +15,12 @@ def stage_text(stage: Stage) -> str:
 
 def stage_verdict(stage: Stage) -> str:
     """The verdict on the model of a step; empty where none was asked for."""
-    return "instruments, far beyond their accuracy" if stage.strained else stage.verdict
+    return verdict_words(stage.verdict, stage.strained)
+
+
+def verdict_words(verdict: str, strained: bool) -> str:
+    """A verdict in few words; `strained`: instruments explain the misfit only by errors far beyond their accuracy."""
+    return "instruments, far beyond their accuracy" if strained else verdict
 
 
 def dropped_text(stage: Stage) -> list[str]:
