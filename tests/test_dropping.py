@@ -170,6 +170,6 @@ def test_a_step_that_drops_is_told_as_one(tmp_path):
     assert "nothing in the data asks for" in dropped_text(stages[-1])[0]
     assert not any(dropped_text(stage) for stage in stages[:-1])
     exchange = Stage("", 0.3, 0.4, "missing", added=("tip",), dropped=("conical_ends",), exchanged=True)
-    assert "explains the readings far better than ⟦conical_ends⟧" in dropped_text(exchange)[0]
+    assert "explains the readings better than ⟦conical_ends⟧" in dropped_text(exchange)[0]
     assert not dropped_text(replace(exchange, exchanged=False))  # of a rival of its family
     assert np.isfinite(last["rmse_N"])

@@ -8,7 +8,7 @@ from hidden import simulator
 
 from fitting.diagnosis.course import ModelOnTheWay
 from fitting.diagnosis.diagnose import one_thread, prepared
-from fitting.diagnosis.exchanging import exchanged, far_likelier
+from fitting.diagnosis.exchanging import exchanged, likelier
 from fitting.diagnosis.settings import VERDICT
 from fitting.diagnosis.step_rules import RULES
 from fitting.recordings.experiment import read_experiment
@@ -41,7 +41,7 @@ def experiment(tmp_path_factory):
     return read_experiment(simulator.write(muscle, tmp_path_factory.mktemp("d") / "tip", say_accuracy=True))
 
 
-def changed(experiment, *added):
+def changed(experiment, *added, adequate=False):
     """The model that takes the place of one with these effects added to the baseline, and all that was begun."""
     begun = []
 
@@ -53,7 +53,7 @@ def changed(experiment, *added):
     search = prepared([experiment], present, candidates=list(KNOWN.values()), confine=True)
     with one_thread():
         search.fit_singles()
-        return exchanged(ModelOnTheWay((), present, search), added, KNOWN, begin, RULES), begun
+        return exchanged(ModelOnTheWay((), present, search), added, KNOWN, begin, RULES, adequate), begun
 
 
 def test_a_stand_in_gives_its_place(experiment):
@@ -71,6 +71,18 @@ def test_what_is_right_keeps_its_place(experiment):
     assert changed(experiment, "tip", "bladder_neo_hookean") == (None, [])
 
 
+def test_a_rubber_of_two_numbers_becomes_one_of_a_single_number(experiment):
+    """It stood in for the tip, and was the first of them that led."""
+    larger, _ = changed(experiment, "tip", "bladder_ogden")
+    assert (larger.added, larger.dropped) == (("bladder_neo_hookean",), ("bladder_ogden",))
+
+
+def test_what_lacks_nothing_is_not_exchanged_for_what_does(experiment, monkeypatch):
+    monkeypatch.setattr("fitting.diagnosis.examine.Examiner.adequacy", lambda *_, **__: SimpleNamespace(why="p"))
+    assert changed(experiment, "tip", "bladder_ogden", adequate=True) == (None, [])
+    assert changed(experiment, "tip", "bladder_ogden")[0].added == ("bladder_neo_hookean",)
+
+
 def test_only_what_was_added_is_exchanged(experiment):
     """The model that the user began with is the user's."""
     present = [*BASE, KNOWN["conical_ends"], KNOWN["bladder_neo_hookean"]]
@@ -81,11 +93,17 @@ def test_only_what_was_added_is_exchanged(experiment):
         assert exchanged(here, ["bladder_neo_hookean"], KNOWN, lambda *_: search, RULES) is None
 
 
-@pytest.mark.parametrize(("times", "far"), [(2.0, True), (0.5, False)])
-def test_far_likelier_is_so_many_times_likelier(times, far, monkeypatch):
+@pytest.mark.parametrize(
+    ("times", "parameters", "taken"),
+    [(2.0, 3, True), (0.5, 3, False), (0.5, 2, True), (0.9 / VERDICT.likelier, 2, False)],
+    ids=["far likelier", "likelier", "likelier and simpler", "simpler alone"],
+)
+def test_an_exchange_must_be_far_likelier_or_save_a_parameter(times, parameters, taken, monkeypatch):
     """Half a difference of Schwarz's criterion is the logarithm of how much likelier a model is."""
-    whole, other = (SimpleNamespace(effects=frozenset([name])) for name in "ab")
+    whole, other = (
+        SimpleNamespace(effects=frozenset([name]), free="abc"[:count]) for name, count in (("a", 3), ("b", parameters))
+    )
     worth = {whole.effects: 10.0, other.effects: 10.0 - 2 * np.log(times * VERDICT.likelier)}
     monkeypatch.setattr("fitting.diagnosis.exchanging.criteria", lambda *_: worth)
     search = SimpleNamespace(alone=whole, examiner=None)
-    assert far_likelier(search, [other], VERDICT) == ([other] if far else [])
+    assert likelier(search, [other], VERDICT) == ([other] if taken else [])

@@ -99,7 +99,7 @@ def discover(
                 larger = without_idle(here, added(here), begin, rules)
         if larger is None and len(steps) < rules.longest:
             with one_thread():
-                larger = exchanged(here, added(here), known, begin, rules)
+                larger = exchanged(here, added(here), known, begin, rules, result.base_is_adequate)
             if larger is not None and names_of(larger) in seen:
                 larger = None
         if larger is None:

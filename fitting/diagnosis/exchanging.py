@@ -1,9 +1,10 @@
-"""Whether another effect explains the readings far better in the place of one that was added early.
+"""Whether another effect explains the readings better in the place of one that was added early.
 
 What is added first has to explain alone what several effects cause. Conical ends may so stand in for a tip correction,
 and beside the rubber and the compliant rig that came later the tip correction leaves far less. No step that only adds
 gets there, and conical ends do too much to be dropped. Added effects are therefore exchanged one by one, after the
-forward steps (Miller 2002, Subset Selection in Regression, 3: replacing predictors).
+forward steps (Miller 2002, Subset Selection in Regression, 3: replacing predictors). A rubber of two numbers that
+stood in for what came later may so become one of a single number, too.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -12,6 +13,7 @@ import numpy as np
 
 from fitting.diagnosis.candidate_fit import CandidateFit
 from fitting.diagnosis.course import ModelOnTheWay, values_of
+from fitting.diagnosis.findings import Fault
 from fitting.diagnosis.judging import fitted
 from fitting.diagnosis.likelihood import criteria
 from fitting.diagnosis.linear_look import LinearLook
@@ -28,19 +30,23 @@ def exchanged(
     known: Mapping[str, Effect],
     begin: Callable[..., Search],
     rules: StepRules,
+    adequate: bool = False,
     settings: VerdictSettings = VERDICT,
 ) -> ModelOnTheWay | None:
-    """The model with another effect in place of one of its `added` ones; None where none explains far more.
+    """The model with another effect in place of one of its `added` ones; None where none explains the readings better.
 
     What takes the place has no more parameters: with more of them it would have to pay as a step must that adds. The
-    readings must be far likelier, held-out runs must be predicted no worse beyond what instruments can make of them,
-    and the new model must be as sound as one that a step comes to. `known` are all effects by name;
-    `begin(effects, values, confine)` prepares the search of a model.
+    readings must be far likelier, or no less likely where parameters are saved; held-out runs must be predicted no
+    worse beyond what instruments can make of them, and the new model must be as sound as one that a step comes to.
+    Nothing may be missing from it where the model is `adequate`. `known` are all effects by name; `begin(effects,
+    values, confine)` prepares the search of a model.
     """
     search, confine = here.search, here.search.base.confined
     world = search.world.confined() if confine else search.world
     before = fitted(search.world, search.base, search)
-    for fit in far_likelier(search, _in_place_of_one(search, added), settings):
+    for fit in likelier(search, _in_place_of_one(search, added), settings):
+        if adequate and search.examiner.adequacy(frozenset(), fit, search.fits).why is not None:
+            continue
         if not _is_sound(before, fitted(world, world.fit(fit.effects, fit.vector), search), rules):
             continue
         present = [known[name] for name in search.world.effects if name in fit.effects]
@@ -51,12 +57,16 @@ def exchanged(
     return None
 
 
-def far_likelier(search: Search, others: Sequence[CandidateFit], settings: VerdictSettings) -> list[CandidateFit]:
-    """Models that are far likelier than that of a search by Schwarz's criterion, the likeliest first."""
+def likelier(search: Search, others: Sequence[CandidateFit], settings: VerdictSettings) -> list[CandidateFit]:
+    """Models that are far likelier than that of a search, or likelier with fewer parameters; the likeliest first.
+
+    By Schwarz's criterion, which counts the parameters: one that is saved may cost as much as it is worth there.
+    """
     fits = {fit.effects: fit for fit in (search.alone, *others)}
     found = criteria(list(fits), fits, search.examiner)
-    most = found[search.alone.effects] - 2 * np.log(settings.likelier)
-    return sorted((fit for fit in others if found[fit.effects] < most), key=lambda fit: found[fit.effects])
+    far = 2 * np.log(settings.likelier)
+    most = lambda fit: found[search.alone.effects] - far * (len(fit.free) >= len(search.alone.free))  # noqa: E731
+    return sorted((fit for fit in others if found[fit.effects] < most(fit)), key=lambda fit: found[fit.effects])
 
 
 def _in_place_of_one(search: Search, added: Sequence[str]) -> list[CandidateFit]:
@@ -72,11 +82,20 @@ def _in_place_of_one(search: Search, added: Sequence[str]) -> list[CandidateFit]
             best = [min(new) for new in sorted(promise, key=promise.__getitem__)]
             small = [(new, seen.with_added([new], rest)) for new in best if len(seen.layout.of_effect(new)) <= size]
             alone = [(effects, left.vector, [new]) for new, effects in small if rest < effects]
-            jobs += alone[: search.settings.grown]
+            simpler = search.simpler_relatives(old)
+            jobs += [
+                *alone[: search.settings.grown],
+                *(job for job in alone[search.settings.grown :] if job[2][0] in simpler),
+            ]
     return [fit for fit in seen.fit_all(jobs, decide=False) if np.isfinite(fit.cost)]
 
 
 def _is_sound(before: Fitted, after: Fitted, rules: StepRules) -> bool:
-    """Whether nothing speaks against a model in the place of another with as many effects."""
-    worse = held_out.rms(after.beyond()) > held_out.rms(before.beyond())
-    return not worse and not unsound(before, after, rules)
+    """Whether nothing speaks against a model in the place of another with as many effects.
+
+    With fewer parameters it may leave a little more, and predict held-out runs worse by a standard error.
+    """
+    simpler = len(after.fit.free) < len(before.fit.free)
+    rise, error = held_out.difference(after.beyond(), before.beyond(), before.groups)
+    against = [why for why in unsound(before, after, rules) if not (simpler and why.reason is Fault.RISES)]
+    return rise <= simpler * error and not against

@@ -27,8 +27,8 @@ def dropped_text(stage: Stage) -> list[str]:
     """Why an effect is taken out again; nothing to say where none was, or where a relative took its place."""
     if stage.exchanged:
         return [
-            f"Beside what was added later, {marked(stage.added)} explains the readings far better than "
-            f"{marked(stage.dropped)}, with no more parameters."
+            f"Beside what was added later, {marked(stage.added)} explains the readings better than "
+            f"{marked(stage.dropped)}, if parameters are counted."
         ]
     if stage.added or not stage.dropped:
         return []
