@@ -128,6 +128,28 @@ def test_what_is_missing_is_added_though_its_gain_hides_behind_instruments(tiers
     assert taken not in [attempt.effects for attempt in attempts]
 
 
+@pytest.mark.parametrize(
+    ("adequate", "later", "taken"),
+    [(False, True, "weight"), (False, False, "tip"), (True, True, "tip")],
+    ids=["another stands beside all", "none does", "nothing is missing then"],
+)
+def test_an_earlier_effect_gives_way_only_where_nothing_stands_beside_it(adequate, later, taken, monkeypatch):
+    """Strand bending in the place of a spring came before the rubber that stood beside it, and led astray."""
+    fits = {"tip": replace(judged("tip", False), gone=("linear_spring",)), "weight": judged("weight", not later)}
+    monkeypatch.setattr(discovering, "judge", lambda _, __, names, *___: fits[names[0]])
+    monkeypatch.setattr(discovering, "fitted", lambda *_: judged("before", False).alike)
+    monkeypatch.setattr(discovering, "objections", lambda *_: ())
+    world = SimpleNamespace(settings=SimpleNamespace(workers=1), layout=SimpleNamespace(names=()))
+    tried = [SimpleNamespace(effects=("tip",), adequate=adequate)]
+    told = SimpleNamespace(tried=tried, explanations=(), verdict="not in the library")
+    known, here = {"tip": Tip(), "weight": Weight()}, SimpleNamespace(world=world, base=None)
+    begin = lambda *_: SimpleNamespace(world=world, base=None)  # noqa: E731
+    present = [IdealCylinder(), LinearSpring()]
+    larger, _ = discovering._next(here, present, [[("tip",)], [("weight",)]], told, known, begin, RULES)
+    assert larger.added == (taken,)
+    assert larger.dropped == (("linear_spring",) if taken == "tip" else ())
+
+
 @pytest.fixture
 def course(monkeypatch):
     """`discover` from the baseline where nothing is computed: what happens is what is given, and else nothing."""

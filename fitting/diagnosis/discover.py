@@ -82,7 +82,7 @@ def discover(
     here = ModelOnTheWay(("baseline",), list(effects), begin(effects, start))
     while True:
         more = standing(here) < rules.steps and len(steps) < rules.longest
-        found, larger, attempts = _plainly(here, known, begin, rules, added(here)) if more else (None, None, ())
+        found, larger, attempts = _plainly(here, known, begin, rules) if more else (None, None, ())
         if found is None or larger is None:
             with one_thread():
                 result = here.search.run()
@@ -111,16 +111,12 @@ def discover(
 
 
 def _plainly(
-    here: ModelOnTheWay,
-    known: Mapping[str, Effect],
-    begin: Callable[..., Search],
-    rules: StepRules,
-    added: Sequence[str] = (),
+    here: ModelOnTheWay, known: Mapping[str, Effect], begin: Callable[..., Search], rules: StepRules
 ) -> tuple[Diagnosis | None, ModelOnTheWay | None, tuple[Attempt, ...]]:
     """A step by an effect that is plainly there: it leads, and leaves less than it removes.
 
     It is added before two at once are looked at: beside it they mean something else than without it. What the verdict
-    then names is what was added.
+    then names is what was added. Nothing gives way to it before all else was looked at.
     """
     with one_thread():
         result = here.search.glance()
@@ -132,7 +128,7 @@ def _plainly(
         return None, None, ()
     found = concluded(result)
     leading = [names for names in (e.effects for e in found.tried) if set(names) <= set(leads.effects)]
-    larger, attempts = _next(result, here.present, [leading], found, known, begin, rules, added)
+    larger, attempts = _next(result, here.present, [leading], found, known, begin, rules)
     verdict = Verdict.MISSING if len(leading) == 1 else Verdict.ONE_OF
     return replace(found, verdict=verdict, explanations=tuple(leading), nearest=()), larger, attempts
 
@@ -149,6 +145,7 @@ def _next(
 ) -> tuple[ModelOnTheWay | None, tuple[Attempt, ...]]:
     """The best proposal of the first tier that has one which obeys the rules, and what was tried and does not.
 
+    Where none does beside all that was added before, one beside which an earlier effect gives way is taken.
     Where no tier has one, and the verdict is that one set is missing, it is kept if its gain only hides behind errors
     of instruments: else a discovery would end with that verdict.
     """
@@ -174,11 +171,16 @@ def _next(
         every.extend(fits)
         return fits
 
+    yielding = list[Judged]()
     for tier in tiers:
-        fits = judged(tier)
-        for fit in in_order([t for t in fits if not t.why], rules):
+        sound = [t for t in judged(tier) if not t.why]
+        yielding += [t for t in sound if t.gone and t.names not in adequate]
+        for fit in in_order([t for t in sound if t not in yielding], rules):
             if (larger := taken(fit, hidden=False)) is not None:
                 return larger, tuple(attempts)
+    for fit in in_order(yielding, rules):
+        if (larger := taken(fit, hidden=False)) is not None:
+            return larger, tuple(attempts)
     for names in found.explanations if found.verdict == Verdict.MISSING else ():
         fit = next((fit for fit in every if fit.names == names), None) or judged([names])[0]
         hides = gain_is_hidden(fit.alike, fit.after, fit.why, rules)
