@@ -223,6 +223,26 @@ def test_what_was_dropped_is_not_added_again_and_again(course):
     assert [(step.added, step.dropped) for step in steps] == [(("baseline",), ()), (("tip",), ()), ((), ("tip",))]
 
 
+def test_where_what_plainly_leads_was_there_before_all_else_is_looked_at(course):
+    """What was found of the model before would be said of this one."""
+    with_tip, without = on_the_way([*BASE, Tip()], ("tip",)), on_the_way(BASE, dropped=("tip",))
+    found, searched = SimpleNamespace(rmse=2.0, held_out_rmse=2.0, verdict="missing", p_value=0.001), []
+
+    def looked_at(search, *_):
+        searched.append(search)
+        return None, ()
+
+    steps = course(
+        [Tip()],
+        _plainly=lambda here, *_: (found, with_tip, ()) if len(here.present) == len(BASE) else (None, None, ()),
+        _next=looked_at,
+        without_idle=lambda here, *_: without if here is with_tip else None,
+    )
+    assert [(step.added, step.dropped) for step in steps] == [(("baseline",), ()), (("tip",), ()), ((), ("tip",))]
+    assert len(searched) == 2  # the model with the tip, and the baseline at the second time
+    assert [step.rmse for step in steps] == [2.0, 1.0, 1.0]
+
+
 @pytest.mark.parametrize(("longest", "count"), [(12, 3), (2, 2)])
 def test_what_was_added_is_exchanged_in_the_end_and_never_back(longest, count, course):
     """Each of two could take the place of the other without an end."""

@@ -43,7 +43,7 @@ def discover(
     Whatever the verdict, an effect that leads is added; two at once only where neither is kept alone. Every fit begins
     at the optimum of the model before, so that no step raises the error. Where a step denies a stated size, all stated
     sizes are confined to what was stated (`stated_sizes`) from that step on. In the end, what does not pay any more
-    beside what was added later, or what an adequate model does not need, is dropped; what another effect explains far
+    beside what was added later, or what an adequate model does not need, is dropped; what another effect explains
     better is exchanged for that.
     `candidates` as in `diagnose`; `start` gives values (SI, by full name) that were fitted before; `on_step` is called
     with every step as soon as it is made, with all that was tried after it.
@@ -79,10 +79,16 @@ def discover(
     def standing(model: ModelOnTheWay) -> int:
         return sum(not names_of(model).isdisjoint(step.added) for step in (*steps, model))
 
+    def unseen(model: ModelOnTheWay | None) -> ModelOnTheWay | None:
+        """The model, unless it was on the way already: what was dropped from it is not added again."""
+        return None if model is None or names_of(model) in seen else model
+
     here = ModelOnTheWay(("baseline",), list(effects), begin(effects, start))
     while True:
+        seen.append(names_of(here))
         more = standing(here) < rules.steps and len(steps) < rules.longest
         found, larger, attempts = _plainly(here, known, begin, rules) if more else (None, None, ())
+        larger = unseen(larger)
         if found is None or larger is None:
             with one_thread():
                 result = here.search.run()
@@ -90,18 +96,14 @@ def discover(
             if more:
                 tiers = worth_judging(found, rules)
                 larger, attempts = _next(result, here.present, tiers, found, known, begin, rules, added(here))
+                larger = unseen(larger)
         tell(here.step(found, attempts))
-        seen.append(names_of(here))
-        if larger is not None and names_of(larger) in seen:  # what was dropped from it is not added again
-            larger = None
         if larger is None and here.added and not result.base_is_adequate:  # once: step by step all would go
             with one_thread():
                 larger = without_idle(here, added(here), begin, rules)
         if larger is None and len(steps) < rules.longest:
             with one_thread():
-                larger = exchanged(here, added(here), known, begin, rules, result.base_is_adequate)
-            if larger is not None and names_of(larger) in seen:
-                larger = None
+                larger = unseen(exchanged(here, added(here), known, begin, rules, result.base_is_adequate))
         if larger is None:
             break
         here = larger
