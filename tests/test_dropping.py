@@ -171,5 +171,9 @@ def test_a_step_that_drops_is_told_as_one(tmp_path):
     assert not any(dropped_text(stage) for stage in stages[:-1])
     exchange = Stage("", 0.3, 0.4, "missing", added=("tip",), dropped=("conical_ends",), exchanged=True)
     assert "explains the readings better than ⟦conical_ends⟧" in dropped_text(exchange)[0]
-    assert not dropped_text(replace(exchange, exchanged=False))  # of a rival of its family
+    gave_way = replace(exchange, exchanged=False)
+    assert dropped_text(gave_way) == ["Beside ⟦tip⟧ nothing is left for ⟦conical_ends⟧, which gave way."]
+    assert not dropped_text(replace(gave_way, dropped=("tip_pressure",)))  # of a rival of its family
+    stages[1] = replace(stages[1], exchanged=True, dropped=("weight",))
+    assert path_result(stages)["path"]["additions"] == 1  # an exchange adds nothing
     assert np.isfinite(last["rmse_N"])

@@ -8,9 +8,10 @@ from hidden import simulator
 
 from fitting.diagnosis.course import ModelOnTheWay
 from fitting.diagnosis.diagnose import one_thread, prepared
-from fitting.diagnosis.exchanging import exchanged, likelier
+from fitting.diagnosis.exchanging import _in_place_of_one, _is_sound, exchanged, likelier
 from fitting.diagnosis.settings import VERDICT
 from fitting.diagnosis.step_rules import RULES
+from fitting.problem.varying import Varying
 from fitting.recordings.experiment import read_experiment
 from mckibben_jax.effect import name_of
 from mckibben_jax.effects import (
@@ -41,7 +42,7 @@ def experiment(tmp_path_factory):
     return read_experiment(simulator.write(muscle, tmp_path_factory.mktemp("d") / "tip", say_accuracy=True))
 
 
-def changed(experiment, *added, adequate=False):
+def changed(experiment, *added, adequate=False, seen=()):
     """The model that takes the place of one with these effects added to the baseline, and all that was begun."""
     begun = []
 
@@ -53,7 +54,7 @@ def changed(experiment, *added, adequate=False):
     search = prepared([experiment], present, candidates=list(KNOWN.values()), confine=True)
     with one_thread():
         search.fit_singles()
-        return exchanged(ModelOnTheWay((), present, search), added, KNOWN, begin, RULES, adequate), begun
+        return exchanged(ModelOnTheWay((), present, search), added, KNOWN, begin, RULES, adequate, seen), begun
 
 
 def test_a_stand_in_gives_its_place(experiment):
@@ -75,6 +76,34 @@ def test_a_rubber_of_two_numbers_becomes_one_of_a_single_number(experiment):
     """It stood in for the tip, and was the first of them that led."""
     larger, _ = changed(experiment, "tip", "bladder_ogden")
     assert (larger.added, larger.dropped) == (("bladder_neo_hookean",), ("bladder_ogden",))
+
+
+def test_a_set_that_was_on_the_way_is_not_taken_again(experiment):
+    there = frozenset({"bladder_neo_hookean", "coulomb_friction", "ideal_cylinder", "tip"})
+    assert changed(experiment, "conical_ends", "bladder_neo_hookean", seen=[there]) == (None, [])
+
+
+@pytest.mark.parametrize(("held", "some"), [((), True), (("bladder_neo_hookean.G",), False)])
+def test_a_parameter_that_is_held_is_none_that_may_be_spent(experiment, held, some):
+    """In the place of a rubber whose modulus is held every other effect would free a parameter more."""
+    present, varying = [*BASE, KNOWN["bladder_neo_hookean"]], Varying(held, (), ())
+    search = prepared([experiment], present, candidates=list(KNOWN.values()), varying=varying, confine=True)
+    with one_thread():
+        search.fit_singles()
+        fits = _in_place_of_one(search, ["bladder_neo_hookean"])
+    assert bool(fits) is some
+    assert all(len(fit.free) <= len(search.alone.free) for fit in fits)
+
+
+@pytest.mark.parametrize(("parameters", "error", "sound"), [(2, 0.5, True), (2, np.inf, False), (3, 0.5, False)])
+def test_one_group_that_is_held_out_excuses_nothing(parameters, error, sound, monkeypatch):
+    """Its error is without end, and a model with fewer parameters would pass whatever it predicts."""
+    before, after = (
+        SimpleNamespace(fit=SimpleNamespace(free="abc"[:n]), groups=None, beyond=lambda: None) for n in (3, parameters)
+    )
+    monkeypatch.setattr("fitting.diagnosis.exchanging.held_out.difference", lambda *_: (0.1, error))
+    monkeypatch.setattr("fitting.diagnosis.exchanging.unsound", lambda *_: ())
+    assert _is_sound(before, after, RULES) is sound
 
 
 def test_what_lacks_nothing_is_not_exchanged_for_what_does(experiment, monkeypatch):

@@ -21,6 +21,7 @@ from fitting.diagnosis.record import Evidence
 from fitting.least_squares.fit import fit
 from fitting.planning import next_measurement as nm
 from fitting.planning.candidates import grid, on_specimen, rig_abilities
+from fitting.planning.likes import with_likes_apart
 from fitting.planning.prospect import prospect as prospect_of
 from fitting.planning.protocols import Protocol, Specimen
 from fitting.planning.settings import GRID
@@ -201,7 +202,10 @@ def test_what_was_added_is_told_from_what_does_the_same_in_its_place(one_pressur
     found = replace(found, substitutes=(("constant_friction", "viscous_damping"),))
     plan = plan_of_it(found, one_pressure[2])
     assert plan.rivals == (("constant_friction",), ("viscous_damping",))
-    assert "constant_friction.F_c" not in plan.diagnosis.baseline.layout.names
+    assert "constant_friction.F_c" not in with_likes_apart(found, [one_pressure[2]], Varying()).baseline.layout.names
+    told = plan_result(plan, "m.toml")
+    assert (told["verdict"], told["explanations"]) == (found.verdict, [])
+    assert told["likes"] == [["constant_friction"], ["viscous_damping"]]
     (step, *_) = plan.steps
     assert step.power >= 0.8
     assert abs(np.log(step.speed / 0.01)) > np.log(1.5)  # another speed than was recorded

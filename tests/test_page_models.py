@@ -121,11 +121,16 @@ def test_errors_of_fewer_samples_are_said_to_be_so(study, diagnosis):
     task, c = study
     seen = len(diagnosis.baseline.samples)
     assert samples_text(diagnosis, c) == samples_text(diagnosis, None) == []
-    twice = dataclasses.replace(c, fit=SimpleNamespace(samples=range(2 * seen)), rmse=3.97)
+    force = np.ones(2 * seen, bool)
+    given = SimpleNamespace(samples=range(2 * seen), problem=SimpleNamespace(of_force=lambda _: force))
+    twice = dataclasses.replace(c, fit=given, rmse=3.97)
     (said,) = samples_text(dataclasses.replace(diagnosis, rmse=4.19), twice)
     assert f"{seen:,} samples of " in said
     assert f"taken evenly from the {2 * seen:,}" in said
     assert "4.19 N over these, is 3.97 N over all samples" in said
+    force[0] = False  # a position: a diagnosis reads the motion as force
+    (said,) = samples_text(diagnosis, twice)
+    assert said.endswith("these suffice to decide.")
     assert "taken evenly" not in page(task, c, diagnosis)  # it has looked at all of these
     before, _ = before_and_after(task, c, diagnosis, lambda *_: None)
     assert before.held_out_rmse == held_out_rmse(c.fit)  # of all samples, as the error after

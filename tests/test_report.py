@@ -36,6 +36,7 @@ from fitting.report.text.reasons import why_text
 from fitting.report.text.stages import stage_verdict
 from fitting.report.text.values import value_cells
 from fitting.report.text.warnings import comparison_warnings
+from fitting.study.plan import Plan
 from fitting.study.stages import Stage
 from mckibben_jax.effects import CoulombFriction, IdealCylinder
 
@@ -381,7 +382,7 @@ def test_a_plan_says_how_often_it_decides(power):
     tip, cones = ("tip",), ("conical_ends",)
     step = SimpleNamespace(pairs=(PairPower(tip, cones, power, 20.0),), power=power)
     tied = () if power > 0.8 else ((tip, cones),)
-    plan = SimpleNamespace(diagnosis=SimpleNamespace(verdict="one of"), separates=True, steps=(step,), tied=tied)
+    plan = Plan(SimpleNamespace(verdict="one of"), (tip, cones), (step,), tied, None)
     said = _expected(plan)
     assert "other pairs" not in said
     assert ("uniquely" in said) == (power > 0.8)

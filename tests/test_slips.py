@@ -53,6 +53,8 @@ def inflated():
         (Slip.ANGLE_FROM_HOOP, rows(), ("23 +/- 0.3 deg", "67 +/- 0.3 deg")),
         (Slip.KILOGRAM_FORCE, rows(force=1 / KGF), ("", "")),
         (Slip.POUND_FORCE, rows(force=1 / LBF), ("", "")),
+        (Slip.NEWTON_AS_KILOGRAM_FORCE, rows(force=KGF), ("", "")),
+        (Slip.NEWTON_AS_POUND_FORCE, rows(force=LBF), ("", "")),
         (Slip.TENTH_OF_PRESSURE, rows(pressure=10.0), ("", "")),
         (Slip.TEN_TIMES_PRESSURE, rows(pressure=0.1), ("", "")),
         (Slip.PSI_AS_KILOPASCAL, rows(pressure=1 / PSI), ("", "")),

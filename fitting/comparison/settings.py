@@ -47,10 +47,10 @@ class FingerprintSettings:
 class SlipSettings:
     """Slips of the pen that are offered where a muscle pulls far more or less than its sizes say."""
 
-    likely: tuple[float, float] = (0.35, 1.4)  # measured over ideal force, a slip mended: rubber takes half; chosen
+    likely: tuple[float, float] = (0.35, 1.2)  # measured over ideal force, a slip mended: rubber takes half; chosen
     left: float = 0.65  # of the force, that the ideal cylinder times that ratio may leave; hoses leave up to 0.55
     nearer: float = 0.85  # of what it leaves before, that a slip may leave that is more than a factor; chosen
-    most: int = 3  # slips that are named; chosen
+    most: int = 4  # slips that are named; chosen
 
 
 BINS, ERRORS, FINGERPRINT, SLIPS = BinSettings(), ErrorSettings(), FingerprintSettings(), SlipSettings()

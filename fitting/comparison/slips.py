@@ -30,10 +30,13 @@ class Slip(Enum):
     HUNDREDTH_OF_PRESSURE = auto()
     HUNDRED_TIMES_PRESSURE = auto()  # bar under the head kPa
     HALF_RADIUS = auto()
+    NEWTON_AS_KILOGRAM_FORCE = auto()  # N under the head kgf
+    NEWTON_AS_POUND_FORCE = auto()
     PSI_AS_KILOPASCAL = auto()
     KILOPASCAL_AS_PSI = auto()
     POUND_FORCE = auto()
     KILONEWTON = auto()
+    NEWTON_AS_KILONEWTON = auto()
     THOUSAND_TIMES_PRESSURE = auto()
     THOUSANDTH_OF_PRESSURE = auto()
 
@@ -111,7 +114,14 @@ def _mended(told: _Told) -> Iterator[tuple[Slip, _Told]]:
         yield Slip.SWAPPED, replace(told, pressure=told.force * unit, force=told.pressure / unit)
 
 
-FORCES = {Slip.KILOGRAM_FORCE: KGF, Slip.POUND_FORCE: LBF, Slip.KILONEWTON: 1e3}
+FORCES = {
+    Slip.KILOGRAM_FORCE: KGF,
+    Slip.POUND_FORCE: LBF,
+    Slip.KILONEWTON: 1e3,
+    Slip.NEWTON_AS_KILOGRAM_FORCE: 1 / KGF,
+    Slip.NEWTON_AS_POUND_FORCE: 1 / LBF,
+    Slip.NEWTON_AS_KILONEWTON: 1e-3,
+}
 PRESSURES = {
     Slip.TEN_TIMES_PRESSURE: 10.0,
     Slip.TENTH_OF_PRESSURE: 0.1,

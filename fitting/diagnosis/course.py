@@ -30,7 +30,7 @@ class Step:
     held: tuple[str, ...] = ()  # stated sizes of the muscle that are confined since this step
     dropped: tuple[str, ...] = ()
     freed: bool = False  # no stated size is confined any more
-    exchanged: bool = False  # what was added explains far more than what was dropped for it
+    exchanged: bool = False  # what was added explains the readings better than what was dropped
 
     @property
     def effect(self) -> str:

@@ -103,7 +103,7 @@ def discover(
                 larger = without_idle(here, added(here), begin, rules)
         if larger is None and len(steps) < rules.longest:
             with one_thread():
-                larger = unseen(exchanged(here, added(here), known, begin, rules, result.base_is_adequate))
+                larger = exchanged(here, added(here), known, begin, rules, result.base_is_adequate, seen)
         if larger is None:
             break
         here = larger

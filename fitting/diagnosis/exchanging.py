@@ -7,7 +7,7 @@ forward steps (Miller 2002, Subset Selection in Regression, 3: replacing predict
 stood in for what came later may so become one of a single number, too.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 
 import numpy as np
 
@@ -31,6 +31,7 @@ def exchanged(
     begin: Callable[..., Search],
     rules: StepRules,
     adequate: bool = False,
+    seen: Collection[frozenset[str]] = (),
     settings: VerdictSettings = VERDICT,
 ) -> ModelOnTheWay | None:
     """The model with another effect in place of one of its `added` ones; None where none explains the readings better.
@@ -39,12 +40,14 @@ def exchanged(
     readings must be far likelier, or no less likely where parameters are saved; held-out runs must be predicted no
     worse beyond what instruments can make of them, and the new model must be as sound as one that a step comes to.
     Nothing may be missing from it where the model is `adequate`. `known` are all effects by name; `begin(effects,
-    values, confine)` prepares the search of a model.
+    values, confine)` prepares the search of a model. A set of effects that was `seen` on the way is not taken again.
     """
     search, confine = here.search, here.search.base.confined
     world = search.world.confined() if confine else search.world
     before = fitted(search.world, search.base, search)
     for fit in likelier(search, _in_place_of_one(search, added), settings):
+        if fit.effects in seen:
+            continue
         if adequate and search.examiner.adequacy(frozenset(), fit, search.fits).why is not None:
             continue
         if not _is_sound(before, fitted(world, world.fit(fit.effects, fit.vector), search), rules):
@@ -75,13 +78,12 @@ def _in_place_of_one(search: Search, added: Sequence[str]) -> list[CandidateFit]
     jobs = list[tuple[frozenset[str], np.ndarray, Sequence[str]]]()
     for old in added:
         rest = whole.effects - {old}
-        size = len(seen.layout.of_effect(old))
         if not seen.lacking(rest):
             left = seen.fit(rest, whole.vector, decide=False)
             promise = LinearLook(search.examiner, {frozenset(): left, **search.fits}, left).one_more(frozenset())
             best = [min(new) for new in sorted(promise, key=promise.__getitem__)]
-            small = [(new, seen.with_added([new], rest)) for new in best if len(seen.layout.of_effect(new)) <= size]
-            alone = [(effects, left.vector, [new]) for new, effects in small if rest < effects]
+            others = [(seen.with_added([new], rest), left.vector, [new]) for new in best]
+            alone = [job for job in others if rest < job[0] and len(seen.free(job[0])) <= len(whole.free)]
             simpler = search.simpler_relatives(old)
             jobs += [
                 *alone[: search.settings.grown],
@@ -98,4 +100,4 @@ def _is_sound(before: Fitted, after: Fitted, rules: StepRules) -> bool:
     simpler = len(after.fit.free) < len(before.fit.free)
     rise, error = held_out.difference(after.beyond(), before.beyond(), before.groups)
     against = [why for why in unsound(before, after, rules) if not (simpler and why.reason is Fault.RISES)]
-    return rise <= simpler * error and not against
+    return rise <= (error if simpler and np.isfinite(error) else 0.0) and not against  # infinite: of one group

@@ -28,7 +28,7 @@ class Plan:
     """Recordings in their order, after a diagnosis.
 
     `rivals` are the explanations that stand, `tied` those pairs of them that none of the recordings separates. Where
-    nothing is missing but an effect of the model has likes, `diagnosis` is that of the model without it.
+    nothing is missing but an effect of the model has likes (`of_likes`), they are that effect and each of these.
     """
 
     diagnosis: Diagnosis
@@ -37,7 +37,7 @@ class Plan:
     tied: tuple[tuple[Sets, Sets], ...]
     can: RigAbilities
     instruments: tuple[str, ...] = ()  # of the effects that stay tied, those that an instrument shows by itself
-    of_likes: bool = False  # the explanations are effects of the model, and what would do the same in their place
+    of_likes: bool = False
 
     @property
     def separates(self) -> bool:
@@ -66,16 +66,16 @@ def plan(
     """
     varying = Varying(fix, free, own)
     of_likes = diagnosis.verdict in NOTHING_MISSING and bool(diagnosis.substitutes)
-    diagnosis = with_likes_apart(diagnosis, experiments, varying) if of_likes else diagnosis
-    rivals = remaining(diagnosis)
+    tested = of_force(experiments)[0]
+    tie = with_likes_apart(diagnosis, tested, varying) if of_likes else diagnosis
+    rivals = remaining(tie)
     if len(rivals) > 1:
-        steps = measurements(diagnosis, experiments, known=known, varying=varying, seed=seed)
+        steps = measurements(tie, experiments, known=known, varying=varying, seed=seed)
         tied = _still_tied(rivals, steps)
     else:
         found = sharper(diagnosis, experiments, known=known, varying=varying, seed=seed)
         steps, tied = ((found,) if found else ()), ()
-    tested = of_force(experiments)[0][0].name
-    can = rig_abilities(next(e for e in experiments if e.name == tested))
+    can = rig_abilities(next(e for e in experiments if e.name == tested[0].name))
     sources = {name_of(effect): effect.source for effect in (*LIBRARY, *known)}
     open_ones = dict.fromkeys(name for pair in tied for names in pair for name in names)
     instruments = tuple(name for name in open_ones if sources.get(name) == INSTRUMENT)

@@ -19,8 +19,8 @@ class Stage:
     it, where it was diagnosed itself; `p_value` is of the test that nothing is missing from it, where that was tested.
     `attempts` are the larger models that a discovery tried after this one and did not keep; `held` are stated sizes of
     the muscle that it holds since this step; `freed` says that it holds none any more. `strained`: instruments explain
-    its misfit only by errors far beyond their accuracy. `exchanged`: what was added explains far more than what was
-    dropped for it.
+    its misfit only by errors far beyond their accuracy. `exchanged`: what was added explains the readings better
+    than what was dropped for it.
     """
 
     label: str

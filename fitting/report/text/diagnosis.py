@@ -142,9 +142,16 @@ def samples_text(d: Diagnosis, whole: "Comparison | None") -> list[str]:
     runs = len(np.unique(d.baseline.samples.run))
     return [
         f"The errors of the diagnosis are those of {seen:,} samples of {counted(runs, 'run')}, taken evenly from the "
-        f"{samples:,}: these suffice to decide. The error of the model as it is, {amount(d.rmse, whole.unit)} over "
-        f"these, is {amount(whole.rmse, whole.unit)} over all samples."
+        f"{samples:,}: these suffice to decide.{_over_all(d, whole)}"
     ]
+
+
+def _over_all(d: Diagnosis, whole: "Comparison") -> str:
+    """The error of the model over these samples and over all, where both are of measured forces."""
+    if not np.all(whole.fit.problem.of_force(whole.fit.samples)):
+        return ""
+    errors = amount(d.rmse, whole.unit), amount(whole.rmse, whole.unit)
+    return f" The error of the model as it is, {errors[0]} over these, is {errors[1]} over all samples."
 
 
 def substitutes_text(d: Diagnosis) -> list[str]:

@@ -43,8 +43,8 @@ def blamed_on_the_way(stages: Sequence[Stage]) -> list[str]:
     """What the effects that were added ask of instruments, beyond what these may err by."""
     return [
         text
-        for before, after in _additions(stages)
-        if before.diagnosis is not None
+        for before, after in pairwise(stages if all(stage.diagnosis for stage in stages) else ())
+        if before.diagnosis is not None and after.added
         for text in asked_of_added_texts(before.diagnosis, after.added)
     ]
 
@@ -66,10 +66,10 @@ def _level(stages: Sequence[Stage]) -> float | None:
 
 
 def _additions(stages: Sequence[Stage]) -> list[tuple[Stage, Stage]]:
-    """Every step that added something, after the step before it; of a discovery alone."""
+    """Every step that added something, after the step before it; of a discovery alone. An exchange adds nothing."""
     if any(stage.diagnosis is None for stage in stages):
         return []
-    return [(before, after) for before, after in pairwise(stages) if after.added]
+    return [(before, after) for before, after in pairwise(stages) if after.added and not after.exchanged]
 
 
 def _is_rejected(stage: Stage) -> bool:

@@ -123,6 +123,7 @@ def plan_result(plan: Plan, model: str) -> dict[str, Any]:
     return {
         "verdict": d.verdict,
         "explanations": [list(names) for names in d.explanations],
+        "likes": [list(names) for names in plan.rivals] if plan.of_likes else [],
         "purpose": _purpose(plan),
         "protocol": [
             {"order": order, "rest_s": ADVICE.rest * (order > 1), **(measurement_result(step) or {}), "simulate": run}

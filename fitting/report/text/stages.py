@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from fitting.library.library import library
 from fitting.report.text.names import marked
 from fitting.study.stages import Stage
 
@@ -27,9 +28,11 @@ def dropped_text(stage: Stage) -> list[str]:
     """Why an effect is taken out again; nothing to say where none was, or where a relative took its place."""
     if stage.exchanged:
         return [
-            f"Beside what was added later, {marked(stage.added)} explains the readings better than "
+            f"Beside the other effects {marked(stage.added)} explains the readings better than "
             f"{marked(stage.dropped)}, if parameters are counted."
         ]
+    if idle := _gave_way(stage):
+        return [f"Beside {marked(stage.added, ' + ')} nothing is left for {marked(idle)}, which gave way."]
     if stage.added or not stage.dropped:
         return []
     them = "them" if len(stage.dropped) > 1 else "it"
@@ -37,6 +40,13 @@ def dropped_text(stage: Stage) -> list[str]:
         f"Beside what was added later, nothing in the data asks for {marked(stage.dropped)}: without {them} held-out "
         "runs are predicted as well, beyond what instruments can make of them, or worse by less than a step must gain."
     ]
+
+
+def _gave_way(stage: Stage) -> list[str]:
+    """What was dropped though nothing that was added is of its family."""
+    known = library()
+    families = {known[name].family for name in stage.added if name in known} - {None}
+    return [n for n in stage.dropped if stage.added and not (n in known and known[n].family in families)]
 
 
 def added_text(stage: Stage) -> str:

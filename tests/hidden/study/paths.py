@@ -61,10 +61,10 @@ class Course:
         return any(p < LEVEL for _, p in self._beyond())
 
     def _beyond(self) -> list[tuple[tuple[str, ...], float]]:
-        """Every addition to a complete model, and the p-value of that model."""
+        """Every addition to a complete model, and the p-value of that model; an exchange adds nothing."""
         here, found = set[str](), []
         for names, dropped, p in zip(self.added, self.dropped, self.p_values, strict=False):
-            if names and set(self.hidden) <= here:
+            if len(names) > len(here & set(dropped)) and set(self.hidden) <= here:
                 found.append((names, p))
             here = here - set(dropped) | set(names)
         return found
