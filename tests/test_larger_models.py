@@ -31,7 +31,6 @@ from mckibben_jax.effects import (
 )
 from mckibben_jax.parameter import parameter
 
-DATA = Path(__file__).parents[1] / "data"
 BASE = (IdealCylinder(), CoulombFriction())
 
 

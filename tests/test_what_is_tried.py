@@ -1,7 +1,6 @@
 """What a discovery tries after a diagnosis, in which order, and what it adds at first sight."""
 
 from dataclasses import replace
-from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
@@ -16,13 +15,6 @@ from fitting.diagnosis.record import Explanation, Leading
 from fitting.diagnosis.step_rules import RULES
 from fitting.instruments.sources import ErrorKind, Source
 from fitting.recordings.accuracy import Channel
-from mckibben_jax.effects import (
-    CoulombFriction,
-    IdealCylinder,
-)
-
-DATA = Path(__file__).parents[1] / "data"
-BASE = (IdealCylinder(), CoulombFriction())
 
 
 @pytest.fixture

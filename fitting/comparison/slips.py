@@ -12,6 +12,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from fitting.comparison.settings import SLIPS
+from fitting.least_squares.evaluate import as_stated
 from fitting.least_squares.record import Fit
 from mckibben_jax.laws.braid import ideal_force
 
@@ -92,9 +93,8 @@ def _beside_ideal(told: _Told) -> tuple[float, float]:
 
 def _told(fit: Fit) -> _Told:
     """The readings of force, with the sizes of their muscles as stated."""
-    stated = (None if entry.prior is None else entry.prior[0] for entry in fit.layout.entries)
-    vector = np.array([here if mean is None else mean for here, mean in zip(fit.vector, stated, strict=True)])
-    muscles = [fit.layout.model(jnp.asarray(vector), d).muscle for d in range(len(fit.layout.templates))]
+    stated = jnp.asarray(as_stated(fit))
+    muscles = [fit.layout.model(stated, d).muscle for d in range(len(fit.layout.templates))]
     s, rows = fit.samples, fit.problem.of_force(fit.samples)
     sizes = (np.array([float(getattr(muscle, name)) for muscle in muscles]) for name in ("radius", "braid_angle"))
     radius, angle = (size[s.dataset][rows] for size in sizes)
