@@ -6,10 +6,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from fitting import showing
+from fitting.exporting.reach import Reach, reach_of
 from fitting.exporting.settings import EXPORT
 from fitting.least_squares.force_band import ForceBand, force_bands
 from fitting.least_squares.record import Fit
-from fitting.recordings.records import FORCE_TESTS, Experiment
+from fitting.recordings.records import Experiment
 
 
 @dataclass(frozen=True)
@@ -17,12 +18,14 @@ class ForceError:
     """The number (N, NaN where it is not known), the sentence that says what it is and how it was found, the bands.
 
     The bands are where readings of a new run of each kind of test will lie; the number is at least as large as they.
+    It holds within `reach`, where the force was measured; None where no number is known.
     """
 
     newtons: float
     sentence: str
     bands: tuple[ForceBand, ...] = ()
     scatter: float = float("nan")  # N, root mean square over the readings: what the parameters leave open
+    reach: Reach | None = None
 
 
 def unknown_error(why: str) -> ForceError:
@@ -45,16 +48,29 @@ def force_error(
     misfit, what = _misfit(fit.residual[at], bands)
     deviations = _deviations(fit, covariance)[at]
     spread = EXPORT.deviations * float(np.max(deviations, initial=0.0))
+    reach = reach_of(experiments)
     sentence = (
         f"Largest force error to expect, {misfit + spread:.3g} N, is the sum of two: {misfit:.3g} N, "
         f"{what}, and {spread:.3g} N, which is {EXPORT.deviations:g} times the largest standard "
         f"deviation of the force that "
-        f"follows from the uncertainty of the parameters ({origin}). "
-        f"It holds where was measured: {_range(experiments)}; just after a reversal the force may be off by twice the "
-        "dry friction."
+        f"follows from the uncertainty of the parameters ({origin}). {_elsewhere(fit, at, deviations, spread)}"
+        f"It holds where was measured: {reach}; just after a reversal the force may be off by twice the dry friction."
     )
     of_draws = deviations if drawn is None else _deviations(fit, drawn)[at]
-    return ForceError(misfit + spread, sentence, bands, float(np.sqrt(np.mean(of_draws**2))))
+    return ForceError(misfit + spread, sentence, bands, float(np.sqrt(np.mean(of_draws**2))), reach)
+
+
+def _elsewhere(fit: Fit, at: np.ndarray, deviations: np.ndarray, spread: float) -> str:
+    """Where the largest uncertainty is, and how much smaller it is at most readings; nothing where it is everywhere.
+
+    One place decides the number, which is therefore far beyond the band of a new run: a reader must know which.
+    """
+    worst, usual = int(np.argmax(deviations)), EXPORT.deviations * float(np.median(deviations))
+    if usual > EXPORT.even * spread:
+        return ""
+    pressure, contraction = fit.samples.pressure[at][worst], fit.samples.contraction[at][worst]
+    place = f"{showing.show(float(pressure), 'Pa')} and contraction {contraction:.3g}"
+    return f"That uncertainty is largest at {place}; at half of the readings it is below {usual:.3g} N. "
 
 
 def _misfit(residual: np.ndarray, bands: Sequence[ForceBand]) -> tuple[float, str]:
@@ -88,24 +104,3 @@ def _deviations(fit: Fit, covariance: np.ndarray) -> np.ndarray:
     slopes = fit.slopes[: len(fit.samples)]
     variance = np.einsum("ri,ij,rj->r", slopes, covariance, slopes)
     return np.sqrt(np.maximum(variance, 0.0)) * fit.samples.sigma
-
-
-def _range(experiments: Sequence[Experiment]) -> str:
-    """Pressures and contractions of the force readings that count."""
-    recordings = [recording for experiment in experiments for recording in experiment.recordings]
-    runs = [run for recording in recordings if recording.test in FORCE_TESTS for run in recording.runs]
-    pressure, contraction = (
-        np.concatenate([np.asarray(getattr(run, name))[np.asarray(run.weight) > 0] for run in runs])
-        for name in ("pressure", "contraction")
-    )
-    ends = f"{showing.show(float(pressure.min()), 'Pa')} to {showing.show(float(pressure.max()), 'Pa')}"
-    return f"{ends}, contraction {contraction.min():.3g} to {contraction.max():.3g}{_corner(pressure, contraction)}"
-
-
-def _corner(pressure: np.ndarray, contraction: np.ndarray) -> str:
-    """From which pressure on a muscle was measured that is contracted most: at less it hangs slack, or pushes."""
-    far = contraction >= contraction.max() - EXPORT.corner * np.ptp(contraction)
-    least = float(pressure[far].min())
-    if least <= pressure.min() + EXPORT.corner * np.ptp(pressure):
-        return ""
-    return f", but at contraction {contraction[far].min():.3g} or more only above {showing.show(least, 'Pa')}"

@@ -8,12 +8,12 @@ from typing import Any
 
 from fitting import showing, units
 from fitting.errors import InputError
-from fitting.exporting.export import DRAWN, check_place, export
+from fitting.exporting.export import DRAWN, check_place, export, grid
 from fitting.exporting.force_error import ForceError, unknown_error
 from fitting.exporting.known import error_of, known_of
 from fitting.exporting.laws import Told, without
 from fitting.exporting.settings import EXPORT
-from fitting.exporting.table import BRANCHES, free_contraction
+from fitting.exporting.table import free_contraction, guessed_rows, table, write_table
 from fitting.least_squares.force_band import ForceBand
 from fitting.library.library import library
 from fitting.model_files.model_file import read_model
@@ -38,12 +38,16 @@ DEFAULT = {
 
 @dataclass(frozen=True)
 class Exported:
-    """What was written: the file, the result for machines, what is in the file in words, and the bands of a new run."""
+    """What was written: the file, the result for machines, what is in the file in words, and the bands of a new run.
+
+    `beware` says which rows of a table are a guess.
+    """
 
     file: Path
     result: dict[str, Any]
     words: str
     bands: tuple[ForceBand, ...]
+    beware: tuple[str, ...] = ()
 
 
 def export_of(given: dict[str, Any]) -> Exported:
@@ -62,9 +66,11 @@ def export_of(given: dict[str, Any]) -> Exported:
         return Exported(file, result | {"use": use}, words + float_too + drawn, told.error.bands)
     contractions, pressures = _ends_of_table(whole, given)
     points = _counts(given["points"])
-    export(whole, file, contractions=contractions, pressures=pressures, points=points, source=str(source), told=told)
-    count = len(BRANCHES) * points[0] * points[1]
-    return Exported(file, result | {"use": use, "rows": count}, f"{count:,} rows, {words}", told.error.bands)
+    rows = table(whole, grid(whole, contractions, pressures, points))
+    write_table(file, rows, str(source), told.error)
+    guessed = guessed_rows(rows, told.error.reach)
+    result |= {"use": use, "rows": guessed.rows, "rows_beyond": guessed.beyond, "rows_below_zero": guessed.pushing}
+    return Exported(file, result, f"{guessed.rows:,} rows, {words}", told.error.bands, guessed.texts)
 
 
 def _use(form: str, file: Path) -> str:

@@ -11,6 +11,8 @@ import numpy as np
 
 from fitting.errors import InputError
 from fitting.exporting.force_error import ForceError
+from fitting.exporting.reach import Reach
+from fitting.exporting.settings import EXPORT
 from fitting.version import program_version
 from fitting.writing import write_text, write_whole
 from mckibben_jax.model import Model
@@ -55,17 +57,50 @@ def table(whole: Model, grid: Grid) -> dict[str, np.ndarray]:
     return {"pressure [kPa]": pressure / 1e3, "contraction [1]": contraction, "branch": branch, "force [N]": found}
 
 
+@dataclass(frozen=True)
+class Guessed:
+    """How many rows a table has, how many lie beyond the readings (None: unknown), in how many the muscle pushes."""
+
+    rows: int
+    beyond: int | None
+    pushing: int
+
+    @property
+    def texts(self) -> tuple[str, ...]:
+        """One sentence for each kind of row that nobody should trust."""
+        found = []
+        if self.beyond:
+            found.append(
+                f"{self.beyond:,} of {self.rows:,} rows lie beyond the pressures and contractions that were measured: "
+                "the force error does not hold there (--pressure and --contraction say where a table goes)."
+            )
+        if self.pushing:
+            found.append(
+                f"The force is negative in {self.pushing:,} of {self.rows:,} rows: the model pushes, where a real "
+                "muscle hangs slack or buckles. Take 0 N there."
+            )
+        return tuple(found)
+
+
+def guessed_rows(columns: dict[str, np.ndarray], reach: Reach | None) -> Guessed:
+    """Count the rows of a table, and those of which nothing is known."""
+    force, pressure = columns["force [N]"], 1e3 * columns["pressure [kPa]"]
+    beyond = None if reach is None else int(np.sum(~reach.holds(pressure, columns["contraction [1]"])))
+    return Guessed(len(force), beyond, int(np.sum(force < -EXPORT.pushes)))
+
+
 def write_table(path: Path, columns: dict[str, np.ndarray], source: str, error: ForceError) -> None:
     """Write a table as CSV or, by the file's ending, as Parquet; the force error to expect stands beside it."""
     import pandas as pd
 
     frame = pd.DataFrame(columns)
+    sentence = " ".join([error.sentence, *guessed_rows(columns, error.reach).texts])
     if path.suffix == ".parquet":
-        frame.attrs = {"force_error_N": error.newtons, "force_error": error.sentence}
+        frame.attrs = {"force_error_N": error.newtons, "force_error": sentence}
         _write_parquet(frame, path)
         return
     head = f"# Force of slow motion on both branches. Written by mckibben {program_version()} from {source}. "
-    head += f"force_error_N = {error.newtons:.6g}. {error.sentence}\n"
+    head += f"force_error_N = {error.newtons:.6g}. {sentence}\n"
     write_text(path, head + frame.to_csv(index=False, float_format="%.10g", lineterminator="\n"))
 
 

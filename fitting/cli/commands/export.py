@@ -58,6 +58,7 @@ def command(**options: Any) -> None:
         made = export_of(options)
     result: dict[str, Any] = made.result | {"bands": bands_result(made.bands)}
     shown = [line("WRITTEN", f"{made.file}: {made.words}"), line("ERROR", result["force_error"])]
+    shown += lines("WARNING", made.beware)
     shown += [*lines("NEW RUN", band_lines(made.bands)), line("USE", result["use"])]
     shown += [line("DRAWS", draws_text(result["draws"], result["force_error_N"]))] if "draws" in result else []
     output(options, "mckibben export", shown, result)
