@@ -18,7 +18,7 @@ test: $(READY)
 slow: $(READY)
 	$(BIN)/python -m pytest -m slow
 
-# The hidden-effect benchmark: a share of its plan (1 is all of its 8592 cases); a stopped study goes on.
+# The hidden-effect benchmark: a share of its plan (1 is all of its 8661 cases); a stopped study goes on.
 SHARE ?= 0.1
 WORKERS ?= 2
 hidden: $(READY)

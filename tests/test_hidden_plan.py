@@ -11,7 +11,10 @@ from hidden.simulator import NOISES, STRANGERS, TYPICAL, Truth, with_baseline
 from hidden.study.__main__ import main
 from hidden.study.cases import chosen, plan
 from hidden.study.erring import MEASURED, NO_OTHER, RIGS
+from hidden.study.judge import mimicked
 from hidden.study.protocols import LOOPS, OTHERS, PROTOCOLS, WHOLE
+
+from fitting.library.library import library
 
 HERE = Path(__file__).parent / "hidden"
 
@@ -37,6 +40,20 @@ def test_the_plan_is_as_wide_as_promised():
         assert {case.protocol for case in mine} == set(LOOPS), group
     assert {case.hidden[0] for case in cases if case.group == "outside"} == set(STRANGERS)
     assert all(len(set(case.hidden)) == {"pair": 2, "triple": 3}.get(case.group, len(case.hidden)) for case in cases)
+
+
+def test_the_plan_hides_every_effect_that_a_verdict_may_name():
+    """But slack: where a tube buckles is no size that loops can be given. Ogden's rubber was once forgotten."""
+    named = {n for n, kind in library(None).items() if not (kind.rival or kind.on_request)} - set(with_baseline())
+    assert named - set(TYPICAL) == {"slack"}
+    assert {case.hidden[0] for case in plan(1) if case.group == "single"} == set(TYPICAL)
+
+
+def test_a_set_that_the_simulator_does_not_know_is_followed_by_nothing():
+    """The study of one recording broke off."""
+    case = next(case for case in plan(1) if case.group == "single" and case.protocol == "rich")
+    record = {"hidden": list(case.hidden), "verdict": "missing", "explanations": [["slack"]], "classes": []}
+    assert mimicked(case, {case.hidden[0]: dict(TYPICAL[case.hidden[0]])}, record) == {}
 
 
 def test_the_plan_goes_beyond_loops():

@@ -16,9 +16,7 @@ class ExportSettings:
     joint_load: float = 0.25  # of one muscle's torque at that pressure: the weight on the arm; chosen
     misfit_share: float = 0.99  # of the readings, that differ from the model by less than its misfit; chosen
     deviations: float = 2.0  # standard deviations of the force that parameters leave open; chosen
-    even: float = (
-        0.5  # of the largest uncertainty of the force: if most readings have more, no place is named; chosen
-    )
+    even: float = 0.5  # of the largest uncertainty of the force: if most readings have more, no place is named; chosen
     pushes: float = 1e-3  # N below zero, from which on a row of a table is said to push; chosen
     corner: float = 0.1  # of the range of contraction and of pressure: how near to a corner readings fill it; chosen
     spread_draws: int = 4000  # of a posterior, whose covariance is taken; chosen

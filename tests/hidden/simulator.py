@@ -46,6 +46,7 @@ TYPICAL = {
     "reduced_length": {"factor": 2.0},
     "bladder_neo_hookean": {"G": 3e5},
     "bladder_mooney_rivlin": {"C10": 1.184e5, "C01": 1.06e4},
+    "bladder_ogden": {"G": 3e5, "n": -4.0},
     "bladder_thin_mooney_rivlin": {"C10": 1.184e5, "C01": 1.06e4},
     "bladder_schulte": {"k_e": 3e3},
     "strand_bending": {"c_b": 20.0},

@@ -20,6 +20,7 @@ from itertools import product
 
 import numpy as np
 
+from ..physics import BLADDERS
 from ..simulator import FRICTIONS, NOISES, TYPICAL, TYPICAL_STRANGERS, UNSTEADY
 from .protocols import LOOPS, NEVER_TWICE, OTHERS
 from .sizes import NEEDS_RUBBER, shape_keys
@@ -43,7 +44,7 @@ STEADY = {"eps_s": 0.04}  # a stop must stay within the stroke
 FAMILIES = (
     {"tip", "tip_pressure"},
     {"conical_ends", "reduced_length"},
-    {"bladder_neo_hookean", "bladder_mooney_rivlin", "bladder_thin_mooney_rivlin", "bladder_schulte"},
+    set(BLADDERS),
     set(FRICTIONS),
     {"presliding", "maxwell_slip"},
 )

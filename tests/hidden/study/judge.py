@@ -18,7 +18,7 @@ from .follow import followed
 from .mimicry import mimic
 from .protocols import PROTOCOLS
 from .scores import holds, sets
-from .sizes import base_of, hiding, sized
+from .sizes import ALL_TYPICAL, base_of, hiding, sized
 
 OUTSIDE = "outside"
 NEXT = "next"
@@ -57,11 +57,15 @@ def hidden_of(case: Case, limits: dict[str, float]) -> tuple[dict[str, dict[str,
 
 
 def mimicked(case: Case, hidden: dict[str, dict[str, float]], record: dict[str, Any]) -> dict[str, float]:
-    """Where others were named than what was hidden: how closely the best of those can follow it, N."""
-    if not hidden or not sets(record) or holds(record):
+    """Where others were named than what was hidden: how closely the best of those can follow it, N.
+
+    Nothing of sets that hold an effect which the simulator does not know.
+    """
+    known = [names for names in sets(record) if set(names) <= set(ALL_TYPICAL)]
+    if not hidden or not known or holds(record):
         return {}
     sigma = noise_sd(EVERY_NOISE[case.noise])
-    return {"mimic": min(mimic(case.protocol, hidden, names, sigma) for names in sets(record))}
+    return {"mimic": min(mimic(case.protocol, hidden, names, sigma) for names in known)}
 
 
 def noise_sd(noise: Noise) -> float:

@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.optimize import brentq
 
+from ..physics import BLADDERS
 from ..simulator import FRICTIONS, TYPICAL, TYPICAL_STRANGERS, Noise, Recording, Truth, with_baseline
 from .protocols import PROTOCOLS, WHOLE, Protocol
 
@@ -61,6 +62,7 @@ RANGES = {
     "strand_stretch.EA": (1.5e4, 5e7),
     "conical_ends.k_c": (0.0, 0.9),
     "reduced_length.factor": (0.0, 5.5),
+    "bladder_ogden.n": (-11.0, 3.0),
     "textile_friction.beta": (0.25, 1.0),
     "kinetic_friction.ratio": (0.1, 15.0),
     "bladder_hysteresis.eta_b": (0.0, 0.45),
@@ -121,7 +123,7 @@ def hiding(base: dict, hidden: dict[str, dict[str, float]]) -> Truth:
 
 def is_bladder(hidden) -> bool:
     """Whether the hidden effects bring rubber of their own."""
-    return any(name in ("bladder_mooney_rivlin", "bladder_thin_mooney_rivlin", "bladder_schulte") for name in hidden)
+    return any(name in BLADDERS and name not in RUBBER for name in hidden)
 
 
 def clean(protocol: Protocol, truth: Truth) -> tuple[np.ndarray, np.ndarray]:
