@@ -108,3 +108,9 @@ def test_a_long_identifier_breaks_where_words_end():
     html = PageNames().html("⟦bladder_mooney_rivlin.C01⟧ and ⟦tip.k⟧")
     assert '<small class="id">bladder_<wbr>mooney_<wbr>rivlin.<wbr>C01</small>' in html
     assert '<small class="id">tip.k</small>' in html
+
+
+def test_a_headline_of_many_names_has_no_identifiers_between_them():
+    few, many = marked(("tip", "weight"), " + "), marked(("tip", "weight", "creep"), " + ")
+    assert "class" in NAMES.headline(few)
+    assert NAMES.headline(f"{many} < all") == "Tip correction + Dead weight + Creep &lt; all"

@@ -20,12 +20,14 @@ from fitting.diagnosis.findings import Attempt, Fault, Objection
 from fitting.diagnosis.outcomes import Verdict
 from fitting.diagnosis.record import Evidence
 from fitting.least_squares.force_band import ForceBand
+from fitting.report.page.names import PageNames
 from fitting.report.page.page import page
 from fitting.report.page.parts import Section
 from fitting.report.page.similar_groups import groups
 from fitting.report.results import shown_names
 from fitting.report.text.amounts import amount
 from fitting.report.text.attempts import attempt_text
+from fitting.report.text.diagnosis import verdict_text
 from fitting.report.text.stages import stage_text
 from fitting.study.discovering import discover_task
 from fitting.study.stages import Stage
@@ -199,7 +201,10 @@ def test_every_step_of_a_discovery_can_be_chosen(study):
     assert text.count('type="radio" name="step"') == 2
     before, after = headings(text)
     assert before.startswith("Spring in parallel linear_spring is missing")
-    assert after.startswith("With Spring in parallel linear_spring added: ")
+    assert re.fullmatch(r"Spring in parallel linear_spring explains all but [\d.]+ % of full scale\.", after)
+    last = as_read(re.search(r'<div class="model m1">(.*?)\n</div>', text, flags=re.DOTALL)[1])
+    assert "In what remains these data show nothing more." in last  # and below it what the test says of the rest
+    assert PageNames().plain(verdict_text(found.stages[1].diagnosis)) in last
     for stage in found.stages:  # the p-value and the errors of a model stand on one card each, and nowhere mixed
         number = found.stages.index(stage)
         top = as_read(re.search(rf'<div class="model m{number}">(.*?)\n</div>', text, flags=re.DOTALL)[1])

@@ -4,8 +4,9 @@ from html import escape
 
 from markupsafe import Markup
 
-from fitting.report.text.names import Names
+from fitting.report.text.names import MARKED, Names
 
+SEVERAL = 3  # names in a headline: identifiers between them make it hard to read
 LONG = 16  # characters: an identifier that a narrow column may have to break, which it then does where words end
 
 
@@ -19,6 +20,10 @@ class PageNames(Names):
     def html(self, text: str) -> Markup:
         """The text as HTML with the name for readers and a small identifier for every name; the rest is escaped."""
         return Markup(self.replaced(text, self._html, escape))  # escaped part by part
+
+    def headline(self, text: str) -> Markup:
+        """The same for a headline: of several names no identifiers, which stand in the sentences below."""
+        return self.html(text) if len(MARKED.findall(text)) < SEVERAL else Markup(escape(self.plain(text)))
 
     def _html(self, name: str) -> str:
         called = self.called(name)

@@ -107,6 +107,7 @@ def page(
         style=pictures_style(),
         live=live,
         named=names.html,
+        headline=names.headline,
     )
 
 

@@ -16,7 +16,7 @@ Named = Callable[[str], str]  # of a text: the same as HTML, with the names of e
 # what the template may be without
 EMPTY: dict[str, Any] = {
     "heads": (), "choices": (), "typed": (), "style": "", "verdict": "", "lead": (), "cards": (), "warnings": (),
-    "named": str, "live": None,
+    "named": str, "headline": str, "live": None,
 }  # fmt: skip
 
 

@@ -30,6 +30,7 @@ def posterior_page(task: Task, posterior: Posterior) -> str:
         warnings=posterior.warnings,
         sections=[*posterior_sections(posterior), _origin(task, posterior)],
         named=names.html,
+        headline=names.headline,
     )
 
 

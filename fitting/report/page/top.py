@@ -16,7 +16,7 @@ from fitting.report.text.diagnosis import effect_set, leading_text, verdict_text
 from fitting.report.text.fit import fit_warnings
 from fitting.report.text.instrument_answers import instrument_texts
 from fitting.report.text.next_step import after_comparison, after_diagnosis
-from fitting.report.text.practice import practice_text
+from fitting.report.text.practice import explained_text, practice_text, size_text
 from fitting.report.text.stages import added_text
 from fitting.report.text.warnings import comparison_warnings
 from fitting.study.practice import practice
@@ -62,9 +62,26 @@ def verdict(model: ShownModel, models: Sequence[ShownModel]) -> str:
     said = verdict_text(d)
     if not added:
         return said
-    # a single model may carry the verdict on one before it, of which no more is known
-    before = "With" if model.stage.verdict or len(models) > 1 else "Before"
+    if _is_explained(model, models):
+        return f"{explained_text(practice(model.stages, model.comparison))}."
+    before = "With" if _is_of_its_own(model, models) else "Before"
     return f"{before} {added} added: {said[:1].lower()}{said[1:]}"
+
+
+def _is_of_its_own(model: ShownModel, models: Sequence[ShownModel]) -> bool:
+    """Whether the verdict is on this model: a single one may carry that on one before it, of which no more is known."""
+    return bool(model.stage.verdict) or len(models) > 1
+
+
+def _is_explained(model: ShownModel, models: Sequence[ShownModel]) -> bool:
+    """Whether what was added is the answer: the verdict on what is left names no further effect.
+
+    Then it stands first how much is explained, and what may hide in the rest comes below.
+    """
+    d = model.diagnosis
+    if d is None or _was_missing(d, model) or not (added_by(model.stages) and _is_of_its_own(model, models)):
+        return False
+    return d.verdict not in (Verdict.MISSING, Verdict.ONE_OF)
 
 
 def _undiagnosed(model: ShownModel, before: Diagnosis | None, added: str) -> str:
@@ -118,7 +135,10 @@ def lead(model: ShownModel, models: Sequence[ShownModel], enough: float) -> list
     if len(stages) < 2:
         return said
     fell = f"The error fell from {amount(stages[0].rmse, c.unit)} to {amount(stages[-1].rmse, c.unit)}."
-    return [practice_text(practice(stages, c, enough)), *_refused(model), *said, fell]
+    use, d = practice(stages, c, enough), model.diagnosis
+    if d is not None and _is_explained(model, models):
+        return [f"{size_text(use)} {fell}", *_refused(model), verdict_text(d), *said]
+    return [practice_text(use), *_refused(model), *said, fell]
 
 
 def _refused(model: ShownModel) -> list[str]:

@@ -10,12 +10,31 @@ from fitting.study.practice import Practice
 
 def practice_text(found: Practice) -> str:
     """What was added explains all but so much of full scale, whether that is little, and what the rest is."""
+    return f"{explained_text(found)}{_outside(found)}, which is {_size(found)}.{_rest_after(found)}"
+
+
+def explained_text(found: Practice) -> str:
+    """What was added explains all but so much of full scale; without a full stop."""
     who = marked(found.added, " + ") if found.added else "The model"
     verb = "explain" if len(found.added) > 1 else "explains"
-    outside = "" if found.held_out is None else f" ({percent(found.held_out)} on held-out runs)"
-    size = f"{'below' if found.is_enough else 'above'} {percent(found.enough)}"
-    rest = f" {_rest(found)}" if found.verdict else ""
-    return f"{who} {verb} all but {percent(found.left)} of full scale{outside}, which is {size}.{rest}"
+    return f"{who} {verb} all but {percent(found.left)} of full scale"
+
+
+def size_text(found: Practice) -> str:
+    """Whether that is little, and what the rest is: the sentences that follow `explained_text`."""
+    return f"That is {_size(found)}{_outside(found)}.{_rest_after(found)}"
+
+
+def _outside(found: Practice) -> str:
+    return "" if found.held_out is None else f" ({percent(found.held_out)} on held-out runs)"
+
+
+def _size(found: Practice) -> str:
+    return f"{'below' if found.is_enough else 'above'} {percent(found.enough)}"
+
+
+def _rest_after(found: Practice) -> str:
+    return f" {_rest(found)}" if found.verdict else ""
 
 
 def practice_result(found: Practice) -> dict[str, Any]:
