@@ -13,6 +13,7 @@ from fitting.comparison.compare import Comparison
 from fitting.diagnosis.outcomes import NOTHING_MISSING, Verdict
 from fitting.report.text.attempts import held_text
 from fitting.report.text.practice import practice_result, practice_text
+from fitting.report.text.stated_sizes import confined_texts
 from fitting.shipped import example_data
 from fitting.study.practice import Practice, practice
 from fitting.study.stages import Stage, added_by
@@ -65,7 +66,9 @@ def test_sizes_of_several_data_sets_are_named_once():
     assert "From here on ⟦muscle.radius⟧ stay" in one
     (both,) = held_text(["muscle.radius@long hose", "muscle.length@long hose", "muscle.radius@hose, short"])
     assert "From here on ⟦muscle.radius⟧, ⟦muscle.length⟧ of every data set stay" in both
-    assert "(--free muscle.radius muscle.length lets them go)" in both
+    (later,) = confined_texts(["muscle.radius@long hose", "muscle.length@long hose", "muscle.radius@hose, short"])
+    held = "the model file holds ⟦muscle.radius⟧, ⟦muscle.length⟧ fixed"
+    assert later.endswith(f"{held} (--free muscle.radius muscle.length lets all sizes go).")
 
 
 @pytest.mark.parametrize("text", ["0", "110 %", "much", "5 N"])

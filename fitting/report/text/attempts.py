@@ -22,12 +22,11 @@ def held_text(names: Sequence[str]) -> list[str]:
     if not names:
         return []
     sizes = tuple(dict.fromkeys(map(full_names.common, names)))
-    named = " ".join(sizes)
     of = " of every data set" if len(sizes) < len(names) else ""
     return [
         f"A free fit would deny what was measured. From here on {marked(sizes)}{of} stay within two standard errors "
-        f"of what was stated. The model that is saved holds them, and later commands keep to that (--free {named} lets "
-        "them go)."
+        "of what was stated. Where one of them ends at that limit, later commands with the model that is saved keep to "
+        "it, and say under SIZES how to let the sizes go."
     ]
 
 

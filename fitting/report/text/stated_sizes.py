@@ -11,7 +11,7 @@ from fitting.recordings.accuracy import Channel
 from fitting.report.settings import SHOWN, STATED, WARNING_TEXT
 from fitting.report.text.amounts import amount, percent
 from fitting.report.text.instrument_answers import known_to_text
-from fitting.report.text.names import mark
+from fitting.report.text.names import mark, marked
 
 
 def measured_cells(fit: Fit, name: str) -> tuple[str, str]:
@@ -67,10 +67,10 @@ def confined_texts(held: Sequence[str]) -> list[str]:
     """That stated sizes are confined, for the model file holds these, and how they are let go."""
     if not held:
         return []
-    names = " ".join(dict.fromkeys(map(full_names.common, held)))
+    names = tuple(dict.fromkeys(map(full_names.common, held)))
     return [
         f"No size of the muscle may lie further than {BELIEVED:.0f} standard errors from what was measured, for the "
-        f"model file holds some of them (--free {names} lets them go)."
+        f"model file holds {marked(names)} fixed (--free {' '.join(names)} lets all sizes go)."
     ]
 
 
