@@ -2,15 +2,15 @@
 
 import pytest
 from hidden.instruments import EVERY_KIND
-from hidden.simulator import NOISES, write
+from hidden.simulator import EVERY_NOISE, NOISES, write
 from hidden.study.protocols import PROTOCOLS
 from hidden.study.sizes import base_of, hiding
 
-from fitting.diagnosis.diagnose import concluded, searched
-from fitting.diagnosis.trusting import fit_trusting
+from fitting.diagnosis.diagnose import concluded, prepared, searched
+from fitting.diagnosis.trusting import fit_from_trusting, fit_trusting
 from fitting.least_squares.fit import fit
 from fitting.recordings.experiment import read_experiment
-from mckibben_jax.effects import CoulombFriction, EndStop, IdealCylinder, LinearSpring, Tip
+from mckibben_jax.effects import CoulombFriction, EndStop, IdealCylinder, LinearSpring, Presliding, TimeDelay, Tip
 
 BASE = [IdealCylinder(), CoulombFriction()]
 HIDDEN = {"linear_spring": {"K": 300.0}, "end_stop": {"K": 270.0, "eps_s": 0.15}}
@@ -57,3 +57,24 @@ def test_a_set_is_fitted_so_once(search, monkeypatch):
     monkeypatch.setattr(type(search.world), "fit_all", lambda *_, **__: [])
     fit_trusting(search.examiner, search.fits, [pair])
     assert search.examiner.trusting[pair] is kept
+
+
+def test_a_search_through_instruments_begins_again_where_a_fit_of_every_reading_ends(tmp_path):
+    """It ended at 26 ms, and "not in the library" was said of a delay of 62 ms."""
+    truth = hiding(base_of({}), {"time_delay": {"tau": 0.062386}})
+    data = PROTOCOLS["rich"].data(truth, EVERY_NOISE["ar"], 1057814779, EVERY_KIND["laboratory"])
+    experiment = read_experiment(write(data, tmp_path / "late", say_accuracy=True))
+    found = prepared([experiment], BASE, candidates=[TimeDelay(), Presliding()])
+    delay = [frozenset(["time_delay"])]
+    found.fit_level(delay, True)
+    fit_trusting(found.examiner, found.fits, delay)
+    (again,) = fit_from_trusting(found.examiner, found.fits, delay).values()
+    first = found.fits[delay[0]]
+    tau = found.world.layout.at(["time_delay.tau"])[0]
+    assert abs(again.vector[tau] - 0.0624) < 0.01 < abs(first.vector[tau] - 0.0624)
+    assert found.examiner.left(again) < 0.5 * found.examiner.left(first)
+    found.fits[delay[0]] = again
+    assert fit_from_trusting(found.examiner, found.fits, delay) == {}  # nothing better is left to be found there
+    assert concluded(searched([experiment], BASE, candidates=[TimeDelay(), Presliding()])).explanations == (
+        ("time_delay",),
+    )

@@ -17,7 +17,7 @@ from fitting.diagnosis.likelihood import outdone
 from fitting.diagnosis.linear_look import LinearLook
 from fitting.diagnosis.outcomes import Reason, Why
 from fitting.diagnosis.search_result import SearchResult
-from fitting.diagnosis.trusting import fit_trusting
+from fitting.diagnosis.trusting import fit_from_trusting, fit_trusting
 from fitting.diagnosis.universe import Universe
 from fitting.least_squares.record import Fit
 from fitting.progress import Progress
@@ -77,8 +77,10 @@ class Search:
     def fit_singles(self) -> None:
         """Every effect by itself, as far as it was not fitted yet."""
         singles = [frozenset([name]) for name in self.world.candidates]
-        self.fit_level([added for added in singles if added not in self.fits and added not in self.numberless], True)
+        new = [added for added in singles if added not in self.fits and added not in self.numberless]
+        self.fit_level(new, True)
         fit_trusting(self.examiner, self.fits, [added for added in self.fits if len(added) == 1])
+        self.fits.update(fit_from_trusting(self.examiner, self.fits, new))
 
     def result(self, test: AdequacyTest, base_is_adequate: bool) -> SearchResult:
         """All that was fitted and tested, with the test of the base."""

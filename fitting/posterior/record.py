@@ -97,7 +97,8 @@ class Posterior:
             {name: replace(q, rhat=nan, ess_bulk=effective, ess_tail=effective) for name, q in some.items()}
             for some in (self.parameters, self.noise)
         )
-        note = f"{self.method}: the draws are worth {effective:.0f} independent ones, {khat_text(khat)}"
+        said = khat_text(khat) if self.settled else f"k-hat {khat:.2f}"  # else a warning has said what that is
+        note = f"{self.method}: the draws are worth {effective:.0f} independent ones, {said}"
         return replace(self, parameters=parameters, noise=noise, notes=(*self.notes, note))
 
 
