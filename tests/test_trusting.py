@@ -7,7 +7,7 @@ from hidden.study.protocols import PROTOCOLS
 from hidden.study.sizes import base_of, hiding
 
 from fitting.diagnosis.diagnose import concluded, prepared, searched
-from fitting.diagnosis.trusting import fit_from_trusting, fit_trusting
+from fitting.diagnosis.trusting import begun_again, fit_trusting
 from fitting.least_squares.fit import fit
 from fitting.recordings.experiment import read_experiment
 from mckibben_jax.effects import CoulombFriction, EndStop, IdealCylinder, LinearSpring, Presliding, TimeDelay, Tip
@@ -68,13 +68,13 @@ def test_a_search_through_instruments_begins_again_where_a_fit_of_every_reading_
     delay = [frozenset(["time_delay"])]
     found.fit_level(delay, True)
     fit_trusting(found.examiner, found.fits, delay)
-    (again,) = fit_from_trusting(found.examiner, found.fits, delay).values()
+    (again,) = begun_again(found.examiner, found.fits, delay).values()
     first = found.fits[delay[0]]
     tau = found.world.layout.at(["time_delay.tau"])[0]
     assert abs(again.vector[tau] - 0.0624) < 0.01 < abs(first.vector[tau] - 0.0624)
     assert found.examiner.left(again) < 0.5 * found.examiner.left(first)
     found.fits[delay[0]] = again
-    assert fit_from_trusting(found.examiner, found.fits, delay) == {}  # nothing better is left to be found there
+    assert begun_again(found.examiner, found.fits, delay) == {}  # nothing better is left to be found there
     assert concluded(searched([experiment], BASE, candidates=[TimeDelay(), Presliding()])).explanations == (
         ("time_delay",),
     )

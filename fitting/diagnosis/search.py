@@ -17,7 +17,7 @@ from fitting.diagnosis.likelihood import outdone
 from fitting.diagnosis.linear_look import LinearLook
 from fitting.diagnosis.outcomes import Reason, Why
 from fitting.diagnosis.search_result import SearchResult
-from fitting.diagnosis.trusting import fit_from_trusting, fit_trusting
+from fitting.diagnosis.trusting import begun_again, fit_trusting
 from fitting.diagnosis.universe import Universe
 from fitting.least_squares.record import Fit
 from fitting.progress import Progress
@@ -79,8 +79,10 @@ class Search:
         singles = [frozenset([name]) for name in self.world.candidates]
         new = [added for added in singles if added not in self.fits and added not in self.numberless]
         self.fit_level(new, True)
-        fit_trusting(self.examiner, self.fits, [added for added in self.fits if len(added) == 1])
-        self.fits.update(fit_from_trusting(self.examiner, self.fits, new))
+        new = [added for added in new if added in self.fits]
+        fit_trusting(self.examiner, self.fits, new)
+        better = begun_again(self.examiner, self.fits, new)
+        self.fits.update({added: self.seen.decided(fit) for added, fit in better.items()})
 
     def result(self, test: AdequacyTest, base_is_adequate: bool) -> SearchResult:
         """All that was fitted and tested, with the test of the base."""
@@ -284,6 +286,8 @@ class Search:
         best = self.left(level[0]) if level else 0.0
         near = [added for added in level[:most] if self.left(added) <= best / self.settings.bettered**2]
         new = [added for added in near if added not in self.adequacy_tests]
+        if size > 1:  # single effects have begun again already
+            self.fits.update(begun_again(self.examiner, self.fits, new))
         self.fits.update(zip(new, self._each(lambda added: self.seen.decided(self.fits[added]), new), strict=True))
         for added, adequacy in zip(new, self._each(self._adequacy, new), strict=True):
             self.adequacy_tests[added] = adequacy
