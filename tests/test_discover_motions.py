@@ -4,6 +4,7 @@ import json
 from dataclasses import replace
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 from click.testing import CliRunner
 from small_muscle import loops, write
@@ -47,12 +48,19 @@ def after():
 def asked(monkeypatch, after):
     """The tasks that are fitted, in their order; nothing is computed, and an error is that of its place."""
     tasks = []
-    fit = lambda task: tasks.append(task) or SimpleNamespace(values={}, rmse=(4e-3, after)[len(tasks) - 1])  # noqa: E731
+
+    def fit(task):
+        tasks.append(task)
+        rmse = (4e-3, after)[len(tasks) - 1]
+        return SimpleNamespace(
+            values={}, rmse=rmse, residual=np.full(9, rmse), samples=SimpleNamespace(sigma=np.full(9, 5e-5))
+        )
+
     monkeypatch.setattr(discovering, "fit_task", fit)
     return tasks
 
 
-@pytest.mark.parametrize(("after", "confirmed"), [(5e-5, True), (3.99e-3, False), (5e-3, False)])
+@pytest.mark.parametrize(("after", "confirmed"), [(5e-5, True), (3e-4, True), (3.99e-3, False), (5e-3, False)])
 def test_the_motions_themselves_have_the_last_word(tmp_path, asked, after, confirmed):
     released(tmp_path)
     task = task_of(Request(data=(str(tmp_path),)))
@@ -63,7 +71,11 @@ def test_the_motions_themselves_have_the_last_word(tmp_path, asked, after, confi
     assert last.known["viscous_damping.B"] == 138.0
     assert [r.test for e in last.experiments for r in e.recordings] == ["quick release"]
     assert motions.confirmed == confirmed
-    assert ("They confirm the model." in on_motions_text(motions)) == confirmed
+    said = on_motions_text(motions)
+    assert ("They confirm the model." in said) == (after == 5e-5)
+    assert ("They confirm what was added, but the model misses them by 6.0 times their noise." in said) == (
+        after == 3e-4
+    )
 
 
 def test_sizes_that_the_discovery_confined_stay_so_in_the_motions(tmp_path, asked):

@@ -148,12 +148,13 @@ def test_the_command_warns_and_writes(tmp_path):
 @pytest.mark.parametrize(
     ("misses", "b", "ends", "words"),
     [
-        ((1e-3, 2e-3), 90.0, (), "more than this motion bears"),
+        ((5e-5, 6e-5), 90.0, (), "more than this motion bears"),
+        ((1e-3, 2e-3), 90.0, (), "--shooting 8"),  # a search that failed is no physics
         ((6e-3, 5e-3), 0.5, (), "something else"),
         ((6e-3, 5e-3), 42.0, ("hill.a_over_F0",), "Try ⟦viscous_damping⟧"),
         ((5e-5, 5e-5), 100.0, ("hill.b",), "no need of viscosity"),
-        ((1e-3, 5e-5), 0.5, (), "+/- 10 mm/s."),
-        ((1e-2, 1e-3), 0.5, (), "the drag is not Hill's"),
+        ((1e-3, 5e-5), 0.5, (), "+/- 10 mm/s. Trust these before the numbers after HILL"),
+        ((1e-2, 1e-3), 0.5, (), "the drag is not Hill's, or another part of the model is wrong"),
         ((1e-3, 5e-5), 0.5, ("hill.a_over_F0",), "at an end of the range"),
         ((1e-3, 5e-5), 100.0, ("hill.b",), "only (F0 + a)/b is found"),
     ],
@@ -171,7 +172,7 @@ def test_the_motion_says_what_hills_numbers_are_worth(misses, b, ends, words):
     motions = Motions(fitted(misses[0]), fitted(misses[1], **{"hill.a_over_F0": 0.3, "hill.b": b}))
     told = said_of_viscosity(motions, "hill.b = 500 mm/s +/- 10 mm/s", 1.0)
     assert words in told
-    assert ("viscous_damping" in told) == (b > 10 and misses[0] > misses[1])
+    assert ("viscous_damping" in told) == (b > 10 and (misses[0] > misses[1] or misses[0] > 2e-4))
 
 
 @pytest.mark.slow

@@ -58,6 +58,7 @@ def inflated():
         (Slip.TENTH_OF_PRESSURE, rows(pressure=10.0), ("", "")),
         (Slip.TEN_TIMES_PRESSURE, rows(pressure=0.1), ("", "")),
         (Slip.PSI_AS_KILOPASCAL, rows(pressure=1 / PSI), ("", "")),
+        (Slip.BAR_AS_PSI, rows(pressure=PSI / 100), ("", "")),
         (Slip.SWAPPED, [(run, t, f * 1e3, x, p / 1e3) for run, t, p, x, f in inflated()], HELD),
     ],
     ids=lambda value: value.name if isinstance(value, Slip) else "",
@@ -78,8 +79,8 @@ def test_nothing_is_said_where_nothing_is_wrong(tmp_path):
 
 
 def test_where_no_usual_slip_explains_it_that_is_said(tmp_path):
-    """A cell that reads twenty times too much is nobody's unit."""
-    found, told, after = compared(tmp_path / "set", rows(force=20.0))
+    """A cell that reads 25 times too much is nobody's unit."""
+    found, told, after = compared(tmp_path / "set", rows(force=25.0))
     assert found.slips == ()
     assert "No usual slip explains it" in told
     assert after is None

@@ -303,6 +303,8 @@ def test_the_script_is_python_that_names_every_command(mended):
     commands = ast.literal_eval(re.search(r"COMMANDS = (\[.*?\n\])", text, re.DOTALL)[1])
     assert [command[0] for command in commands] == ["fit", "diagnose", "add", "report"]
     assert "linear_spring" in commands[2]
+    assert "--baseline" in commands[0]  # a model.toml that lies there when it is run again is not what was fitted
+    assert all("--baseline" not in command for command in commands[1:])
     ast.parse(text)
 
 

@@ -35,6 +35,8 @@ class Slip(Enum):
     NEWTON_AS_POUND_FORCE = auto()
     PSI_AS_KILOPASCAL = auto()
     KILOPASCAL_AS_PSI = auto()
+    PSI_AS_BAR = auto()
+    BAR_AS_PSI = auto()
     POUND_FORCE = auto()
     KILONEWTON = auto()
     NEWTON_AS_KILONEWTON = auto()
@@ -131,4 +133,6 @@ PRESSURES = {
     Slip.THOUSANDTH_OF_PRESSURE: 1e-3,
     Slip.PSI_AS_KILOPASCAL: PSI / 1e3,
     Slip.KILOPASCAL_AS_PSI: 1e3 / PSI,
+    Slip.PSI_AS_BAR: PSI / 1e5,
+    Slip.BAR_AS_PSI: 1e5 / PSI,
 }

@@ -29,6 +29,8 @@ from mckibben_jax.effect import Effect, name_of
 from mckibben_jax.model import model, with_effects
 from mckibben_jax.muscle import quantities
 
+NO_MODEL = "the baseline: there is no model.toml beside the data"  # where a model comes from that nobody named
+
 
 @dataclass(frozen=True)
 class Task:
@@ -187,7 +189,7 @@ def _model(
         other = "; its sizes of the muscle are not used, those of muscle.toml are"
         not_used = other if sized and not stored.fitted_to(experiments) else ""
         return stored, stored.effects, f"from {stored.path}{beside_it}{not_used}"
-    return None, tuple(kind() for kind in BASELINE), "the baseline: there is no model.toml beside the data"
+    return None, tuple(kind() for kind in BASELINE), NO_MODEL
 
 
 def _known(stored: ModelFile | None, experiments: Sequence[Experiment]) -> dict[str, float]:

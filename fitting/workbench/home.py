@@ -7,6 +7,7 @@ from fitting.model_files import writer
 from fitting.report.page.page import page
 from fitting.report.page.posterior import posterior_sections
 from fitting.study.request import Request
+from fitting.study.task import NO_MODEL
 from fitting.workbench.data import is_dropped
 from fitting.workbench.session import Session, fit_of, in_own_units
 
@@ -68,7 +69,7 @@ for name, *arguments in COMMANDS:
 def script_text(session: Session) -> str:
     """The session as a Python script that gives the same commands."""
     request, commands, written = session.request, [], []
-    model = _model_words(request)
+    model = _model_words(session)
     for number, step in enumerate(session.steps):
         if step.comparison is None:
             continue
@@ -94,5 +95,8 @@ def _data_words(request: Request) -> list[str]:
     return [*request.words("muscle", "test", "effect_file", "define"), "--seed", str(request.seed)]
 
 
-def _model_words(request: Request) -> list[str]:
-    return [*request.words("model", "baseline"), *_data_words(request)]
+def _model_words(session: Session) -> list[str]:
+    """What the first model is. The baseline is said to be it: beside the data there may be a model file by then."""
+    request, task = session.request, session.steps[0].task
+    begun = ["--baseline"] if task.origin == NO_MODEL else []
+    return [*request.words("model", "baseline"), *begun, *_data_words(request)]

@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 from fitting.comparison.compare import Comparison
 from fitting.diagnosis.outcomes import Verdict
 from fitting.diagnosis.record import Diagnosis
+from fitting.recordings.records import NoiseSource
 from fitting.report.page.diagnosis import Meaning, meanings
 from fitting.report.page.models import ShownModel
 from fitting.report.settings import ERROR_TEXT
@@ -167,13 +168,20 @@ def _of_test(model: ShownModel, models: Sequence[ShownModel]) -> list[str]:
     return [*said, f"In this model the sign-flip test {what} (p = {model.p_value:.2g}, level {before.level:g})."]
 
 
+def _basis_of_noise(c: Comparison) -> str:
+    """What the noise is of; a presumed one is no measurement, and readers would take it for one."""
+    if c.noise_floor is not None:
+        return "repeated loops"
+    return "presumed: state it" if NoiseSource.ASSUMED in c.noise_sources else "one reading"
+
+
 def cards(model: ShownModel) -> list[tuple[str, str]]:
     """The numbers on top, each with what it is; all are of this one model."""
     c, stage, p_value = model.comparison, model.stage, model.p_value
     shown = [
         (amount(c.rmse, c.unit), "error, root mean square"),
         (percent(c.share), f"of full scale, {amount(c.full_scale, c.unit)}"),
-        (amount(c.floor, c.unit), "noise, " + ("one reading" if c.noise_floor is None else "repeated loops")),
+        (amount(c.floor, c.unit), f"noise, {_basis_of_noise(c)}"),
     ]
     if stage.held_out_rmse is not None:
         shown.insert(1, (amount(stage.held_out_rmse, c.unit), "error on held-out runs"))

@@ -2,6 +2,7 @@
 
 from typing import Any
 
+from fitting.hill.settings import MOTION
 from fitting.report.results import comparison_result, fit_result
 from fitting.report.text.amounts import amount, percent
 from fitting.report.text.stages import stage_text
@@ -42,6 +43,9 @@ def on_motions_text(motions: OnMotions) -> str:
     if motions.after is motions.before:
         return f"On the positions themselves (equation of motion) the model errs by {after}."
     told = f"On the positions themselves (equation of motion): {before} -> {after}"
+    if motions.confirmed and motions.misses > MOTION.far:
+        missed = f"the model misses them by {motions.misses:.1f} times their noise"
+        return f"{told}. They confirm what was added, but {missed}."
     if motions.confirmed:
         return f"{told}. They confirm the model."
     return f"{told}. They do not confirm the model, which holds only as far as motions can be read as force."

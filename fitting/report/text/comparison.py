@@ -105,7 +105,9 @@ def _sources(c: Comparison) -> str:
 def kind_text(c: Comparison) -> str:
     """What kind of thing is missing, as far as the misfit shows."""
     if not fails(c):
-        return "the misfit is mostly noise, and nothing can be read from its shape"
+        presumed = c.noise_floor is None and NoiseSource.ASSUMED in c.noise_sources
+        noise = f"below the noise that is presumed, {amount(c.noise, c.unit)}" if presumed else "mostly noise"
+        return f"the misfit is {noise}, and nothing can be read from its shape"
     traces = c.fingerprint
     return "; ".join(part for part in (_parity(traces), *_even(traces), *_odd(traces), *_drift(c)) if part)
 

@@ -77,13 +77,14 @@ def _motion(motions: Motions, fastest: float) -> list[RenderableType]:
 def said_of_viscosity(motions: Motions, values: str, fastest: float) -> str:
     """What the two errors say of viscosity."""
     dry, viscous = motions.errors
-    if viscous > dry:
+    if viscous > dry and motions.explained:
         return "Hill's force, even at its faintest, is more than this motion bears."
     plain = " " + STRAIGHT if motions.straight(fastest) else ""
     if viscous > dry / 2 and not motions.explained:
         return (
             "far more than their noise, with it or without. What moves so is something else, and a/F0 and b of that "
-            f"fit mean nothing: `mckibben diagnose` looks for it.{plain}"
+            "fit mean nothing: `mckibben diagnose` looks for it. Or both ended in a wrong place: with --shooting 8 "
+            f"they find short pieces of each release first.{plain}"
         )
     if viscous > dry / 2:
         return "no need of viscosity, and a/F0 and b of that fit mean nothing."
@@ -91,7 +92,12 @@ def said_of_viscosity(motions: Motions, values: str, fastest: float) -> str:
     if motions.at_ends and not plain:
         told += f" {marked(motions.at_ends, ' and ')} at an end of the range: the error means nothing."
     if not motions.explained:
-        told += " It still misses by far more than noise: the drag is not Hill's, and `mckibben diagnose` looks for it."
+        told += (
+            " It still misses by far more than noise: the drag is not Hill's, or another part of the model is wrong, "
+            "as the friction. `mckibben diagnose` looks for it."
+        )
+    elif not plain:
+        told += " Trust these before the numbers after HILL: those speeds are read where the muscle has moved already."
     return told + plain
 
 

@@ -48,6 +48,8 @@ SLIPS = {
     Slip.THOUSANDTH_OF_PRESSURE: "the pressures are a thousandth of those that were read (Pa read as kPa)",
     Slip.PSI_AS_KILOPASCAL: "the pressures are in psi, read as kPa",
     Slip.KILOPASCAL_AS_PSI: "the pressures are in kPa, read as psi",
+    Slip.PSI_AS_BAR: "the pressures are in psi, read as bar",
+    Slip.BAR_AS_PSI: "the pressures are in bar, read as psi",
     Slip.SWAPPED: "the columns of force and pressure are swapped",
 }
 

@@ -39,22 +39,23 @@ function dots(ctx, atX, atY, size, run, height, wanted = () => true) {
   }
 }
 
-/** The line of a model through the readings of one run; dashed while the muscle elongates. */
+/** The line of a model through the readings of one run; dashed while the muscle elongates. Points of a map lie along
+ * the axis, both branches mixed: a line goes on from each to the next of its branch. */
 function modelLine(ctx, atX, atY, px, data, run, values, width, dash) {
   for (const branch of [0, 1, 2]) {
     ctx.beginPath();
     let before = -2;
     for (let k = run.first; k < run.end; k++) {
-      if (data.branch[k] !== branch && !run.few) continue;
-      const turning = before !== k - 1 && k > run.first && data.branch[k - 1] !== branch;
-      if (before !== k - 1) ctx.moveTo(atX(run.along[turning ? k - 1 : k]), atY(values[turning ? k - 1 : k]));
+      if (data.branch[k] !== branch) continue;
+      const begins = run.few ? before < 0 : before !== k - 1;
+      const turning = !run.few && begins && k > run.first && data.branch[k - 1] !== branch;
+      if (begins) ctx.moveTo(atX(run.along[turning ? k - 1 : k]), atY(values[turning ? k - 1 : k]));
       ctx.lineTo(atX(run.along[k]), atY(values[k]));
       before = k;
     }
     ctx.lineWidth = width * px;
-    ctx.setLineDash(dash || (branch === ELONGATING && !run.few ? [5 * px, 3 * px] : []));
+    ctx.setLineDash(dash || (branch === ELONGATING ? [5 * px, 3 * px] : []));
     ctx.stroke();
-    if (run.few) break; // one line through all points of a map
   }
 }
 
