@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from fitting.diagnosis import omnibus
-from fitting.diagnosis.flip_groups import FlipGroups, flip_groups, numbered, rests_on_in_words
+from fitting.diagnosis.findings import GroupKind, RestsOn
+from fitting.diagnosis.flip_groups import FlipGroups, flip_groups, numbered, rests_on_in_words, too_few_to_flip
 from fitting.diagnosis.missing_effect import Ground, MissingEffectTest, missing_effect_test
 from fitting.diagnosis.nuisance import Nuisance
 from fitting.diagnosis.settings import FLIP_TEST
@@ -271,3 +272,19 @@ def test_slow_noise_keeps_a_thousandth_of_white_noise():
     small, large = (working_noise.noise_from(size * slow, constant, s) for size in (1.0, 30.0))
     assert small.white == pytest.approx(1e-3 * np.mean((slow - slow.mean()) ** 2), rel=0.01)
     assert large.white == pytest.approx(900 * small.white)
+
+
+@pytest.mark.parametrize(
+    ("found", "said"),
+    [
+        (RestsOn(1, (GroupKind.BLOCK,), 20),
+         "signs of 1 block of 20 samples, too few to flip: this is the noise model's alone"),
+        (RestsOn(12, (GroupKind.BLOCK,), 20),
+         "signs of 12 blocks of 20 samples flipped: too few loops, this rests on the noise model"),
+        (RestsOn(6, (GroupKind.POINT,)), "signs of 6 single points flipped"),
+    ],
+)  # fmt: skip
+def test_a_small_p_of_few_blocks_is_not_said_to_be_of_flips(found, said):
+    """One sign gives no p below one half; p = 0.0005 was said to be of it."""
+    assert rests_on_in_words(found) == said
+    assert too_few_to_flip(found) == ("too few to flip" in said)

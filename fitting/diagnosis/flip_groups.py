@@ -101,9 +101,17 @@ def _blocks(samples: Samples, memory: float, settings: FlipTestSettings) -> Flip
     return FlipGroups(blocks, settings.level_of_blocks, samples.run, (GroupKind.BLOCK,), size)
 
 
+def too_few_to_flip(it: RestsOn, settings: FlipTestSettings = FLIP_TEST) -> bool:
+    """Whether no flip of so few blocks could reject anything: a small p is then that of a likelihood ratio."""
+    return GroupKind.BLOCK in it.kinds and it.groups < settings.fewest_groups
+
+
 def rests_on_in_words(it: RestsOn) -> str:
     """What a test rests on, as part of a sentence."""
-    if GroupKind.BLOCK in it.kinds:
+    if too_few_to_flip(it):
+        blocks = "block" if it.groups == 1 else "blocks"
+        words = f"{it.groups} {blocks} of {it.block_samples} samples, too few to flip: this is the noise model's alone"
+    elif GroupKind.BLOCK in it.kinds:
         words = (
             f"{it.groups} blocks of {it.block_samples} samples flipped: too few loops, this rests on the noise model"
         )

@@ -11,6 +11,7 @@ from fitting.diagnosis.candidate_fit import CandidateFit
 from fitting.diagnosis.equivalent import best_predicting, leading_of, plausible, simplest, unrivalled
 from fitting.diagnosis.estimates import estimate, estimates
 from fitting.diagnosis.findings import Blamed
+from fitting.diagnosis.flip_groups import too_few_to_flip
 from fitting.diagnosis.instrument_answers import instrument_answers
 from fitting.diagnosis.likelihood import likeliest
 from fitting.diagnosis.odd_runs import odd_runs
@@ -135,6 +136,8 @@ def _decided(search: SearchResult, kept: Sequence[frozenset[str]]) -> tuple[Verd
         return (Verdict.INCONCLUSIVE if why else Verdict.NOTHING), why
     if why is not None:
         return Verdict.INCONCLUSIVE, why
+    if not kept and too_few_to_flip(search.examiner.rests_on):
+        return Verdict.INCONCLUSIVE, Why(Reason.FEW_LOOPS)
     return (Verdict.NOT_IN_LIBRARY, Verdict.MISSING, Verdict.ONE_OF)[min(len(kept), 2)], None
 
 
