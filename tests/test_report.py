@@ -133,6 +133,15 @@ def test_a_force_of_an_unlikely_size_asks_for_units_and_sizes(study, factor, sai
     assert (said in told[0]) if said else told == []
 
 
+@pytest.mark.parametrize(("times", "said"), [(1.0, False), (1000.0, True)])
+def test_a_muscle_that_moves_faster_than_any_asks_for_the_unit_of_the_time(study, times, said):
+    """Seconds under a head in milliseconds: 20 m/s were shown without a word."""
+    c = study[1]
+    samples = dataclasses.replace(c.fit.samples, rate=times * c.fit.samples.rate)
+    told = " ".join(comparison_warnings(dataclasses.replace(c, fit=dataclasses.replace(c.fit, samples=samples))))
+    assert ("Check the unit of the time" in told) == said
+
+
 @pytest.mark.parametrize(
     ("radius", "factor", "times"), [("16", 1.0, 0.25), ("4", 1.0, 4.0), ("8", 1 / 9.81, 0.1), ("8", 1.0, None)]
 )

@@ -58,6 +58,7 @@ class WarningTextSettings:
     likely: tuple[float, float] = (0.6, 1.6)  # measured over modelled force: no wrong unit gives it; chosen
     stated: tuple[float, float] = (0.35, 2.2)  # the same with stated sizes, where rubber may take half; chosen
     half: float = 0.5  # of the error: less must be left without the atmosphere; chosen
+    fastest: float = 5.0  # muscle lengths a second, the median of loops: ten times what laboratories drive; chosen
     noisier: float = 3.0  # stated errors of one reading, by which neighbours scatter; chosen
     apart: float = 3.0  # stated errors between a fitted size and a measured one: 3 honest ones in 1000 are; chosen
 

@@ -16,7 +16,19 @@ from fitting.report.text.instruments import CHANNEL_TEXT
 
 def comparison_warnings(c: Comparison) -> list[str]:
     """Warnings for people; empty where nothing is suspicious."""
-    return [*_size(c), *_pressure(c), *_one_way(c), *_noisier(c)]
+    return [*_size(c), *_pressure(c), *_one_way(c), *_noisier(c), *_fast(c)]
+
+
+def _fast(c: Comparison) -> list[str]:
+    """A hint where the muscle would move as fast as none does: its time is in another unit."""
+    counted = np.abs(c.fit.samples.rate[c.fit.problem.of_force(c.fit.samples)])
+    rate = float(np.median(counted)) if len(counted) else 0.0
+    if rate < WARNING_TEXT.fastest:
+        return []
+    return [
+        f"Half of the time the muscle would move faster than {showing.figures(rate)} of its lengths in a second. Check "
+        "the unit of the time: seconds under a head in milliseconds make it a thousand times as fast."
+    ]
 
 
 def _size(c: Comparison) -> list[str]:
