@@ -1,6 +1,7 @@
 """The gate: its size under correlated noise, its power, and what its pieces must do by construction."""
 
 from dataclasses import fields, replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -10,8 +11,10 @@ from fitting.diagnosis.findings import GroupKind, RestsOn
 from fitting.diagnosis.flip_groups import FlipGroups, flip_groups, numbered, rests_on_in_words, too_few_to_flip
 from fitting.diagnosis.missing_effect import Ground, MissingEffectTest, missing_effect_test
 from fitting.diagnosis.nuisance import Nuisance
-from fitting.diagnosis.settings import FLIP_TEST
+from fitting.diagnosis.outcomes import Reason, Verdict, Why
+from fitting.diagnosis.settings import DIAGNOSIS, FLIP_TEST
 from fitting.diagnosis.sign_flips import flipped_signs
+from fitting.diagnosis.verdict import _decided
 from fitting.instruments.errors import InstrumentErrors
 from fitting.least_squares import held_out, working_noise
 from fitting.least_squares.decomposed import orthonormal
@@ -278,9 +281,11 @@ def test_slow_noise_keeps_a_thousandth_of_white_noise():
     ("found", "said"),
     [
         (RestsOn(1, (GroupKind.BLOCK,), 20),
-         "signs of 1 block of 20 samples, too few to flip: this is the noise model's alone"),
-        (RestsOn(12, (GroupKind.BLOCK,), 20),
-         "signs of 12 blocks of 20 samples flipped: too few loops, this rests on the noise model"),
+         "1 block of 20 samples is too few to flip: p is that of the noise model alone"),
+        (RestsOn(8, (GroupKind.BLOCK,), 20),
+         "8 blocks of 20 samples are too few to flip: p is that of the noise model alone"),
+        (RestsOn(9, (GroupKind.BLOCK,), 20),
+         "signs of 9 blocks of 20 samples flipped: too few loops, this rests on the noise model"),
         (RestsOn(6, (GroupKind.POINT,)), "signs of 6 single points flipped"),
     ],
 )  # fmt: skip
@@ -288,3 +293,19 @@ def test_a_small_p_of_few_blocks_is_not_said_to_be_of_flips(found, said):
     """One sign gives no p below one half; p = 0.0005 was said to be of it."""
     assert rests_on_in_words(found) == said
     assert too_few_to_flip(found) == ("too few to flip" in said)
+
+
+@pytest.mark.parametrize(("groups", "verdict"), [(8, Verdict.INCONCLUSIVE), (9, Verdict.NOT_IN_LIBRARY)])
+def test_what_blocks_too_few_to_flip_reject_is_not_said_to_be_nobodys(groups, verdict):
+    """Twenty samples of one quick release were, and the drag that was hidden in them is in the library."""
+    search = SimpleNamespace(
+        world=SimpleNamespace(samples=range(300)),
+        base=SimpleNamespace(free=("a",)),
+        base_is_adequate=False,
+        missing_effect_test=SimpleNamespace(rejected=True),
+        examiner=SimpleNamespace(settings=DIAGNOSIS, rests_on=RestsOn(groups, (GroupKind.BLOCK,), 20)),
+    )
+    found, why = _decided(search, [])
+    assert found == verdict
+    assert why == (Why(Reason.FEW_LOOPS) if verdict == Verdict.INCONCLUSIVE else None)
+    assert _decided(search, [frozenset(["tip"])])[0] == Verdict.MISSING

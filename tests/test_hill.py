@@ -172,6 +172,7 @@ def test_the_motion_says_what_hills_numbers_are_worth(misses, b, ends, words):
     motions = Motions(fitted(misses[0]), fitted(misses[1], **{"hill.a_over_F0": 0.3, "hill.b": b}))
     told = said_of_viscosity(motions, "hill.b = 500 mm/s +/- 10 mm/s", 1.0)
     assert words in told
+    assert ("Trust these" in told) == (words == "+/- 10 mm/s. Trust these before the numbers after HILL")
     assert ("viscous_damping" in told) == (b > 10 and (misses[0] > misses[1] or misses[0] > 2e-4))
 
 

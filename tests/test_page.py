@@ -203,7 +203,7 @@ def test_every_step_of_a_discovery_can_be_chosen(study):
     assert before.startswith("Spring in parallel linear_spring is missing")
     assert re.fullmatch(r"Spring in parallel linear_spring explains all but [\d.]+ % of full scale\.", after)
     last = as_read(re.search(r'<div class="model m1">(.*?)\n</div>', text, flags=re.DOTALL)[1])
-    assert "In what remains these data show nothing more." in last  # and below it what the test says of the rest
+    assert "What is left is below 1 %" in last  # and below it what the test says of the rest
     assert PageNames().plain(verdict_text(found.stages[1].diagnosis)) in last
     for stage in found.stages:  # the p-value and the errors of a model stand on one card each, and nowhere mixed
         number = found.stages.index(stage)

@@ -476,15 +476,23 @@ DRAWN = """() => {
   const ctx = { beginPath() {}, setLineDash: d => { dash = d; }, moveTo: (x, y) => said.push([x, y]),
                 lineTo: (x, y) => said.push([x, y]), stroke: () => said.push(dash.length ? "dashed" : "solid") };
   FUNCTION
-  const run = { first: 0, end: 4, along: [0, 0, 1, 1], few: FEW };
-  modelLine(ctx, x => x, y => y, 1, { branch: [2, 0, 2, 0] }, run, [10, 20, 11, 21], 1);
+  const run = { first: 0, end: 4, along: [0, 0, 1, 1], few: true, group: 0 };
+  const data = { branch: [2, 0, 2, 0], groups: [{ along: AXIS }] };
+  modelLine(ctx, x => x, y => y, 1, data, run, [10, 20, 11, 21], 1);
   return said;
 }"""
 
 
-def test_the_line_through_the_points_of_a_map_follows_each_branch(chromium):
+@pytest.mark.parametrize(
+    ("axis", "drawn"),
+    [
+        ("contraction", [[0, 20], [0, 20], [1, 21], "dashed", "solid", [0, 10], [0, 10], [1, 11], "solid"]),
+        ("time", [[0, 10], [0, 10], [0, 20], [1, 11], [1, 21], "solid"]),  # a short motion
+    ],
+)
+def test_the_line_through_the_points_of_a_map_follows_each_branch(chromium, axis, drawn):
     """It went from branch to branch at every contraction: a zigzag."""
     code = resources.files("fitting.report.page.live").joinpath("canvas.js").read_text(encoding="utf-8")
     function = re.search(r"function modelLine.*?\n}\n", code, flags=re.DOTALL)[0]
-    said = chromium.new_page().evaluate(DRAWN.replace("FUNCTION", function).replace("FEW", "true"))
-    assert said == [[0, 20], [0, 20], [1, 21], "dashed", "solid", [0, 10], [0, 10], [1, 11], "solid"]
+    said = chromium.new_page().evaluate(DRAWN.replace("FUNCTION", function).replace("AXIS", f'"{axis}"'))
+    assert said == drawn

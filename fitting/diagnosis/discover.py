@@ -219,7 +219,7 @@ def proposals(found: Diagnosis, rules: StepRules = RULES) -> list[Tier]:
         leading,
     ]
     if found.verdict == Verdict.INCONCLUSIVE:
-        others = [singles] if found.why == Why(Reason.TEST_BLIND) else []
+        others = [singles] if found.why in (Why(Reason.TEST_BLIND), Why(Reason.FEW_LOOPS)) else []
     else:
         others = [singles, pairs[: rules.pairs]]
     return _without_repeats([*tiers, *others])

@@ -119,7 +119,7 @@ def leading_of(
     others = [added for added in order if added not in equals]
     shown = lambda added: world.rmse(examiner.left_out(examiner.as_fitted(added, fits[added])))  # noqa: E731
     whole, left = world.rmse(examiner.left_out(base)), shown(named[0])
-    if 1 - (left / whole) ** 2 < settings.leads:  # better only beyond what instruments explain
+    if not left**2 <= (1 - settings.leads) * whole**2:  # better only beyond what instruments explain, or hardly
         return None
     return Leading(
         tuple(min(added) for added in named),

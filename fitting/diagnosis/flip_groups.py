@@ -103,15 +103,16 @@ def _blocks(samples: Samples, memory: float, settings: FlipTestSettings) -> Flip
 
 def too_few_to_flip(it: RestsOn, settings: FlipTestSettings = FLIP_TEST) -> bool:
     """Whether no flip of so few blocks could reject anything: a small p is then that of a likelihood ratio."""
-    return GroupKind.BLOCK in it.kinds and it.groups < settings.fewest_groups
+    return GroupKind.BLOCK in it.kinds and 2.0 ** (1 - it.groups) > settings.level_of_blocks
 
 
 def rests_on_in_words(it: RestsOn) -> str:
     """What a test rests on, as part of a sentence."""
     if too_few_to_flip(it):
-        blocks = "block" if it.groups == 1 else "blocks"
-        words = f"{it.groups} {blocks} of {it.block_samples} samples, too few to flip: this is the noise model's alone"
-    elif GroupKind.BLOCK in it.kinds:
+        block, verb = ("block", "is") if it.groups == 1 else ("blocks", "are")
+        size = f"of {it.block_samples} samples"
+        return f"{it.groups} {block} {size} {verb} too few to flip: p is that of the noise model alone"
+    if GroupKind.BLOCK in it.kinds:
         words = (
             f"{it.groups} blocks of {it.block_samples} samples flipped: too few loops, this rests on the noise model"
         )

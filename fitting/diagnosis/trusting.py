@@ -39,8 +39,7 @@ def begun_again(
     """Those of these sets that end better through instruments if they begin where a fit of every reading ends.
 
     It is better if it makes the readings far likelier, when instruments have given way. A delay of 60 ms ended at
-    26 ms: there the skew of the clocks, which is a slope, makes of the jumps at the turning points what none makes at
-    60 ms.
+    26 ms, beside a skew between the clocks: a search has no way from there to the place that leaves a ninth.
     """
     if not examiner.seen.allows_for_instruments:
         return {}

@@ -136,7 +136,7 @@ def _decided(search: SearchResult, kept: Sequence[frozenset[str]]) -> tuple[Verd
         return (Verdict.INCONCLUSIVE if why else Verdict.NOTHING), why
     if why is not None:
         return Verdict.INCONCLUSIVE, why
-    if not kept and too_few_to_flip(search.examiner.rests_on):
+    if not kept and too_few_to_flip(search.examiner.rests_on, search.examiner.settings.flip_test):
         return Verdict.INCONCLUSIVE, Why(Reason.FEW_LOOPS)
     return (Verdict.NOT_IN_LIBRARY, Verdict.MISSING, Verdict.ONE_OF)[min(len(kept), 2)], None
 

@@ -10,7 +10,7 @@ from fitting.exporting.reach import Reach, reach_of
 from fitting.exporting.settings import EXPORT
 from fitting.least_squares.force_band import ForceBand, force_bands
 from fitting.least_squares.record import Fit
-from fitting.recordings.records import Experiment
+from fitting.recordings.records import Experiment, force_was_measured
 
 
 @dataclass(frozen=True)
@@ -41,10 +41,9 @@ def force_error(
     `covariance` is that of the free parameters (SI), `origin` says where it is from; `drawn` is that of draws, if it is
     another. The sum is cautious: both would have to be at their worst in the same place.
     """
-    at = fit.problem.of_force(fit.samples)
-    if not np.any(at):
+    if not force_was_measured(experiments):
         return unknown_error("the recordings of this muscle measure positions, no force")
-    bands = force_bands(fit)
+    at, bands = fit.problem.of_force(fit.samples), force_bands(fit)
     misfit, what = _misfit(fit.residual[at], bands)
     deviations = _deviations(fit, covariance)[at]
     spread = EXPORT.deviations * float(np.max(deviations, initial=0.0))
@@ -66,7 +65,7 @@ def _elsewhere(fit: Fit, at: np.ndarray, deviations: np.ndarray, spread: float) 
     One place decides the number, which is therefore far beyond the band of a new run: a reader must know which.
     """
     worst, usual = int(np.argmax(deviations)), EXPORT.deviations * float(np.median(deviations))
-    if usual > EXPORT.even * spread:
+    if not (spread > 0 and usual <= EXPORT.even * spread):  # also where nothing varies, or it is no number
         return ""
     pressure, contraction = fit.samples.pressure[at][worst], fit.samples.contraction[at][worst]
     place = f"{showing.show(float(pressure), 'Pa')} and contraction {contraction:.3g}"

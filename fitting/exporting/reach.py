@@ -25,9 +25,9 @@ class Reach:
 
     def holds(self, pressure: np.ndarray, contraction: np.ndarray) -> np.ndarray:
         """Which places, of any shape, lie within."""
-        within = (self.pressure[0] <= pressure) & (pressure <= self.pressure[1])
-        within &= (self.contraction[0] <= contraction) & (contraction <= self.contraction[1])
-        return within & ((contraction < self.far) | (pressure >= self.far_pressure))
+        within = _between(self.pressure, pressure) & _between(self.contraction, contraction)
+        room = EXPORT.edge * (self.pressure[1] - self.pressure[0])
+        return within & ((contraction < self.far) | (pressure >= self.far_pressure - room))
 
     def __str__(self) -> str:
         """In words, as the end of a sentence."""
@@ -57,6 +57,12 @@ def reach(pressure: np.ndarray, contraction: np.ndarray) -> Reach:
     if least <= pressure.min() + EXPORT.corner * np.ptp(pressure):
         least = float(pressure.min())
     return Reach(_ends(pressure), _ends(contraction), float(contraction[far].min()), least)
+
+
+def _between(ends: tuple[float, float], values: np.ndarray) -> np.ndarray:
+    """Which values lie between the ends, or so little beyond that no reading would tell: zeros are read with noise."""
+    room = EXPORT.edge * (ends[1] - ends[0])
+    return (ends[0] - room <= values) & (values <= ends[1] + room)
 
 
 def _ends(values: np.ndarray) -> tuple[float, float]:

@@ -18,6 +18,7 @@ class ExportSettings:
     deviations: float = 2.0  # standard deviations of the force that parameters leave open; chosen
     even: float = 0.5  # of the largest uncertainty of the force: if most readings have more, no place is named; chosen
     pushes: float = 1e-3  # N below zero, from which on a row of a table is said to push; chosen
+    edge: float = 0.02  # of the range of contraction and of pressure: so far beyond, a place counts as measured; chosen
     corner: float = 0.1  # of the range of contraction and of pressure: how near to a corner readings fill it; chosen
     spread_draws: int = 4000  # of a posterior, whose covariance is taken; chosen
     tries: int = 100  # rounds of draws, until enough lie within the ranges; chosen

@@ -77,7 +77,7 @@ class Guessed:
         if self.pushing:
             found.append(
                 f"The force is negative in {self.pushing:,} of {self.rows:,} rows: the model pushes, where a real "
-                "muscle hangs slack or buckles. Take 0 N there."
+                "muscle hangs slack or buckles. Take 0 N there, unless your rig was measured to push."
             )
         return tuple(found)
 

@@ -97,7 +97,7 @@ def page(
         _provenance(task, models, d),
     ]
     return render_page(
-        title=names.plain(f"{', '.join(e.name for e in task.experiments)}: {top.verdict(here, models)}"),
+        title=names.plain(f"{', '.join(e.name for e in task.experiments)}: {top.verdict(here, models, enough)}"),
         about=f"{data_text(task.experiments)}.",
         heads=[top.head(model, models, task, enough) for model in models],
         choices=steps.choices(models, names.plain),

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from fitting.comparison.compare import Comparison
-from fitting.diagnosis.outcomes import Verdict
+from fitting.diagnosis.outcomes import NOTHING_MISSING, Verdict
 from fitting.diagnosis.record import Diagnosis
 from fitting.recordings.records import NoiseSource
 from fitting.report.page.diagnosis import Meaning, meanings
@@ -17,13 +17,15 @@ from fitting.report.text.diagnosis import effect_set, leading_text, verdict_text
 from fitting.report.text.fit import fit_warnings
 from fitting.report.text.instrument_answers import instrument_texts
 from fitting.report.text.next_step import after_comparison, after_diagnosis
-from fitting.report.text.practice import explained_text, practice_text, size_text
+from fitting.report.text.practice import explained_text, left_text, practice_text
 from fitting.report.text.stages import added_text
 from fitting.report.text.warnings import comparison_warnings
 from fitting.study.practice import practice
 from fitting.study.preview import suggested
 from fitting.study.stages import Stage, added_by
 from fitting.study.task import Task
+
+UNNAMED = frozenset({Verdict.NOT_IN_LIBRARY, Verdict.INCONCLUSIVE})  # what is left has no name
 
 
 @dataclass(frozen=True)
@@ -45,7 +47,7 @@ def head(model: ShownModel, models: Sequence[ShownModel], task: Task, enough: fl
     return Head(
         model.number,
         effect_set(model.effects),
-        verdict(model, models),
+        verdict(model, models, enough),
         () if diagnosed is None else tuple(meanings(diagnosed, task)),
         tuple(lead(model, models, enough)),
         tuple(cards(model)),
@@ -53,8 +55,9 @@ def head(model: ShownModel, models: Sequence[ShownModel], task: Task, enough: fl
     )
 
 
-def verdict(model: ShownModel, models: Sequence[ShownModel]) -> str:
-    """The headline: the verdict of the model's own diagnosis, or what became of the one before it."""
+def verdict(model: ShownModel, models: Sequence[ShownModel], enough: float) -> str:
+    """The headline: the verdict of the model's own diagnosis, what was added if that is the answer, or what became of
+    the diagnosis before it."""
     d, added = model.diagnosis, _added(model.stages)
     if d is None:
         return _undiagnosed(model, _diagnosed(model, models), added)
@@ -63,8 +66,8 @@ def verdict(model: ShownModel, models: Sequence[ShownModel]) -> str:
     said = verdict_text(d)
     if not added:
         return said
-    if _is_explained(model, models):
-        return f"{explained_text(practice(model.stages, model.comparison))}."
+    if _is_explained(model, models, enough):
+        return f"{explained_text(practice(model.stages, model.comparison, enough))}."
     before = "With" if _is_of_its_own(model, models) else "Before"
     return f"{before} {added} added: {said[:1].lower()}{said[1:]}"
 
@@ -74,15 +77,17 @@ def _is_of_its_own(model: ShownModel, models: Sequence[ShownModel]) -> bool:
     return bool(model.stage.verdict) or len(models) > 1
 
 
-def _is_explained(model: ShownModel, models: Sequence[ShownModel]) -> bool:
-    """Whether what was added is the answer: the verdict on what is left names no further effect.
+def _is_explained(model: ShownModel, models: Sequence[ShownModel], enough: float) -> bool:
+    """Whether what was added is the answer: nothing more is missing, or what is left is little and has no name.
 
     Then it stands first how much is explained, and what may hide in the rest comes below.
     """
     d = model.diagnosis
     if d is None or _was_missing(d, model) or not (added_by(model.stages) and _is_of_its_own(model, models)):
         return False
-    return d.verdict not in (Verdict.MISSING, Verdict.ONE_OF)
+    if d.verdict in NOTHING_MISSING:
+        return not d.is_strained
+    return d.verdict in UNNAMED and practice(model.stages, model.comparison, enough).is_enough
 
 
 def _undiagnosed(model: ShownModel, before: Diagnosis | None, added: str) -> str:
@@ -137,8 +142,8 @@ def lead(model: ShownModel, models: Sequence[ShownModel], enough: float) -> list
         return said
     fell = f"The error fell from {amount(stages[0].rmse, c.unit)} to {amount(stages[-1].rmse, c.unit)}."
     use, d = practice(stages, c, enough), model.diagnosis
-    if d is not None and _is_explained(model, models):
-        return [f"{size_text(use)} {fell}", *_refused(model), verdict_text(d), *said]
+    if d is not None and _is_explained(model, models, enough):
+        return [f"{left_text(use)} {fell}", *_refused(model), verdict_text(d), *said]
     return [practice_text(use), *_refused(model), *said, fell]
 
 
@@ -172,7 +177,7 @@ def _basis_of_noise(c: Comparison) -> str:
     """What the noise is of; a presumed one is no measurement, and readers would take it for one."""
     if c.noise_floor is not None:
         return "repeated loops"
-    return "presumed: state it" if NoiseSource.ASSUMED in c.noise_sources else "one reading"
+    return "presumed: state it" if {*c.noise_sources} == {NoiseSource.ASSUMED} else "one reading"
 
 
 def cards(model: ShownModel) -> list[tuple[str, str]]:

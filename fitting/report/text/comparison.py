@@ -106,7 +106,7 @@ def kind_text(c: Comparison) -> str:
     """What kind of thing is missing, as far as the misfit shows."""
     if not fails(c):
         presumed = c.noise_floor is None and NoiseSource.ASSUMED in c.noise_sources
-        noise = f"below the noise that is presumed, {amount(c.noise, c.unit)}" if presumed else "mostly noise"
+        noise = f"about the noise that is presumed, {amount(c.noise, c.unit)}, or less" if presumed else "mostly noise"
         return f"the misfit is {noise}, and nothing can be read from its shape"
     traces = c.fingerprint
     return "; ".join(part for part in (_parity(traces), *_even(traces), *_odd(traces), *_drift(c)) if part)

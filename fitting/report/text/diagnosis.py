@@ -9,7 +9,7 @@ from rich.console import RenderableType
 from rich.text import Text
 
 from fitting import showing
-from fitting.diagnosis.flip_groups import rests_on_in_words
+from fitting.diagnosis.flip_groups import rests_on_in_words, too_few_to_flip
 from fitting.diagnosis.outcomes import Reason, Why
 from fitting.diagnosis.record import Diagnosis, Evidence, Explanation
 from fitting.recordings.records import FORCE_TESTS, MOVING_TESTS, Experiment
@@ -121,7 +121,8 @@ def leading_text(d: Diagnosis, unit: str = "N") -> str | None:
 def p_value_text(d: Diagnosis) -> str:
     """The p-value of the test that nothing is missing, and what was flipped."""
     basis = rests_on_in_words(d.rests_on)
-    test = f"p = {d.p_value:.2g} in the sign-flip test that nothing is missing (level {d.level:g}; {basis})."
+    name = "test" if too_few_to_flip(d.rests_on) else "sign-flip test"
+    test = f"p = {d.p_value:.2g} in the {name} that nothing is missing (level {d.level:g}; {basis})."
     unseen = d.verdict in FOUND and d.p_value >= d.level
     return test + (" The test does not reject, but the error is many times the noise." if unseen else "")
 

@@ -83,8 +83,8 @@ def said_of_viscosity(motions: Motions, values: str, fastest: float) -> str:
     if viscous > dry / 2 and not motions.explained:
         return (
             "far more than their noise, with it or without. What moves so is something else, and a/F0 and b of that "
-            "fit mean nothing: `mckibben diagnose` looks for it. Or both ended in a wrong place: with --shooting 8 "
-            f"they find short pieces of each release first.{plain}"
+            "fit mean nothing: `mckibben diagnose` looks for it. Or both fits ended in a wrong place: --shooting 8 "
+            f"cuts each release into eight pieces, which are easier to fit.{plain}"
         )
     if viscous > dry / 2:
         return "no need of viscosity, and a/F0 and b of that fit mean nothing."
@@ -94,10 +94,13 @@ def said_of_viscosity(motions: Motions, values: str, fastest: float) -> str:
     if not motions.explained:
         told += (
             " It still misses by far more than noise: the drag is not Hill's, or another part of the model is wrong, "
-            "as the friction. `mckibben diagnose` looks for it."
+            "such as its friction. `mckibben diagnose` looks for it."
         )
-    elif not plain:
-        told += " Trust these before the numbers after HILL: those speeds are read where the muscle has moved already."
+    elif not plain and not motions.at_ends:
+        told += (
+            " Trust these before the numbers after HILL, whose speeds are reached only when the muscle is shorter by "
+            "some millimetres already and pulls less."
+        )
     return told + plain
 
 

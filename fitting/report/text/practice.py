@@ -10,7 +10,8 @@ from fitting.study.practice import Practice
 
 def practice_text(found: Practice) -> str:
     """What was added explains all but so much of full scale, whether that is little, and what the rest is."""
-    return f"{explained_text(found)}{_outside(found)}, which is {_size(found)}.{_rest_after(found)}"
+    rest = f" {_rest(found)}" if found.verdict else ""
+    return f"{explained_text(found)}{_outside(found)}, which is {_size(found)}.{rest}"
 
 
 def explained_text(found: Practice) -> str:
@@ -20,9 +21,9 @@ def explained_text(found: Practice) -> str:
     return f"{who} {verb} all but {percent(found.left)} of full scale"
 
 
-def size_text(found: Practice) -> str:
-    """Whether that is little, and what the rest is: the sentences that follow `explained_text`."""
-    return f"That is {_size(found)}{_outside(found)}.{_rest_after(found)}"
+def left_text(found: Practice) -> str:
+    """Whether what is left is little: the sentence that follows `explained_text`."""
+    return f"What is left is {_size(found)}{_outside(found)}."
 
 
 def _outside(found: Practice) -> str:
@@ -31,10 +32,6 @@ def _outside(found: Practice) -> str:
 
 def _size(found: Practice) -> str:
     return f"{'below' if found.is_enough else 'above'} {percent(found.enough)}"
-
-
-def _rest_after(found: Practice) -> str:
-    return f" {_rest(found)}" if found.verdict else ""
 
 
 def practice_result(found: Practice) -> dict[str, Any]:

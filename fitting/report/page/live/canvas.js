@@ -39,14 +39,15 @@ function dots(ctx, atX, atY, size, run, height, wanted = () => true) {
   }
 }
 
-/** The line of a model through the readings of one run; dashed while the muscle elongates. Points of a map lie along
- * the axis, both branches mixed: a line goes on from each to the next of its branch. */
+/** The line of a model through the readings of one run; dashed while the muscle elongates. The points of a map lie along
+ * the axis with both branches mixed: there a line goes on from each to the next of its branch. */
 function modelLine(ctx, atX, atY, px, data, run, values, width, dash) {
+  const isShort = run.few && data.groups[run.group].along === "time"; // a motion: one line through both branches
   for (const branch of [0, 1, 2]) {
     ctx.beginPath();
     let before = -2;
     for (let k = run.first; k < run.end; k++) {
-      if (data.branch[k] !== branch) continue;
+      if (data.branch[k] !== branch && !isShort) continue;
       const begins = run.few ? before < 0 : before !== k - 1;
       const turning = !run.few && begins && k > run.first && data.branch[k - 1] !== branch;
       if (begins) ctx.moveTo(atX(run.along[turning ? k - 1 : k]), atY(values[turning ? k - 1 : k]));
@@ -54,8 +55,9 @@ function modelLine(ctx, atX, atY, px, data, run, values, width, dash) {
       before = k;
     }
     ctx.lineWidth = width * px;
-    ctx.setLineDash(dash || (branch === ELONGATING ? [5 * px, 3 * px] : []));
+    ctx.setLineDash(dash || (branch === ELONGATING && !isShort ? [5 * px, 3 * px] : []));
     ctx.stroke();
+    if (isShort) break;
   }
 }
 

@@ -34,7 +34,7 @@ function fillKey(figure, state) {
   const { data, shown } = state, runs = shown.map(number => data.runs[number]);
   const held = [...new Map(runs.map(run => [run.held, run.rank]))].sort((a, b) => a[1] - b[1]);
   const told = held.length <= 5 ? held : [held[0], held[held.length >> 1], held[held.length - 1]];
-  const isDashed = runs.some(run => data.branch.subarray(run.first, run.end).includes(ELONGATING));
+  const isDashed = runs.some(run => !(run.few && data.groups[run.group].along === "time") && data.branch.subarray(run.first, run.end).includes(ELONGATING));
   const way = state.group.along === "pressure" ? "deflating" : "elongating";
   figure.querySelector(".key").replaceChildren(
     entry("dot", "measured"),
