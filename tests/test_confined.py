@@ -141,7 +141,7 @@ def told(command, folder, *options):
 
 def test_commands_after_a_discovery_speak_of_its_muscle(after_discovery):
     folder, (said, ended) = after_discovery
-    assert "later commands keep to that" in said
+    assert "later commands with the model that is saved keep to it" in said
     modulus = ended["parameters"]["bladder_neo_hookean.G"]
     assert 0.2 < modulus["robust_error"] / modulus["value"] < 0.6  # an angle known to 3 of 26 degrees makes most of it
     assert "comes from braid angle (muscle.braid_angle)" in said
