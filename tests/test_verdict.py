@@ -60,7 +60,7 @@ def test_blocks_are_counted_and_stay_within_a_branch(memory):
     few = SAMPLES.where((SAMPLES.run == 0) & (SAMPLES.half < 4))
     groups = flip_groups(few, memory)
     assert not groups.trusted
-    assert words(groups).startswith(f"signs of {groups.count} blocks")
+    assert f"{groups.count} blocks of {groups.block_samples} samples" in words(groups)
     assert groups.count == len(np.unique(groups.number))
     assert all(len(np.unique(few.half[groups.number == one])) == 1 for one in range(groups.count))
 
