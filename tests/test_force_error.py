@@ -45,6 +45,7 @@ def test_the_place_of_the_largest_uncertainty_is_named_where_most_readings_have_
         "That uncertainty is largest at 300 kPa and contraction 0.1; at half of the readings it is below 2 N. "
     )
     assert _elsewhere(fit, every, np.array([20.0, 18.0, 20.0, 19.0]), 40.0) == ""
+    assert _elsewhere(fit, every, np.zeros(4), 0.0) == ""  # no parameter varies
 
 
 def test_rows_of_a_table_that_nobody_should_trust_are_counted():
