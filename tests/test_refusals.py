@@ -141,8 +141,13 @@ BAD_TABLES = {
         "",
         ("row 3", "not the first line", "'#'"),
     ),
-    "units below the header": (
-        lambda: loop_csv().replace("\n", "\ns,bar,%,N\n", 1),
+    "no units below the header": (
+        lambda: loop_csv().replace("\n", "\nSekunden,bar,%,N\n", 1),
+        "",
+        ("row 2", "'time [s]'", "holds the units", "write them in the header"),
+    ),
+    "other units below the header": (
+        lambda: loop_csv().replace("\n", "\ns,kPa,%,N\n", 1),
         "",
         ("row 2", "'time [s]'", "holds the units", "write them in the header"),
     ),

@@ -1,6 +1,7 @@
 """What loggers and spreadsheets write: encodings, line ends, separators, decimal commas, comments."""
 
 import os
+import re
 
 import pytest
 from folders import folder_of, loop_columns, loop_csv, only_run, recording
@@ -9,6 +10,7 @@ from fitting.errors import InputError
 from fitting.recordings.experiment import read_experiment
 from fitting.recordings.settings import TABLES
 from fitting.recordings.tables import read_table
+from fitting.recordings.units_row import with_units
 
 pytestmark = pytest.mark.filterwarnings("error")
 
@@ -42,6 +44,37 @@ def test_what_loggers_and_spreadsheets_write_is_read(tmp_path, change):
     _, run = only_run(folder_of(tmp_path, change(loop_csv())))
     assert run.measured == pytest.approx(loop_columns()["force [N]"])
     assert run.row[-1] - run.row[0] == 201
+
+
+@pytest.mark.parametrize(
+    "units", ["s,bar,%,N", "(s),(bar),(%),(N)", '"[s]","[bar]","[%]","[N]"', " s , bar , % , N ,,"]
+)
+def test_a_row_of_units_below_the_header_belongs_to_it(tmp_path, units):
+    """Universal testing machines write them so, and some loggers."""
+    header, body = loop_csv().split("\n", 1)
+    bare = re.sub(r" \[[^\]]*\]", "", header)
+    (tmp_path / "units.csv").write_text(f"{bare}\n{units}\n{body}")
+    (tmp_path / "plain.csv").write_text(loop_csv())
+    found, expected = (read_table(tmp_path / name) for name in ("units.csv", "plain.csv"))
+    assert found.units == expected.units
+    assert list(found.row) == [row + 1 for row in expected.row]
+    for name in expected.columns:
+        assert list(found[name]) == list(expected[name])
+
+
+def test_the_form_of_a_clock_below_the_header_is_no_unit():
+    heads, below = ["Zeit", "Solldruck", "Kraft", "Phase"], ["[hh:mm:ss]", "[bar]", "[kgf]", "-"]
+    assert with_units(heads, below) == ["Zeit", "Solldruck [bar]", "Kraft [kgf]", "Phase"]
+    assert with_units(heads, ["[hh:mm:ss]", "[bar]", "[kgf]"]) == ["Zeit", "Solldruck [bar]", "Kraft [kgf]", "Phase"]
+
+
+@pytest.mark.parametrize(
+    "below",
+    [["0.1", "bar", "N"], ["", "", ""], ["s", "bar", "rising"], ["s", "bar", "N", "m"], ["s", "bar", "kN"]],
+    ids=["a reading", "nothing", "no unit", "too many", "another one than the head's"],
+)
+def test_other_rows_below_the_header_are_no_units(below):
+    assert with_units(["time", "pressure", "force [N]"], below) is None
 
 
 def test_comments_and_blank_lines_do_not_shift_the_rows(tmp_path):

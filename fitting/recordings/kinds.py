@@ -5,8 +5,9 @@ from pathlib import Path
 
 from fitting.errors import InputError
 from fitting.recordings.source import Source
-from fitting.recordings.table_cells import cells_of, heads_of, lines_of, separator_of
+from fitting.recordings.table_cells import NO_ROW, cells_of, heads_of, lines_of, separator_of, split
 from fitting.recordings.table_text import text_of
+from fitting.recordings.units_row import with_units
 
 MATLAB, SHEETS, BAGS, LABVIEW = (".mat",), (".xlsx", ".xlsm"), (".mcap",), (".tdms",)
 ENDINGS = (".csv", *MATLAB, *SHEETS, *BAGS, *LABVIEW)
@@ -87,4 +88,9 @@ def _csv_source(path: Path, is_head: Callable[[str], bool]) -> Source:
     header_row, header, lines, rows = lines_of(text, path, is_head)
     separator = separator_of(header, path)
     heads = heads_of(header, separator, path)
+    named = with_units(heads, split(lines[0], separator, path))
+    if named is not None:
+        heads, lines, rows = named, lines[1:], rows[1:]
+        if not lines:
+            raise InputError(NO_ROW, path, header_row, cure="export the readings too")
     return Source(heads, header_row, rows, raw, lambda: cells_of(lines, rows, heads, separator, path))

@@ -13,6 +13,7 @@ from fitting.errors import InputError
 from fitting.recordings.settings import TABLES
 
 _SAYS_SEPARATOR = re.compile(r"\s*\"?sep=.\"?\s*", re.IGNORECASE)  # what spreadsheets put there
+NO_ROW = "there is a header but no row of readings"
 NUMBER = re.compile(r"\s*[+-]?(?:\d+[.,]?\d*|[.,]\d+)(?:[eE][+-]?\d+)?\s*")
 
 
@@ -39,7 +40,7 @@ def lines_of(text: str, path: Path, is_head: Callable[[str], bool]) -> tuple[int
             raise InputError("the header is not the first line", path, number, value=line[:60], cure=cure)
     (header_row, header), *body = kept
     if not body:
-        raise InputError("there is a header but no row of readings", path, header_row, cure="export the readings too")
+        raise InputError(NO_ROW, path, header_row, cure="export the readings too")
     return header_row, header, [line for _, line in body], np.array([number for number, _ in body])
 
 
@@ -61,14 +62,15 @@ def separator_of(header: str, path: Path) -> str:
 
 def heads_of(header: str, separator: str, path: Path) -> list[str]:
     """The header cells as they stand there."""
-    heads = [head.strip() for head in _split(header, separator, path)]
+    heads = [head.strip() for head in split(header, separator, path)]
     if all(NUMBER.fullmatch(head) for head in heads):
         cure = "begin with a header: 'time [s],pressure [kPa],...'"
         raise InputError("there is no header, the file begins with numbers", path, value=header[:60], cure=cure)
     return heads
 
 
-def _split(line: str, separator: str, path: Path) -> list[str]:
+def split(line: str, separator: str, path: Path) -> list[str]:
+    """The cells of one line."""
     try:
         return next(csv.reader([line], delimiter=separator, skipinitialspace=True))
     except csv.Error as error:
@@ -129,4 +131,4 @@ def _checked_width(lines: list[str], rows: np.ndarray, width: int, separator: st
 
 
 def _width(line: str, separator: str, path: Path) -> int:
-    return line.count(separator) + 1 if '"' not in line else len(_split(line, separator, path))
+    return line.count(separator) + 1 if '"' not in line else len(split(line, separator, path))

@@ -14,7 +14,9 @@ import numpy as np
 from fitting.errors import InputError, unknown_name
 from fitting.recordings.settings import TABLES
 from fitting.recordings.source import FAILED, Source, printable, series_of
+from fitting.recordings.table_cells import NO_ROW
 from fitting.recordings.table_text import bytes_of
+from fitting.recordings.units_row import with_units
 
 SAVE_AS_CSV = "save the sheet as CSV (UTF-8), and name that file in muscle.toml"
 SAVE_AGAIN = "open it in Excel or LibreOffice and save it again as .xlsx; or save the sheet as CSV (UTF-8)"
@@ -28,8 +30,11 @@ def sheet_source(path: Path, sheet: str | None, is_head: Callable[[str], bool]) 
     name = _chosen(sheets, sheet, is_head, path)
     (header_row, header), *body = _without_remarks(sheets[name], is_head, path)
     heads = [_text(cell) for cell in header]
+    named = with_units(heads, [_text(cell) for cell in body[0][1]]) if body else None
+    if named is not None:
+        heads, body = named, body[1:]
     if not body:
-        raise InputError("there is a header but no row of readings", path, header_row, cure="put the readings below it")
+        raise InputError(NO_ROW, path, header_row, cure="put the readings below it")
     width = max(len(cells) for _, cells in body)
     columns = [[cells[at] if at < len(cells) else None for _, cells in body] for at in range(max(width, len(heads)))]
     _check_heads(heads, columns, header_row, path)
