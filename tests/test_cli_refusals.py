@@ -95,3 +95,20 @@ def test_commands_that_read_no_data_replace_none_either(data):
     before = (data / "muscle.toml").read_bytes()
     assert "left alone" in refused("effects", "--json", data / "muscle.toml")
     assert (data / "muscle.toml").read_bytes() == before
+
+
+@pytest.mark.parametrize("option", ["--json", "--html"])
+@pytest.mark.parametrize("content", ["Chapter 3. The muscle\n", "\ufeff- to do\n", "PK\x03\x04"])
+def test_a_result_never_replaces_what_is_no_result(tmp_path, option, content):
+    there = tmp_path / "thesis"
+    there.write_text(content, encoding="utf-8")
+    assert "left alone" in refused("effects", option, there)
+    assert there.read_text(encoding="utf-8") == content
+
+
+@pytest.mark.parametrize(("option", "content"), [("--json", '{"a": 1}'), ("--json", ""), ("--html", "<!doctype html>")])
+def test_an_older_result_is_replaced(tmp_path, option, content):
+    there = tmp_path / "result"
+    there.write_text(content)
+    run("effects", option, there)
+    assert len(there.read_text()) > len(content)

@@ -1,9 +1,13 @@
 """`mckibben init` writes a muscle.toml that only needs its values."""
 
+import json
+
 import numpy as np
 import pytest
-from folders import isometric_columns, loop_csv, release_columns, table
+from click.testing import CliRunner
+from folders import isometric_columns, loop_columns, loop_csv, release_columns, table
 
+from fitting.cli.main import main
 from fitting.errors import InputError
 from fitting.recordings.experiment import read_experiment
 from fitting.recordings.template import muscle_file, write_muscle_file
@@ -82,3 +86,26 @@ def test_what_has_no_name_of_a_column_is_known_by_its_unit_where_only_one_has_it
     assert 'columns = { pressure = "Dev1/ai0 [kPa]", displacement = "Encoder [mm]", force = "Load cell [N]" }' in first
     assert "displacement" not in second.split("accuracy")[0]
     assert '# not used: "Encoder [mm]", "Gap [mm]"' in second
+
+
+def test_init_says_what_it_read(tmp_path):
+    """A wrong column, unit or sign is seen there before anything is fitted."""
+    (tmp_path / "rig.csv").write_text(loop_csv().replace("force [N]", "Load cell"))
+    (tmp_path / "torn.csv").write_text("time [s],pressure [bar]\n0,1\n1,two\n")
+    said = " ".join(
+        CliRunner().invoke(main, ["init", str(tmp_path), "--json", str(tmp_path / "init.json")]).output.split()
+    )
+    columns = loop_columns()
+    least, most = (float(f(columns["pressure [bar]"])) for f in (np.min, np.max))
+    assert f"rig.csv: {len(columns['time [s]']):,} rows, taken for a test 'loop'" in said
+    assert f"pressure {least:.4g} to {most:.4g} bar" in said
+    assert (
+        f"force ('Load cell') {columns['force [N]'].min():.4g} to {columns['force [N]'].max():.4g} (which unit?)"
+        in said
+    )
+    assert "torn.csv is taken for a test 'loop', but cannot be read yet" in said
+    assert "row 3, column 'pressure [bar]': not a number" in said
+    rig, torn = json.loads((tmp_path / "init.json").read_text())["recordings"]
+    assert rig["readings"]["pressure"] == {"least": least, "most": most, "unit": "bar"}
+    assert rig["readings"]["force"]["unit"] is None
+    assert (torn["rows"], torn["readings"]) == (None, {})

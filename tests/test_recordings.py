@@ -86,8 +86,11 @@ def test_readings_while_the_length_is_changed_belong_to_no_run(tmp_path):
     assert any("3 of 483 samples carry no weight: between two lengths" in note for note in data.notes)
 
 
-def test_stated_branches_win(tmp_path):
-    columns = isometric_columns((300,)) | {"branch": ["inflate"] * 100 + ["deflate"] * 60}
+@pytest.mark.parametrize(
+    ("there", "back"), [("inflate", "deflate"), ("Inflation", "Deflation"), ("shortening", "lengthening")]
+)
+def test_stated_branches_win(tmp_path, there, back):
+    columns = isometric_columns((300,)) | {"branch": [there] * 100 + [back] * 60}
     _, run = only_run(folder_of(tmp_path, table(columns), test="isometric"))
     assert run.branch.tolist() == [1] * 100 + [-1] * 60
     assert run.weight[[96, 99, 102]].sum() == 0

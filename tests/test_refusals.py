@@ -197,6 +197,11 @@ BAD_TABLES = {
         "",
         ("row 2", "'branch'", "'inflat'", "mean 'inflate'?"),
     ),
+    "up, but of what": (
+        lambda: table(loop_columns() | {"branch": "up"}),
+        "",
+        ("row 2", "'branch'", "'up'", "write 'contraction' where the muscle became shorter"),
+    ),
     "empty branch": (lambda: table(loop_columns() | {"branch": ["inflate"] * 201 + [""]}), "", ("row 203", "empty")),
     "nothing left": (loop_csv, 'valid = { force = ["900 N", "5 kN"] }', ("no sample is left", "202 of 202", "widen")),
     "columns: unknown name": (loop_csv, 'columns = { forc = "F" }', ("'forc'", "did you mean 'force'?")),

@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 NOT_CONVERGED = 3
 # what people write, and no command hands out where it likes
 NO_RESULT = (".csv", ".tsv", ".toml", ".py", ".xlsx", ".xlsm", ".mat", ".mcap", ".tdms")
+LOOKED_AT = 1000  # bytes of a file that is there already
 
 
 @dataclass(frozen=True)
@@ -83,12 +84,23 @@ def start(options: dict[str, Any]) -> CommandRun:
 
 
 def check_places(*paths: str | None) -> None:
-    """Refuse results that cannot be written, or would replace a measurement, before anything is computed for them."""
+    """Refuse results that cannot be written, or would replace a measurement or another text, before anything is
+    computed for them.
+    """
     for path in paths:
         check_place(path)
-        if path and Path(path).suffix.lower() in NO_RESULT and Path(path).exists():
+        if path and ((Path(path).suffix.lower() in NO_RESULT and Path(path).exists()) or _is_other(Path(path))):
             cure = "name another file, for example result.json"
             raise InputError("the file is no result of this program and is left alone", path, cure=cure)
+
+
+def _is_other(path: Path) -> bool:
+    """Whether a file is there that is neither empty, JSON nor a page: no command writes such a one for results."""
+    if not path.is_file():
+        return False
+    with path.open("rb") as file:
+        begin = file.read(LOOKED_AT).lstrip(b"\xef\xbb\xbf \t\r\n")
+    return bool(begin) and begin[:1] not in (b"{", b"[", b"<")
 
 
 def check_place(path: str | None) -> None:

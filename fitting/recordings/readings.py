@@ -15,7 +15,14 @@ from fitting.recordings.tables import COLUMNS, USUAL, Table, plain_name
 from mckibben_jax.muscle import Muscle
 
 POSITIONS = ("contraction", "length", "displacement")
-DIRECTIONS = {"contraction": 1, "inflate": 1, "elongation": -1, "deflate": -1}
+# 'up', 'down', 'loading': of the length, the force or the pressure? They are not in it.
+DIRECTIONS = {"contraction": 1, "inflate": 1, "elongation": -1, "deflate": -1,
+              "contracting": 1, "shortening": 1, "inflating": 1, "inflation": 1,
+              "elongating": -1, "lengthening": -1, "deflating": -1, "deflation": -1}  # fmt: skip
+NO_DIRECTION = (
+    "write 'contraction' where the muscle became shorter before the reading, or the pressure rose in an isometric "
+    "test, and 'elongation' where it became longer, or the pressure fell"
+)
 FEWEST_SAMPLES = TABLES.fewest_samples  # of a run
 
 
@@ -149,7 +156,7 @@ def _directions(table: Table) -> np.ndarray:
     for number, label in enumerate(known):
         if label.lower() not in DIRECTIONS:
             like = nearest(label, DIRECTIONS)
-            cure = f"did you mean '{like}'?" if like else f"write one of {', '.join(DIRECTIONS)}"
+            cure = f"did you mean '{like}'?" if like else NO_DIRECTION
             raise table.error("not a branch", int(np.argmax(which == number)), "branch", label, cure)
     return np.array([DIRECTIONS[label.lower()] for label in known])[which]
 

@@ -1,0 +1,176 @@
+"""What a recording most likely holds: its columns by name, word, letter or unit, and the kind of test."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from fitting.errors import InputError, nearest
+from fitting.recordings.kinds import parts_of, recordings_in
+from fitting.recordings.tables import COLUMNS, Table, plain_name, read_heads, read_table, split_head
+from fitting.units import dimension, is_unit
+
+# words in a header that betray what a column is, in English and in what loggers write
+WORDS = {
+    "set_pressure": ("set point", "setpoint", "command", "desired", "soll"),
+    "pressure": ("pressure", "druck", "press"),
+    "force": ("force", "load cell", "loadcell", "kraft", "tension", "pull"),
+    "load": ("load", "mass", "weight", "last"),
+    "time": ("time", "zeit", "stamp"),
+    "contraction": ("contraction", "strain", "shortening ratio"),
+    "displacement": ("displacement", "shortening", "stroke", "travel", "weg"),
+    "length": ("length", "position", "laser"),
+    "run": ("run", "trial", "experiment", "cycle no"),
+    "branch": ("branch", "direction"),
+}
+LETTERS = {"t": "time", "p": "pressure", "f": "force", "l": "length", "eps": "contraction", "x": "displacement"}
+FILE_WORDS = (("release", "quick release"), ("isotonic", "isotonic"), ("isometri", "isometric"), ("step", "step"),
+         ("static", "static"), ("loop", "loop"))  # fmt: skip
+HUNG_LOADS = 20  # different readings of a load at most, where weights are hung on
+HELD_LENGTHS = 30  # different readings of the length at most, in an isometric test without noise
+STRETCHES, STANDING = 50, 0.7  # of a recording; share of them in which an isometric test leaves the length as it was
+
+
+@dataclass(frozen=True)
+class Guess:
+    """One recording of a folder as it is guessed; a `reason` says why it is left out, where it is."""
+
+    path: Path
+    inside: dict[str, str]  # the option that says which part of the file is meant, where there are several
+    test: str = ""
+    columns: dict[str, str] | None = None  # what the file calls each, by the program's names
+    units: dict[str, str] | None = None  # "?" for each column without a unit
+    unused: tuple[str, ...] = ()
+    table: Table | None = None  # the readings, in N, m and Pa where no unit is given; None where they cannot be read
+    problem: str = ""  # why they cannot be read
+    reason: str = ""
+
+    @property
+    def name(self) -> str:
+        """The file, and the part of it that is meant."""
+        return ", ".join((self.path.name, *(" ".join(option) for option in self.inside.items())))
+
+    @property
+    def named(self) -> dict[str, str]:
+        """The columns that the file calls otherwise than the program does."""
+        return {name: head for name, head in (self.columns or {}).items() if plain_name(head) != name}
+
+    @property
+    def readable(self) -> Table | None:
+        """The readings in SI, where every unit is given."""
+        return None if self.units else self.table
+
+
+def guesses_of(folder: Path) -> list[Guess]:
+    """One guess for each recording, or for each part of one."""
+    return [_guess(path, inside) for path in recordings_in(folder) for inside in parts_of(path)]
+
+
+def _guess(path: Path, inside: dict[str, str]) -> Guess:
+    try:
+        heads = read_heads(path, inside)
+    except InputError as error:
+        return Guess(path, inside, reason=f"{error.problem}. {error.cure}")
+    called = _columns(heads)
+    if inside and not called:
+        return Guess(path, inside, reason="none of its columns is known")
+    if "load" in called and "force" not in called and _is_reading(path, called["load"], inside):
+        called["force"] = called.pop("load")
+    unused = tuple(head for head in heads if head not in called.values())
+    units = {name: "?" for name, head in called.items() if COLUMNS[name] is not None and not split_head(head)[1]}
+    any_units = {name: {"load": "N"}.get(name, str(COLUMNS[name])) for name in units}  # only whether readings differ
+    named = {name: head for name, head in called.items() if plain_name(head) != name}
+    table, problem = _read(path, named, any_units, inside)
+    if table is not None and table.has_stamps:
+        units.pop("time", None)  # they need none
+    test = _test(" ".join((path.stem, *inside.values())), table, set(called))
+    return Guess(path, inside, test, called, units, unused, table, problem)
+
+
+def _columns(heads: list[str]) -> dict[str, str]:
+    """What the columns most likely are: by their own name, by a word in it, by a letter, by a unit of its own."""
+    found: dict[str, str] = {}
+    for guess in (_by_name, _by_word, _by_letter):
+        for head in heads:
+            name = guess(head)
+            if name and name not in found and head not in found.values() and not _second_position(name, found):
+                found[name] = head
+    for name, head in _by_unit([head for head in heads if found and head not in found.values()]):
+        if name not in found and not _second_position(name, found):
+            found[name] = head
+    return {name: found[name] for name in COLUMNS if name in found}
+
+
+def _second_position(name: str, found: dict[str, str]) -> bool:
+    positions = ("contraction", "length", "displacement")
+    return name in positions and any(other in found for other in positions)
+
+
+def _by_name(head: str) -> str | None:
+    return plain_name(head) if plain_name(head) in COLUMNS else nearest(plain_name(head), COLUMNS, 0.85)
+
+
+def _by_word(head: str) -> str | None:
+    text = split_head(head)[0].lower().replace("_", " ")
+    return next((name for name, words in WORDS.items() if any(word in text for word in words)), None)
+
+
+def _by_letter(head: str) -> str | None:
+    return LETTERS.get(plain_name(head))
+
+
+def _by_unit(heads: list[str]) -> Iterator[tuple[str, str]]:
+    """What columns are of which no name is known, where only one of them has such a unit."""
+    for name in ("time", "pressure", "displacement", "force"):
+        alike = [head for head in heads if _has_unit_of(head, str(COLUMNS[name]))]
+        if len(alike) == 1:
+            yield name, alike[0]
+
+
+def _has_unit_of(head: str, si: str) -> bool:
+    unit = split_head(head)[1]
+    return bool(unit) and is_unit(unit) and dimension(unit) == dimension(si)
+
+
+def _test(name: str, table: Table | None, names: set[str]) -> str:
+    """The kind of test: by the name of file or sheet, by the columns, by whether the length moves."""
+    words = name.lower().replace("_", " ")
+    for word, test in FILE_WORDS:
+        if word in words:
+            return test
+    if "load" in names and "force" not in names:
+        return "step" if "set_pressure" in names else "isotonic"
+    if "time" not in names:
+        return "static"
+    return "isometric" if table is not None and _length_is_held(table) else "loop"
+
+
+def _is_reading(path: Path, head: str, inside: dict[str, str]) -> bool:
+    """Whether a column called load is what a load cell reads: weights that are hung on have few values."""
+    table, _ = _read(path, {"load": head}, {} if split_head(head)[1] else {"load": "N"}, inside)
+    return table is not None and len(np.unique(table["load"])) > HUNG_LOADS
+
+
+def _read(path: Path, named: dict[str, str], units: dict[str, str], inside: dict[str, str]) -> tuple[Table | None, str]:
+    """The readings, or why they cannot be read."""
+    try:
+        return read_table(path, named, units, inside), ""
+    except InputError as error:
+        return None, str(error)
+
+
+def _length_is_held(table: Table) -> bool:
+    position = next((table[name] for name in ("contraction", "length", "displacement") if name in table), None)
+    if position is None:
+        return False
+    return len(np.unique(position)) <= min(HELD_LENGTHS, len(position) // 5) or _stands(position)
+
+
+def _stands(position: np.ndarray) -> bool:
+    """Whether a noisy reading mostly stands: from stretch to stretch its median moves by less than the noise."""
+    if len(position) < 2 * STRETCHES:
+        return False
+    noise = 1.48 * np.median(np.abs(np.diff(position))) / np.sqrt(2)
+    medians = [np.median(part) for part in np.array_split(position, STRETCHES)]
+    return bool(np.mean(np.abs(np.diff(medians)) <= noise) >= STANDING)
