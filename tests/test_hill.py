@@ -173,6 +173,9 @@ def test_the_motion_says_what_hills_numbers_are_worth(misses, b, ends, words):
     told = said_of_viscosity(motions, "hill.b = 500 mm/s +/- 10 mm/s", 1.0)
     assert words in told
     assert ("Trust these" in told) == (words == "+/- 10 mm/s. Trust these before the numbers after HILL")
+    read = SimpleNamespace(curvature=0.366, pressure=3e5)
+    told = said_of_viscosity(replace(motions, read_again=(read,)), "", 1.0)
+    assert ("read so, the motion of this model gives a/F0 = 0.366 at 300 kPa" in told) == ("Trust these" in told)
     assert ("viscous_damping" in told) == (b > 10 and (misses[0] > misses[1] or misses[0] > 2e-4))
 
 
@@ -197,3 +200,7 @@ def test_the_motion_itself_gives_hills_numbers(tmp_path):
     assert abs(curvature - 0.25) < 4 * error + 0.01
     assert abs(b - 0.6) < 4 * b_error + 0.02
     assert found.errors[1] < found.errors[0] / 3
+    (read,), (one,) = found.read_again, curves(task.experiments)
+    assert read.curvature == pytest.approx(
+        one.hill.curvature, rel=0.1
+    )  # the way of reading is what makes the difference

@@ -1,16 +1,19 @@
 """Is there viscosity in the motion? Models without and with Hill's force, fitted to the recorded positions."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from itertools import count
 from typing import Any
 
 import jax.numpy as jnp
 import numpy as np
 
-from fitting.hill.hill import Curves, releases
+from fitting.hill.hill import Curves, HillCurve, curves, releases
 from fitting.hill.settings import MOTION
 from fitting.least_squares.fit import fit
 from fitting.least_squares.record import Fit
+from fitting.recordings.noise import noise_of
+from fitting.recordings.records import Experiment, Run
 from fitting.study.task import Task
 from mckibben_jax.effect import Effect
 from mckibben_jax.effects import LIBRARY
@@ -25,6 +28,7 @@ class Motions:
 
     dry: Fit
     viscous: Fit
+    read_again: tuple[HillCurve, ...] = ()  # curves through speeds read off the motion of the viscous model itself
 
     @property
     def errors(self) -> tuple[float, float]:
@@ -71,7 +75,27 @@ def motions(task: Task, read: Sequence[Curves]) -> Motions:
     for curvature, b in begins:
         effects = with_effects(dry_effects, [_force_velocity_law()(jnp.asarray(curvature), jnp.asarray(b))])
         viscous.append(fit(experiments, effects, start={**task.known, **dry.values}, starts=1, **options))
-    return Motions(dry, min(viscous, key=lambda each: each.rmse))
+    best = min(viscous, key=lambda each: each.rmse)
+    return Motions(dry, best, tuple(one.hill for one in curves(_as_modelled(experiments, best))))
+
+
+def _as_modelled(experiments: Sequence[Experiment], fit: Fit) -> list[Experiment]:
+    """The same releases with the positions of a fitted model in place of those that were read."""
+    number, made = count(), []
+    for experiment in experiments:
+        recordings = [
+            replace(one, noise=noise_of(one), runs=tuple(_run_as_modelled(run, fit, next(number)) for run in one.runs))
+            for one in experiment.recordings
+        ]
+        made.append(replace(experiment, recordings=tuple(recordings)))
+    return made
+
+
+def _run_as_modelled(run: Run, fit: Fit, number: int) -> Run:
+    mine = fit.samples.run == number
+    place = np.array(run.measured)
+    place[fit.samples.position[mine]] = (fit.samples.measured + fit.residual)[mine]
+    return replace(run, measured=place)
 
 
 def _force_velocity_law() -> Callable[..., Effect]:

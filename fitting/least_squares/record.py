@@ -8,6 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from fitting.instruments.errors import InstrumentErrors
+from fitting.least_squares.run_differences import as_runs_show
 from fitting.least_squares.search import Evaluated
 from fitting.least_squares.subset import Subset
 from fitting.least_squares.summary import Failure, SearchSummary
@@ -109,7 +110,8 @@ def record_fit(
     count, per_unit = len(samples), slopes / np.asarray(subset.slope(place))
     errors = InstrumentErrors.none(samples.run) if errors is None else errors
     spread = partial(spread_of_values, layout, names, samples, rows, per_unit)
-    (covariance, robust), (_, repeatable) = spread(errors), spread()
+    shown = as_runs_show(errors, per_unit[:count], rows, per_unit[count:])
+    (covariance, robust), (_, repeatable) = spread(shown), spread()
     return Fit(
         layout=layout,
         problem=given,

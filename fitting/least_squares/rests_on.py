@@ -5,6 +5,7 @@ import numpy as np
 from fitting.instruments.sources import Source
 from fitting.least_squares.decomposed import lstsq
 from fitting.least_squares.record import Fit
+from fitting.least_squares.run_differences import bounds
 from fitting.least_squares.uncertainty import moved_by, moved_by_stated
 
 
@@ -41,6 +42,14 @@ def rests_on_instruments(fit: Fit) -> dict[str, dict[Source, float]]:
         for source, share in zip(fit.errors.sources_shared, row, strict=True):  # some have several columns
             found[name][source] = min(found[name].get(source, 0.0) + float(share), 1.0)
     return found
+
+
+def shown_by_runs(fit: Fit) -> dict[Source, float]:
+    """The largest size that runs bear of each error that is presumed of them, in the unit of its kind."""
+    count = len(fit.samples)
+    rows = np.concatenate([fit.residual / fit.samples.sigma, fit.prior_rows])
+    shares = bounds(fit.errors, fit.slopes[:count], rows, fit.slopes[count:])
+    return {source: share * source.allowed for source, share in shares.items()}
 
 
 def _moves_beside_confined(fit: Fit, stated: list[str]) -> np.ndarray:

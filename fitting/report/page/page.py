@@ -28,7 +28,7 @@ from fitting.report.text.likelier import likelier_rows, likelier_text
 from fitting.report.text.names import mark, marked
 from fitting.report.text.search import search_text
 from fitting.report.text.side_by_side import side_by_side
-from fitting.report.text.stated_sizes import measured_cells, rests_on_texts
+from fitting.report.text.stated_sizes import measured_cells, rests_on_texts, runs_agree_texts
 from fitting.report.text.study import data_text
 from fitting.report.text.values import range_cells, value_cells
 from fitting.study.practice import ENOUGH
@@ -131,6 +131,7 @@ def _parameters(fit: Fit, experiments: Sequence[Experiment]) -> Section:
         "Believe the robust error: it lets neighbouring samples err together, and instruments as far as their accuracy "
         "goes. The one beside it takes every sample for independent of the others, and is too small.",
         *rests_on_texts(fit),
+        *runs_agree_texts(fit),
     )
     grids = [Grid(heads, rows, words=(0, 7, 8))]
     if likelier := likelier_text(fit):

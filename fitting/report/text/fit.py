@@ -10,7 +10,7 @@ from fitting.report.text.layout import columns, line, lines, spaced
 from fitting.report.text.likelier import likelier_report
 from fitting.report.text.names import mark, marked
 from fitting.report.text.search import failure_texts, search_text
-from fitting.report.text.stated_sizes import denied_texts, kept_from, rests_on_texts
+from fitting.report.text.stated_sizes import denied_texts, kept_from, rests_on_texts, runs_agree_texts
 from fitting.report.text.values import range_cells, value_cells
 
 
@@ -53,7 +53,8 @@ def fit_report(fit: Fit) -> list[RenderableType]:
     for name in shown_names(fit):
         table.add_row(mark(name), *_parameter(fit, name))
     warned, rests = lines("WARNING", fit_warnings(fit), "yellow"), lines("RESTS ON", rests_on_texts(fit))
-    return [spaced(table), Text(), *warned, *rests, *likelier_report(fit), line("SEARCH", search_text(fit))]
+    agree = lines("RUNS", runs_agree_texts(fit))
+    return [spaced(table), Text(), *warned, *rests, *agree, *likelier_report(fit), line("SEARCH", search_text(fit))]
 
 
 def _parameter(fit: Fit, name: str) -> tuple[str, ...]:

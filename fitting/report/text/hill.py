@@ -50,7 +50,7 @@ def _numbers(c: HillCurve) -> str:
     return (
         f"a/F0 = {c.curvature:.3f} +/- {c.curvature_error:.3f} ({ANIMALS}), b = {b}, "
         f"F0 = {force} at {showing.show(c.pressure, 'Pa')}; "
-        f"{len(c.readings)} loads, {100 * c.misfit:.1f} % rms off the curve."
+        f"{len(c.readings)} loads, {100 * c.misfit:.1f} % rms off the curve. Its errors are those of this scatter."
     )
 
 
@@ -67,8 +67,7 @@ def _motion(motions: Motions, fastest: float) -> list[RenderableType]:
     dry, viscous = (showing.show(error, "m") for error in motions.errors)
     units = {name: motions.viscous.layout.entry(name).unit for name in motions.direct}
     values = (
-        f"{mark(name)} = {showing.show(value, units[name])} +/- {showing.show(error, units[name])}"
-        for name, (value, error) in motions.direct.items()
+        f"{mark(name)} = {showing.show(value, units[name], error)}" for name, (value, error) in motions.direct.items()
     )
     told = f"Fitted to the positions, a model without viscosity misses them by {dry} rms, one with it by {viscous}: "
     return [line("MOTION", told + said_of_viscosity(motions, ", ".join(values), fastest))]
@@ -97,11 +96,15 @@ def said_of_viscosity(motions: Motions, values: str, fastest: float) -> str:
             "such as its friction. `mckibben diagnose` looks for it."
         )
     elif not plain and not motions.at_ends:
-        told += (
-            " Trust these before the numbers after HILL, whose speeds are reached only when the muscle is shorter by "
-            "some millimetres already and pulls less."
-        )
+        told += f" Trust these before the numbers after HILL: {_read_again(motions)}"
     return told + plain
+
+
+def _read_again(motions: Motions) -> str:
+    """Why the numbers read off the speeds differ from those of the model, with what the model itself would read as."""
+    read = ", ".join(f"{one.curvature:.3f} at {showing.show(one.pressure, 'Pa')}" for one in motions.read_again)
+    why = "the speeds are reached only when the muscle is shorter by some millimetres already and pulls less."
+    return f"read so, the motion of this model gives a/F0 = {read}, for {why}" if read else why
 
 
 def _table(curves: Sequence[Curves]) -> RenderableType:

@@ -54,7 +54,7 @@ def rival_texts(d: Diagnosis) -> list[str]:
     rivals = sorted((each for each in d.instruments if each.needed is not None), key=_excess)
     also = "also " if d.explanations else ""
     return [
-        f"An instrument could {also}explain it only if {_phrase(each.source, each.needed or 0.0)} "
+        f"An instrument could {also}explain it only if {error_text(each.source, each.needed or 0.0)} "
         f"({_known_to(each.source)})."
         for each in rivals[:MOST_NAMED]
     ]
@@ -103,7 +103,7 @@ def asked_of_added_texts(d: Diagnosis, added: Sequence[str]) -> list[str]:
 
 def _asked(what: str, each: Blamed) -> str:
     return (
-        f"{what} holds only if {_phrase(each.source, each.size)} ({_known_to(each.source)}{_times(each)}). "
+        f"{what} holds only if {error_text(each.source, each.size)} ({_known_to(each.source)}{_times(each)}). "
         "Check this before you believe it."
     )
 
@@ -130,7 +130,9 @@ def explaining_text(d: Diagnosis) -> str:
 
 
 def _phrases(errors: Sequence[InstrumentAnswer]) -> str:
-    return "; ".join(f"{_phrase(each.source, each.found)} ({_known_to(each.source)})" for each in errors[:MOST_NAMED])
+    return "; ".join(
+        f"{error_text(each.source, each.found)} ({_known_to(each.source)})" for each in errors[:MOST_NAMED]
+    )
 
 
 def instrument_texts(d: Diagnosis) -> list[str]:
@@ -149,10 +151,11 @@ def odd_run_texts(d: Diagnosis) -> list[str]:
 
 
 def _in_one_run(source: Source, size: float) -> str:
-    return _phrase(source, abs(size)).replace(" from run to run", "")
+    return error_text(source, abs(size)).replace(" from run to run", "")
 
 
-def _phrase(source: Source, size: float) -> str:
+def error_text(source: Source, size: float) -> str:
+    """An error as a clause: "friction differs by 2 % from run to run"."""
     if source.kind is ErrorKind.SKEW:
         return f"force and the other channels are read {size_text(source, size)} apart"
     if source.channel is None:

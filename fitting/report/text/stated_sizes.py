@@ -5,12 +5,12 @@ from collections.abc import Mapping, Sequence
 from fitting import full_names, showing
 from fitting.instruments.sources import ErrorKind, Source
 from fitting.least_squares.record import Fit
-from fitting.least_squares.rests_on import rests_on, rests_on_instruments
+from fitting.least_squares.rests_on import rests_on, rests_on_instruments, shown_by_runs
 from fitting.problem.unknowns import BELIEVED
 from fitting.recordings.accuracy import Channel
 from fitting.report.settings import SHOWN, STATED, WARNING_TEXT
 from fitting.report.text.amounts import amount, percent
-from fitting.report.text.instrument_answers import known_to_text
+from fitting.report.text.instrument_answers import error_text, known_to_text, size_text
 from fitting.report.text.names import mark, marked
 
 
@@ -88,6 +88,16 @@ def rests_on_texts(fit: Fit) -> list[str]:
             found.append((total, rests_on_text(name, parts)))
     said = [text for _, text in sorted(found, key=lambda each: -each[0])]
     return [*said, "Measure better what is named; more recordings hardly help."] if said else []
+
+
+def runs_agree_texts(fit: Fit) -> list[str]:
+    """A sentence for each error that was presumed of runs and that these runs do not show."""
+    return [
+        f"It is presumed that {error_text(source, source.allowed)}. These runs bear {size_text(source, size)} at most, "
+        "and the robust errors count on that."
+        for source, size in shown_by_runs(fit).items()
+        if size < STATED.agree * source.allowed
+    ]
 
 
 def by_kind(shares: Mapping[Source, float]) -> list[tuple[Source, float]]:
