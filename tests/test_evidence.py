@@ -173,6 +173,8 @@ def test_the_answer_in_words():
     assert "nothing else. 1 other effect excluded for good" in standing_text(made(one, out))
     assert standing_text(made(one, as_it_is=(2.0, 8.0))) == ""
     assert "mckibben plan" in next_text(made(one, two))
+    assert "'mckibben plan mon 'a b'' names" in next_text(made(one, two), ("mon", "a b"))
+    assert "'mckibben add mon tip'" in next_text(made(one, out), ("mon",))
     assert "Record another session" in next_text(made(one, as_it_is=(2.0, 8.0)))
     assert "mckibben discover" in next_text(made(out))
 

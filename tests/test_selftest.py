@@ -14,7 +14,7 @@ from fitting.least_squares.working_noise import Noise
 from fitting.library.line import effect_from_line
 from fitting.recordings.accuracy import Accuracy, ChannelAccuracy
 from fitting.recordings.experiment import read_experiment
-from fitting.report.text.selftest import nothing_text, selftest_report, selftest_result, sought_text
+from fitting.report.text.selftest import misfit_texts, nothing_text, selftest_report, selftest_result, sought_text
 from fitting.selftest import selftest as module
 from fitting.selftest.hide import Hiding
 from fitting.selftest.instruments import Rig
@@ -242,6 +242,14 @@ def test_a_report_says_what_was_found_of_each_and_what_was_not():
     assert told["creep"]["taken_for"] == [["hill"]]
     assert told["supply_lag"] == {"detection_limit_N": None, "named_from_N": None, "seen_from_N": None,
                                   "taken_for": [], "why_not": "these data cannot see it", "trials": []}  # fmt: skip
+
+
+def test_a_model_that_misses_the_recordings_is_no_truth_to_test_with():
+    test = SelfTest(NOTHING, (TIP,), {"tip.k": "1"}, rmse=12.5, off=25.0)
+    (said,) = misfit_texts(test)
+    assert "misses these recordings by 12.5 N rms, 25 times the noise" in said
+    assert misfit_texts(dataclasses.replace(test, off=1.1)) == []
+    assert selftest_result(test)["model_rmse_over_noise"] == 25.0
 
 
 def test_a_false_alarm_is_said_first():

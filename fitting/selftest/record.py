@@ -90,6 +90,8 @@ class SelfTest:
     clean: Trial
     sought: tuple[Sought, ...]
     units: dict[str, str]  # of parameters, by full name
+    rmse: float = 0.0  # N, by which the model itself misses the recordings
+    off: float = 0.0  # the same in standard deviations of one reading
 
 
 @dataclass

@@ -90,7 +90,9 @@ def selftest(
         sought.append(_sought(rehearsal, name, clean.limits.get(name), told))
         on_effect(sought[-1])
     units = {entry.name: entry.unit for entry in search.world.layout.entries}
-    return SelfTest(clean, tuple(sought), units)
+    fit = search.baseline
+    off = float(np.sqrt(np.mean((fit.residual / fit.samples.sigma) ** 2)))
+    return SelfTest(clean, tuple(sought), units, fit.rmse, off)
 
 
 def _at(progress: Progress, share: float, text: str) -> None:

@@ -31,7 +31,7 @@ def command(**options: Any) -> None:
             task.experiments, task.effects, candidates=candidates, fix=task.varying.fix, free=task.varying.free,
             seed=task.seed, start=task.known, progress=progress,
         )  # fmt: skip
-    report = sessions_report(found)
+    report = sessions_report(found, run.request.data)
     run.print(report)
     run.write(sessions_result(found))
     if run.request.html:

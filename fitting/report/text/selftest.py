@@ -9,9 +9,10 @@ from fitting import showing
 from fitting.diagnosis.outcomes import NOTHING_MISSING, Verdict
 from fitting.report.text.amounts import amount
 from fitting.report.text.diagnosis import effect_set
-from fitting.report.text.layout import columns, line, spaced
+from fitting.report.text.layout import columns, line, lines, spaced
 from fitting.report.text.names import listed, mark
 from fitting.selftest.record import Outcome, SelfTest, Sought, Trial
+from fitting.selftest.settings import SELFTEST
 from fitting.showing import counted
 
 MEANS = (
@@ -29,11 +30,23 @@ def selftest_report(test: SelfTest) -> list[RenderableType]:
     table = columns(*heads, words=(0, 4, 5), spare=(4, 1))
     for each in hidden:
         table.add_row(mark(each.effect), *_sizes(each), _values(each, test.units), _taken_for(each))
-    shown: list[RenderableType] = [line("NOTHING", nothing_text(test.clean), "bold")]
+    shown: list[RenderableType] = lines("WARNING", misfit_texts(test), "yellow")
+    shown.append(line("NOTHING", nothing_text(test.clean), "bold"))
     shown += [spaced(table), ""] if hidden else []
     for label, text in _sentences(test.sought):
         shown.append(line(label, text))
     return [*shown, line("HOW", MEANS)]
+
+
+def misfit_texts(test: SelfTest) -> list[str]:
+    """That the model does not describe the recordings themselves, where it does not."""
+    if test.off <= SELFTEST.far:
+        return []
+    return [
+        f"The model itself misses these recordings by {amount(test.rmse, 'N')} rms, {showing.figures(test.off)} times "
+        "the noise of a reading. What is said here holds for a muscle that the model describes: look for what it lacks "
+        "with `mckibben diagnose` first, and test again."
+    ]
 
 
 def nothing_text(clean: Trial) -> str:
@@ -106,6 +119,8 @@ def values_text(trial: Trial, unit_of: Mapping[str, str]) -> str:
 def selftest_result(test: SelfTest) -> dict[str, Any]:
     """For machines: SI; sizes are N rms left when the model has given way."""
     return {
+        "model_rmse_N": test.rmse,
+        "model_rmse_over_noise": test.off,
         "nothing_hidden": _plain(test.clean, test.units),
         "effects": {each.effect: _of_effect(each, test.units) for each in test.sought},
     }

@@ -1,5 +1,6 @@
 """Evidence over sessions in words: what is excluded, what still stands, and from which session on."""
 
+from collections.abc import Sequence
 from typing import Any
 
 from rich.console import RenderableType
@@ -9,6 +10,7 @@ from fitting.diagnosis.flip_groups import rests_on_in_words
 from fitting.evidence.sessions import GrowingEvidence, Weighed
 from fitting.report.text.layout import columns, line, lines, spaced
 from fitting.report.text.names import listed, mark, marked
+from fitting.report.text.next_step import shell_words
 from fitting.showing import counted
 
 MANY = 1e6  # to one: beyond it nobody wants the number
@@ -22,14 +24,14 @@ MEANS = (
 )
 
 
-def sessions_report(found: GrowingEvidence) -> list[RenderableType]:
-    """The verdict, a table of models by session, and what it means."""
+def sessions_report(found: GrowingEvidence, data: Sequence[str] = ()) -> list[RenderableType]:
+    """The verdict, a table of models by session, and what it means; `data` are the sessions as they were given."""
     shown: list[RenderableType] = [line("EVIDENCE", verdict_text(found), "bold")]
     stands = standing_text(found)
     shown += [line("STANDS", stands)] if stands else []
     shown += [spaced(_table(found)), ""]
     how = [line("HOW", MEANS.format(enough=found.enough)), *lines("RESTS ON", _rests_on(found))]
-    return [*shown, *how, line("NEXT", next_text(found))]
+    return [*shown, *how, line("NEXT", next_text(found, data))]
 
 
 def _rests_on(found: GrowingEvidence) -> list[str]:
@@ -79,14 +81,18 @@ def standing_text(found: GrowingEvidence) -> str:
     return f"With one of {counted(len(stand), 'effect')} the model still stands: {names}.{excluded}"
 
 
-def next_text(found: GrowingEvidence) -> str:
-    """What to do now."""
+def next_text(found: GrowingEvidence, data: Sequence[str] = ()) -> str:
+    """What to do now, with the command where it is one."""
+    folders = shell_words(data)
     if found.is_lacking and len(found.standing) == 1:
-        return "Add it: 'mckibben add'. Later sessions may still exclude it; give them behind these."
+        command = " ".join(filter(None, ("mckibben add", folders, *found.standing[0].added)))
+        return f"Add it: '{command}'. Later sessions may still exclude it; give them behind these."
     if found.is_lacking and found.standing:
-        return "'mckibben plan' names the recording that tells these apart; give it behind these sessions."
+        command = f"mckibben plan {folders}".strip()
+        return f"'{command}' names the recording that tells these apart; give it behind these sessions."
     if found.is_lacking:
-        return "'mckibben discover' tries several effects at once; weigh the model that it ends with."
+        command = f"mckibben discover {folders}".strip()
+        return f"'{command}' tries several effects at once; weigh the model that it ends with."
     return "Record another session, and give its folder behind these: the evidence goes on from here."
 
 
