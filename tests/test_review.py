@@ -7,6 +7,7 @@ import pytest
 
 from mckibben_jax.laws import braid, rubber, textile
 from mckibben_jax.laws.review import EQUATIONS, lookup
+from mckibben_jax.laws.symbols import meanings, undefined
 
 # A typical muscle, by the names of arguments; every function of the table is called with these.
 TYPICAL = {
@@ -67,3 +68,16 @@ def test_lookup_by_number():
 def test_lookup_of_an_unknown_number_offers_the_nearest():
     with pytest.raises(ValueError, match=r"no equation '25X'.*25E"):
         lookup("25X")
+
+
+@pytest.mark.parametrize("equation", EQUATIONS, ids=lambda equation: equation.number)
+def test_every_symbol_of_a_formula_has_a_meaning(equation):
+    assert undefined(equation.formula, equation.own_symbols) == ()
+    assert equation.symbols
+
+
+def test_a_symbol_without_a_meaning_is_noticed():
+    assert undefined("F = zeta r^2, c = 2 r", "q heat") == ("zeta",)
+    assert meanings("F = zeta r^2", "zeta factor, r radius of the bore") == (
+        "zeta factor, r radius of the bore, F pull of the muscle"
+    )
