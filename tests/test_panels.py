@@ -4,6 +4,7 @@ import re
 
 import numpy as np
 import pytest
+from folders import folder_of, loop_columns, table
 from hidden.simulator import Muscle, Noise, Truth, dataset, static, with_baseline
 from hidden.simulator import write as write_hidden
 from small_muscle import loops, write
@@ -158,3 +159,19 @@ def test_a_line_stops_where_its_branch_does(study):
     kept = np.concatenate([part[:3], part[6:]])
     assert placed.path(broken, kept).count("M") == 2
     assert placed.path(broken, kept).count("L") == len(kept) - 2
+
+
+def test_one_run_of_several_pressures_and_speeds_is_told_by_its_loops(tmp_path):
+    """A file without a column of runs: two loops slowly at 1 bar, then two twice as fast at 3 bar."""
+    columns = loop_columns(loops=4)
+    later = np.arange(404) >= 202
+    columns["pressure [bar]"] = np.where(later, 3.0, 1.0)
+    columns["time [s]"] = np.round(np.cumsum(np.where(later, 0.05, 0.1)), 3)
+    columns["force [N]"] = columns["pressure [bar]"] * columns["force [N]"]
+    task = task_of(Request(data=(str(folder_of(tmp_path, table(columns))),), starts=1))
+    compared = compare(fit_task(task), task.experiments)
+    (panel,) = panels(task.experiments, compared.fit.samples, compared.fit.residual)
+    assert panel.label == "run 1, 100 kPa to 300 kPa"
+    (speeds,) = (table.rows for table in compared.tables if table.title == "speed")
+    slow, fast = (float(row.label.split()[0]) for row in speeds)
+    assert fast == pytest.approx(2 * slow, rel=0.02)

@@ -8,7 +8,7 @@ import numpy as np
 from fitting import units
 from fitting.comparison.bins import Bins, bins, medians
 from fitting.comparison.fingerprint import Fingerprint, exponents
-from fitting.comparison.parity import Cells, cells, pressure_bins
+from fitting.comparison.parity import Cells, cells, loop_numbers, pressure_bins
 from fitting.comparison.repeats import OneWay, Pair, drift, find_repeats, noise_floor, one_way
 from fitting.comparison.settings import ERRORS
 from fitting.comparison.slips import Mended, likely_slips
@@ -208,7 +208,7 @@ def _tables(
 ) -> tuple[Table, ...]:
     speed = np.abs(samples.rate) * np.array([float(t.muscle.length) for t in fit.layout.templates])[samples.dataset]
     held = np.isin(tests, ("loop",))
-    speed = np.where(held, medians(speed, samples.run), speed)
+    speed = np.where(held, medians(speed, loop_numbers(samples)), speed)
     tables = [
         _table("pressure", pressure_bins(samples, tests == "loop"), "Pa", residual),
         _table("contraction", bins(samples.contraction), "1", residual),

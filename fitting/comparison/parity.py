@@ -41,8 +41,12 @@ class Cells:
 
 def pressure_bins(samples: Samples, steady: np.ndarray, steps: int = 6) -> Bins:
     """Groups of pressure: of whole loops where the pressure is held (`steady`), else of samples."""
-    _, loop = np.unique(np.stack([samples.run, samples.loop]), axis=1, return_inverse=True)
-    return bins(np.where(steady, medians(samples.pressure, loop.ravel()), samples.pressure), steps)
+    return bins(np.where(steady, medians(samples.pressure, loop_numbers(samples)), samples.pressure), steps)
+
+
+def loop_numbers(samples: Samples) -> np.ndarray:
+    """The number (rows,) of the loop that each row is of, through all runs."""
+    return np.unique(np.stack([samples.run, samples.loop]), axis=1, return_inverse=True)[1].ravel()
 
 
 def cells(samples: Samples, residual: np.ndarray, steady: np.ndarray) -> Cells:

@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 
 from fitting import showing
-from fitting.comparison.bins import bins
+from fitting.comparison.bins import bins, medians
 from fitting.problem.residuals import Samples
 from fitting.recordings.noise import noise_of
 from fitting.recordings.records import FORCE_TESTS, Experiment, Recording, Run
@@ -197,7 +197,8 @@ def _held(run: Run, test: str) -> str:
         return f"ε = {np.median(run.contraction):.3g}"
     if run.load is not None:
         return amount(float(np.median(run.load)), "N")
-    lowest, highest = float(np.min(run.pressure)), float(np.max(run.pressure))
-    if test == "static" and highest - lowest > FIGURE.same_pressure * highest:
+    pressure = run.pressure if test == "static" else medians(run.pressure, run.loop)  # one loop at each of several
+    lowest, highest = float(np.min(pressure)), float(np.max(pressure))
+    if highest - lowest > FIGURE.same_pressure * highest:
         return f"{amount(lowest, 'Pa')} to {amount(highest, 'Pa')}"
     return amount(float(np.median(run.pressure)), "Pa")
