@@ -4,7 +4,13 @@ dropped before they take too much memory. Beside them what several files of test
 import gc
 import os
 import resource
+from importlib.metadata import version
 from pathlib import Path
+
+# Every program of a test is compiled as the largest ones are for users (`fitting/compiled/compiler.py`): two thirds of
+# the time of tests is compiling. XLA ends a process where it does not know a flag, so only the pinned version gets it.
+if version("jaxlib").startswith("0.10."):
+    os.environ["XLA_FLAGS"] = f"{os.environ.get('XLA_FLAGS', '')} --xla_cpu_use_fusion_emitters=false".strip()
 
 import jax
 import pytest
