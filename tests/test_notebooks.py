@@ -56,7 +56,7 @@ ANSWERS = {
     "5_quick_release_and_hill": [
         ("to # % with a/F0 = #", [0.3, 0.138], 0.02),
         ("# mm off with dry friction, # mm with Hill's viscous force, # mm with", [5.14, 3.54, 0.05], 0.05),
-        ("Friction grows # +/- # fold over a speed of # +/- # m/s", [6, 1.0, 0.15, 0.01], 0.05),
+        ("Friction grows # +/- # fold over a speed of # +/- # m/s", [6, 0.01, 0.15, 0.0002], 0.02),
     ],
     "6_posterior": [
         ("exponent of friction is #, with 90 % between # and #", [0.7077, 0.698, 0.7178], 0.003),
