@@ -69,6 +69,16 @@ def test_a_run_alone_shows_no_difference():
     assert bound(slopes, errors, readings) == 1.0
 
 
+def test_a_run_alone_shows_it_where_the_friction_is_known():
+    """A parameter that does what the difference does leaves nothing to see, unless it is known."""
+    slopes, errors, readings = recording(1, 0.0, np.random.default_rng(2))
+    for error, bounds in ((1e3, (0.99, 1.01)), (1e-3, (0.0, 0.5))):
+        whole, both = np.vstack([slopes[:, :1], [[1 / error]]]), np.append(readings, 0.0)
+        _, left = fitted(whole, both)
+        shown = as_runs_show(errors, slopes[:, :1], left, whole[-1:])
+        assert bounds[0] <= np.linalg.norm(shown.per_run) / np.linalg.norm(errors.per_run) < bounds[1]
+
+
 def test_a_wrong_model_bounds_little():
     """What it leaves goes from run to run as the difference does."""
     slopes, errors, readings = recording(6, 0.0, np.random.default_rng(3))
