@@ -91,3 +91,13 @@ def test_the_bound_is_the_same_in_other_units():
     assert bound(slopes * [1e-9, 1.0, 1e6], errors, readings) == pytest.approx(bound(slopes, errors, readings))
     run = np.array(["c", "a", "f", "b", "e", "d"])[errors.run]
     assert bound(slopes, replace(errors, run=run), readings) == pytest.approx(bound(slopes, errors, readings))
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("size", [1e200, 1e-200, 0.0])
+def test_a_parameter_that_changes_nothing_or_everything_is_no_obstacle(size):
+    slopes, errors, readings = recording(6, 0.0, np.random.default_rng(5))
+    _, left = fitted(slopes[:, 1:], readings)
+    shown = as_runs_show(errors, slopes * [size, 1.0, 1.0], left, NO_PRIOR)
+    assert np.isfinite(shown.per_run).all()
+    assert np.linalg.norm(shown.per_run) <= np.linalg.norm(errors.per_run)

@@ -59,10 +59,14 @@ def _columns_of(errors: InstrumentErrors, source: Source) -> np.ndarray:
     return np.array([each == source and each.presumed for each in errors.sources_per_run], dtype=bool)
 
 
+@np.errstate(over="ignore", invalid="ignore")  # what changes readings by 1e140 bounds nothing
 def _bound(errors: InstrumentErrors, own: np.ndarray, data: np.ndarray, rows: np.ndarray, priors: np.ndarray) -> float:
     """The largest share of the presumed size of the columns `own` that is not doubted, at most 1."""
     sizes = np.geomspace(1.0, SETTINGS.smallest, SETTINGS.steps)
-    likely = _Runs.of(errors, data, rows, priors).log_likelihoods(np.where(own, sizes[:, None], 1.0))
+    try:
+        likely = _Runs.of(errors, data, rows, priors).log_likelihoods(np.where(own, sizes[:, None], 1.0))
+    except np.linalg.LinAlgError:  # of numbers that are not finite
+        return 1.0
     believed = np.flatnonzero(likely >= likely.max() - SETTINGS.doubted)
     return float(sizes[believed[0]]) if np.isfinite(likely).all() else 1.0
 
