@@ -6,6 +6,8 @@ import re
 import pytest
 from typed import copied, refused, run
 
+from fitting.cli.run import check_places, check_results
+
 
 @pytest.fixture
 def data(springy, tmp_path):
@@ -98,12 +100,30 @@ def test_commands_that_read_no_data_replace_none_either(data):
 
 
 @pytest.mark.parametrize("option", ["--json", "--html"])
-@pytest.mark.parametrize("content", ["Chapter 3. The muscle\n", "\ufeff- to do\n", "PK\x03\x04"])
+@pytest.mark.parametrize(
+    "content",
+    ["Chapter 3. The muscle\n", "\ufeff- to do\n", "PK\x03\x04", "[section]\n", '{"a": 1}\n{"a": 2}\n', "<svg></svg>",
+     1001 * " " + "text"],
+)  # fmt: skip
 def test_a_result_never_replaces_what_is_no_result(tmp_path, option, content):
     there = tmp_path / "thesis"
     there.write_text(content, encoding="utf-8")
     assert "left alone" in refused("effects", option, there)
     assert there.read_text(encoding="utf-8") == content
+
+
+def test_a_device_takes_every_result_and_a_notebook_none(tmp_path):
+    check_results("/dev/stdout", "/dev/null")
+    notebook = tmp_path / "work.ipynb"
+    notebook.write_text('{"cells": []}')
+    assert "left alone" in refused("effects", "--json", notebook)
+
+
+def test_a_page_is_drawn_and_a_posterior_kept_a_second_time(tmp_path):
+    """Files of commands that are neither JSON nor pages replace their older selves."""
+    for name in ("muscle.png", "draws.nc"):
+        (tmp_path / name).write_bytes(b"\x89PNG or HDF")
+        check_places(str(tmp_path / name))
 
 
 @pytest.mark.parametrize(("option", "content"), [("--json", '{"a": 1}'), ("--json", ""), ("--html", "<!doctype html>")])

@@ -142,7 +142,7 @@ BAD_TABLES = {
         ("row 3", "not the first line", "'#'"),
     ),
     "no units below the header": (
-        lambda: loop_csv().replace("\n", "\nSekunden,bar,%,N\n", 1),
+        lambda: loop_csv().replace("\n", "\nin Sekunden,bar,%,N\n", 1),
         "",
         ("row 2", "'time [s]'", "holds the units", "write them in the header"),
     ),
@@ -202,6 +202,14 @@ BAD_TABLES = {
         "",
         ("row 2", "'branch'", "'up'", "write 'contraction' where the muscle became shorter"),
     ),
+    **{
+        f"a branch called {word}": (
+            lambda word=word: table(loop_columns() | {"branch": word}),
+            "",
+            ("row 2", f"'{word}'", "Cure: write 'contraction' where"),
+        )
+        for word in ("loading", "unloading", "extending", "falling", "traction", "venting", "rising")
+    },
     "empty branch": (lambda: table(loop_columns() | {"branch": ["inflate"] * 201 + [""]}), "", ("row 203", "empty")),
     "nothing left": (loop_csv, 'valid = { force = ["900 N", "5 kN"] }', ("no sample is left", "202 of 202", "widen")),
     "columns: unknown name": (loop_csv, 'columns = { forc = "F" }', ("'forc'", "did you mean 'force'?")),

@@ -9,7 +9,7 @@ from folders import folder_of, loop_columns, loop_csv, only_run, recording
 from fitting.errors import InputError
 from fitting.recordings.experiment import read_experiment
 from fitting.recordings.settings import TABLES
-from fitting.recordings.tables import read_table
+from fitting.recordings.tables import read_table, split_head
 from fitting.recordings.units_row import with_units
 
 pytestmark = pytest.mark.filterwarnings("error")
@@ -64,14 +64,30 @@ def test_a_row_of_units_below_the_header_belongs_to_it(tmp_path, units):
 
 def test_the_form_of_a_clock_below_the_header_is_no_unit():
     heads, below = ["Zeit", "Solldruck", "Kraft", "Phase"], ["[hh:mm:ss]", "[bar]", "[kgf]", "-"]
-    assert with_units(heads, below) == ["Zeit", "Solldruck [bar]", "Kraft [kgf]", "Phase"]
+    assert with_units(heads, below) == ["Zeit", "Solldruck [bar]", "Kraft [kgf]", "Phase [-]"]
     assert with_units(heads, ["[hh:mm:ss]", "[bar]", "[kgf]"]) == ["Zeit", "Solldruck [bar]", "Kraft [kgf]", "Phase"]
+
+
+def test_a_unit_of_a_column_that_nobody_uses_is_no_obstacle():
+    heads = ["time", "pressure", "strain", "force", "room"]
+    named = ["time [s]", "pressure [bar]", "strain [1]", "force [N]", "room"]
+    assert with_units(heads, ["s", "bar", "1", "N", "\u00b0C"]) == named
+    assert with_units(heads, ["s", "bar", "1", "N", "n/a"]) == named
+    assert split_head("strain [-]") == ("strain", "-")
 
 
 @pytest.mark.parametrize(
     "below",
-    [["0.1", "bar", "N"], ["", "", ""], ["s", "bar", "rising"], ["s", "bar", "N", "m"], ["s", "bar", "kN"]],
-    ids=["a reading", "nothing", "no unit", "too many", "another one than the head's"],
+    [
+        ["0.1", "bar", "N"],
+        ["", "", ""],
+        ["A", "", ""],
+        ["N/A", "N/A", "N/A"],
+        ["s", "bar", "rising slowly"],
+        ["s", "bar", "N", "m"],
+        ["s", "bar", "kN"],
+    ],
+    ids=["a reading", "nothing", "a label", "nothing read", "a remark", "too many", "another one than the head's"],
 )
 def test_other_rows_below_the_header_are_no_units(below):
     assert with_units(["time", "pressure", "force [N]"], below) is None

@@ -33,9 +33,9 @@ def print_report(options: Options, shown: "Shown") -> None:
 
 def write_files(options: Options, title: str, shown: "Shown", result: Any, pictures: "Sequence[Section]" = ()) -> None:
     """Write the result for machines, and the page under its pictures, where they were asked for."""
-    from fitting.cli.run import check_places
+    from fitting.cli.run import check_results
 
-    check_places(options["json"], options["html"])
+    check_results(options["json"], options["html"])
     if options["json"]:  # each brings libraries that a text on the terminal does without
         from fitting.report.results import write_json
 

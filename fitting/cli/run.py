@@ -1,5 +1,6 @@
 """What the commands of a study share: start, show progress, print, write files, end with a status."""
 
+import json
 import os
 import time
 from collections.abc import Iterator, Sequence
@@ -24,7 +25,7 @@ if TYPE_CHECKING:
 NOT_CONVERGED = 3
 # what people write, and no command hands out where it likes
 NO_RESULT = (".csv", ".tsv", ".toml", ".py", ".xlsx", ".xlsm", ".mat", ".mcap", ".tdms")
-LOOKED_AT = 1000  # bytes of a file that is there already
+OTHERS = (".jsonl", ".ipynb", ".svg", ".xml", ".ini")  # begin as results do, and are something else
 
 
 @dataclass(frozen=True)
@@ -73,7 +74,7 @@ def start(options: dict[str, Any]) -> CommandRun:
     from fitting.report.text.study import opening
     from fitting.study.task import task_of
 
-    check_places(request.json, request.html)
+    check_results(request.json, request.html)
     check_place(request.save)
     with errors_for_machines(request.json):
         task = task_of(request)
@@ -83,24 +84,42 @@ def start(options: dict[str, Any]) -> CommandRun:
     return run
 
 
+def check_results(json_file: str | None, page: str | None = None) -> None:
+    """Refuse `--json` and `--html` where they cannot be written, or would replace what is no result."""
+    for path in (json_file, page):
+        check_places(path)
+        if path and (_ends_in(path, OTHERS) or not _is_result(Path(path))):
+            raise _left_alone(path)
+
+
 def check_places(*paths: str | None) -> None:
-    """Refuse results that cannot be written, or would replace a measurement or another text, before anything is
-    computed for them.
-    """
+    """Refuse files that cannot be written, or would replace a measurement, before anything is computed for them."""
     for path in paths:
         check_place(path)
-        if path and ((Path(path).suffix.lower() in NO_RESULT and Path(path).exists()) or _is_other(Path(path))):
-            cure = "name another file, for example result.json"
-            raise InputError("the file is no result of this program and is left alone", path, cure=cure)
+        if path and _ends_in(path, NO_RESULT):
+            raise _left_alone(path)
 
 
-def _is_other(path: Path) -> bool:
-    """Whether a file is there that is neither empty, JSON nor a page: no command writes such a one for results."""
-    if not path.is_file():
+def _left_alone(path: str) -> InputError:
+    cure = "name another file, for example result.json"
+    return InputError("the file is no result of this program and is left alone", path, cure=cure)
+
+
+def _ends_in(path: str, endings: tuple[str, ...]) -> bool:
+    return Path(path).suffix.lower() in endings and Path(path).is_file()
+
+
+def _is_result(path: Path) -> bool:
+    """Whether a file may be a result of an earlier command: JSON, a page, or nothing yet. A device takes anything."""
+    if not path.is_file() or path.is_relative_to("/dev"):
+        return True
+    try:
+        text = path.read_text(encoding="utf-8-sig").strip()
+        if text[:15].lower().startswith(("<!doctype html", "<html")):
+            return True
+        return not text or isinstance(json.loads(text), (dict, list))
+    except (OSError, ValueError):  # it may not be read, is no text, or is no JSON
         return False
-    with path.open("rb") as file:
-        begin = file.read(LOOKED_AT).lstrip(b"\xef\xbb\xbf \t\r\n")
-    return bool(begin) and begin[:1] not in (b"{", b"[", b"<")
 
 
 def check_place(path: str | None) -> None:
@@ -113,7 +132,7 @@ def check_place(path: str | None) -> None:
 @contextmanager
 def errors_for_machines(path: str | None) -> Iterator[None]:
     """Bad input also goes to `--json`, field by field."""
-    check_places(path)
+    check_results(path)
     try:
         yield
     except InputError as error:

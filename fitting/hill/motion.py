@@ -8,6 +8,7 @@ from typing import Any
 import jax.numpy as jnp
 import numpy as np
 
+from fitting.errors import InputError
 from fitting.hill.hill import Curves, HillCurve, curves, releases
 from fitting.hill.settings import MOTION
 from fitting.least_squares.fit import fit
@@ -75,8 +76,16 @@ def motions(task: Task, read: Sequence[Curves]) -> Motions:
     for curvature, b in begins:
         effects = with_effects(dry_effects, [_force_velocity_law()(jnp.asarray(curvature), jnp.asarray(b))])
         viscous.append(fit(experiments, effects, start={**task.known, **dry.values}, starts=1, **options))
-    best = min(viscous, key=lambda each: each.rmse)
-    return Motions(dry, best, tuple(one.hill for one in curves(_as_modelled(experiments, best))))
+    found = Motions(dry, min(viscous, key=lambda each: each.rmse))
+    return replace(found, read_again=_read_again(experiments, found.viscous)) if found.explained else found
+
+
+def _read_again(experiments: Sequence[Experiment], fit: Fit) -> tuple[HillCurve, ...]:
+    """Hill's curves through the speeds of a fitted model, read as those of the muscle; none where it moves no load."""
+    try:
+        return tuple(one.hill for one in curves(_as_modelled(experiments, fit)))
+    except (InputError, ValueError):  # ValueError: speeds that no curve can begin from
+        return ()
 
 
 def _as_modelled(experiments: Sequence[Experiment], fit: Fit) -> list[Experiment]:

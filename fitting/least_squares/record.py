@@ -110,7 +110,7 @@ def record_fit(
     count, per_unit = len(samples), slopes / np.asarray(subset.slope(place))
     errors = InstrumentErrors.none(samples.run) if errors is None else errors
     spread = partial(spread_of_values, layout, names, samples, rows, per_unit)
-    shown = as_runs_show(errors, per_unit[:count], rows, per_unit[count:])
+    shown = as_runs_show(errors, samples.dataset, per_unit[:count], rows, per_unit[count:])
     (covariance, robust), (_, repeatable) = spread(shown), spread()
     return Fit(
         layout=layout,

@@ -44,12 +44,12 @@ def rests_on_instruments(fit: Fit) -> dict[str, dict[Source, float]]:
     return found
 
 
-def shown_by_runs(fit: Fit) -> dict[Source, float]:
-    """The largest size that runs bear of each error that is presumed of them, in the unit of its kind."""
+def shown_by_runs(fit: Fit) -> dict[tuple[Source, int], float]:
+    """The largest size that the runs of each data set bear of each error that is presumed of them, in its unit."""
     count = len(fit.samples)
     rows = np.concatenate([fit.residual / fit.samples.sigma, fit.prior_rows])
-    shares = bounds(fit.errors, fit.slopes[:count], rows, fit.slopes[count:])
-    return {source: share * source.allowed for source, share in shares.items()}
+    shares = bounds(fit.errors, fit.samples.dataset, fit.slopes[:count], rows, fit.slopes[count:])
+    return {(source, one): share * source.allowed for (source, one), share in shares.items()}
 
 
 def _moves_beside_confined(fit: Fit, stated: list[str]) -> np.ndarray:

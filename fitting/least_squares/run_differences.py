@@ -7,7 +7,7 @@ difference would be stated dozens of times too large.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -28,29 +28,46 @@ class DifferenceSettings:
 SETTINGS = DifferenceSettings()
 
 
-def as_runs_show(errors: InstrumentErrors, data: np.ndarray, rows: np.ndarray, priors: np.ndarray) -> InstrumentErrors:
+def as_runs_show(
+    errors: InstrumentErrors, group: np.ndarray, data: np.ndarray, rows: np.ndarray, priors: np.ndarray
+) -> InstrumentErrors:
     """The errors, those that are presumed of each run made as small as the upper bound that the runs set to them."""
-    return _made_smaller(errors, bounds(errors, data, rows, priors))
+    return _made_smaller(errors, group, bounds(errors, group, data, rows, priors))
 
 
-def bounds(errors: InstrumentErrors, data: np.ndarray, rows: np.ndarray, priors: np.ndarray) -> dict[Source, float]:
+def bounds(
+    errors: InstrumentErrors, group: np.ndarray, data: np.ndarray, rows: np.ndarray, priors: np.ndarray
+) -> dict[tuple[Source, int], float]:
     """What runs show of each error that is presumed of each run: the largest share of its size that they bear.
 
     `data` (rows, k) and `priors` are slopes of the free parameters in standard deviations, `rows` what a fit leaves,
     that of priors last. The bound is that of 95 % by the restricted likelihood (Patterson & Thompson 1971), in which
-    parameters and all other errors have their freedom; a model that leaves more than noise, and few runs, bound
-    nothing.
+    parameters and all other errors have their freedom; what differs from run to run and is no error bounds little.
+    There is one for each `group` (rows,): the runs of one muscle say nothing of another's.
     """
-    found: dict[Source, float] = {}
-    for source in dict.fromkeys(each for each in errors.sources_per_run if each.presumed):
-        found[source] = _bound(_made_smaller(errors, found), _columns_of(errors, source), data, rows, priors)
+    presumed = dict.fromkeys(each for each in errors.sources_per_run if each.presumed)
+    if not presumed:
+        return {}
+    try:
+        runs, first = _Runs.of(errors, data, rows, priors), np.unique(errors.run, return_index=True)[1]
+    except np.linalg.LinAlgError:  # of numbers that are not finite: what changes readings by 1e140 bounds nothing
+        return {}
+    sizes, found = np.ones(runs.own.shape[:2]), {}
+    for source in presumed:
+        for one in np.unique(group).tolist():
+            mine = np.equal(group[first], one)[:, None] & _columns_of(errors, source)  # (runs, errors)
+            found[source, one] = _bound(runs, sizes, mine)
+            sizes[mine] = found[source, one]
     return found
 
 
-def _made_smaller(errors: InstrumentErrors, shares: Mapping[Source, float]) -> InstrumentErrors:
+def _made_smaller(
+    errors: InstrumentErrors, group: np.ndarray, shares: Mapping[tuple[Source, int], float]
+) -> InstrumentErrors:
     per_run = errors.per_run
-    for source, share in shares.items():
-        per_run = per_run * np.where(_columns_of(errors, source), share, 1.0)
+    for (source, one), share in shares.items():
+        mine = np.equal(group, one)[:, None] & _columns_of(errors, source)
+        per_run = per_run * np.where(mine, share, 1.0)
     return errors.changed(per_run, errors.shared)
 
 
@@ -59,16 +76,20 @@ def _columns_of(errors: InstrumentErrors, source: Source) -> np.ndarray:
     return np.array([each == source and each.presumed for each in errors.sources_per_run], dtype=bool)
 
 
-@np.errstate(over="ignore", invalid="ignore")  # what changes readings by 1e140 bounds nothing
-def _bound(errors: InstrumentErrors, own: np.ndarray, data: np.ndarray, rows: np.ndarray, priors: np.ndarray) -> float:
-    """The largest share of the presumed size of the columns `own` that is not doubted, at most 1."""
-    sizes = np.geomspace(1.0, SETTINGS.smallest, SETTINGS.steps)
-    try:
-        likely = _Runs.of(errors, data, rows, priors).log_likelihoods(np.where(own, sizes[:, None], 1.0))
-    except np.linalg.LinAlgError:  # of numbers that are not finite
-        return 1.0
+def _bound(runs: "_Runs", sizes: np.ndarray, mine: np.ndarray) -> float:
+    """The largest share of the presumed size of the errors `mine` (runs, e) that is not doubted, at most 1.
+
+    The others have the `sizes` (runs, e) that they have.
+    """
+    shares, varied = np.geomspace(1.0, SETTINGS.smallest, SETTINGS.steps), np.asarray(mine.any(axis=1))
+    tried = np.where(mine[varied], shares[:, None, None], sizes[varied])
+    with np.errstate(over="ignore", invalid="ignore"):
+        try:
+            likely = runs.settled(~varied, sizes).log_likelihoods(tried)
+        except np.linalg.LinAlgError:  # of numbers that are not finite
+            return 1.0
     believed = np.flatnonzero(likely >= likely.max() - SETTINGS.doubted)
-    return float(sizes[believed[0]]) if np.isfinite(likely).all() else 1.0
+    return float(shares[believed[0]]) if np.isfinite(likely).all() else 1.0
 
 
 @dataclass(frozen=True)
@@ -81,6 +102,7 @@ class _Runs:
     across: np.ndarray  # (runs, e, q)
 
     @classmethod
+    @np.errstate(over="ignore", invalid="ignore")
     def of(cls, errors: InstrumentErrors, data: np.ndarray, rows: np.ndarray, priors: np.ndarray) -> "_Runs":
         """From slopes (rows, k) and what is left (rows and priors,), both in standard deviations."""
         count, shared = len(data), errors.shared.shape[1]
@@ -110,13 +132,25 @@ class _Runs:
         used = len(free) + sum(np.linalg.matrix_rank(self.own, hermitian=True))
         return max(left / max(count - used, 1), 1e-12)
 
+    def settled(self, which: np.ndarray, sizes: np.ndarray) -> "_Runs":
+        """The other runs alone, where the errors of `which` (runs,) have these sizes (runs, e) whatever others have."""
+        made, _ = _made_by(self.own[which], self.across[which], sizes[which][None])
+        return replace(self, whole=self.whole - made[0], own=self.own[~which], across=self.across[~which])
+
     def log_likelihoods(self, sizes: np.ndarray) -> np.ndarray:
-        """The restricted log-likelihood (s,) where errors of a run have these sizes (s, e), up to a constant."""
-        scaled = self.across * sizes[:, None, :, None]
-        covariance = np.eye(sizes.shape[1]) + self.own * (sizes[:, :, None] * sizes[:, None, :])[:, None]
-        made = np.einsum("srep,sreq->spq", scaled, np.linalg.solve(covariance, scaled), optimize=True)
+        """The restricted log-likelihood (s,) where errors of runs have these sizes (s, runs, e), up to a constant."""
+        made, widened = _made_by(self.own, self.across, sizes)
         whole = self.whole + self.known - made
-        free = whole[:, :-1, :-1] + SETTINGS.rounding * np.eye(whole.shape[1] - 1)
+        # of parameters that are tied exactly, what is left is rounding: as large as what it is the rest of
+        free = whole[:, :-1, :-1] + SETTINGS.rounding * np.diag(np.diag(self.whole + self.known)[:-1])
         across, fitted = whole[:, :-1, -1], np.linalg.solve(free, whole[:, :-1, -1:])[..., 0]
         left = whole[:, -1, -1] - np.einsum("sp,sp->s", across, fitted)
-        return -0.5 * (left + np.linalg.slogdet(covariance)[1].sum(axis=1) + np.linalg.slogdet(free)[1])
+        return -0.5 * (left + widened + np.linalg.slogdet(free)[1])
+
+
+def _made_by(own: np.ndarray, across: np.ndarray, sizes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """What errors of these sizes (s, runs, e) take from the products (s, q, q), and log-determinants (s,)."""
+    scaled = across * sizes[..., None]
+    covariance = np.eye(sizes.shape[2]) + own * (sizes[..., :, None] * sizes[..., None, :])
+    made = np.einsum("srep,sreq->spq", scaled, np.linalg.solve(covariance, scaled), optimize=True)
+    return made, np.linalg.slogdet(covariance)[1].sum(axis=1)

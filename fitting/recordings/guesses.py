@@ -71,7 +71,7 @@ def _guess(path: Path, inside: dict[str, str]) -> Guess:
     try:
         heads = read_heads(path, inside)
     except InputError as error:
-        return Guess(path, inside, reason=f"{error.problem}. {error.cure}")
+        return Guess(path, inside, reason=f"{error.problem}. Cure: {error.cure}")
     called = _columns(heads)
     if inside and not called:
         return Guess(path, inside, reason="none of its columns is known")

@@ -23,6 +23,7 @@ NO_DIRECTION = (
     "write 'contraction' where the muscle became shorter before the reading, or the pressure rose in an isometric "
     "test, and 'elongation' where it became longer, or the pressure fell"
 )
+TYPING_ERROR = 0.88  # likeness of a word to one that was meant
 FEWEST_SAMPLES = TABLES.fewest_samples  # of a run
 
 
@@ -155,8 +156,8 @@ def _directions(table: Table) -> np.ndarray:
     known, which = np.unique(labels.astype(str), return_inverse=True)
     for number, label in enumerate(known):
         if label.lower() not in DIRECTIONS:
-            like = nearest(label, DIRECTIONS)
-            cure = f"did you mean '{like}'?" if like else NO_DIRECTION
+            like = nearest(label.lower(), DIRECTIONS, TYPING_ERROR)  # a word that is only alike may mean the opposite
+            cure = f"did you mean '{like}'? Else {NO_DIRECTION}" if like else NO_DIRECTION
             raise table.error("not a branch", int(np.argmax(which == number)), "branch", label, cure)
     return np.array([DIRECTIONS[label.lower()] for label in known])[which]
 

@@ -88,7 +88,7 @@ def _recording_part(guess: Guess) -> str:
 def _recording_lines(guess: Guess) -> Iterator[str]:
     """One [[recording]]: the kind of test and the columns as far as they can be told."""
     if guess.reason:
-        yield f"# {guess.name} is left out: {guess.reason}"
+        yield f"# {guess.name}{',' * bool(guess.inside)} is left out: {guess.reason}"
         return
     yield "[[recording]]"
     yield f"file = {_quoted(guess.path.name)}"

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from fitting.cli.options import Command, effect_file_option, output_options
-from fitting.cli.run import NOT_CONVERGED, check_place, check_places, errors_for_machines
+from fitting.cli.run import NOT_CONVERGED, check_place, check_places, check_results, errors_for_machines
 from fitting.cli.waiting import progress_bar
 from fitting.compiled.prepare import prepare
 
@@ -36,7 +36,8 @@ def command(
     objective is best on average.
     """
     prepare()
-    check_places(options["json"], options["html"], picture)
+    check_results(options["json"], options["html"])
+    check_places(picture)
     from fitting.cli.output import print_report, write_files
     from fitting.designs.answer import answer
     from fitting.designs.order import read_draws, read_order

@@ -6,7 +6,7 @@ from typing import Any
 import click
 
 from fitting.cli.options import Command, effect_file_option, fitted_data_options, output_options
-from fitting.cli.run import check_places, errors_for_machines
+from fitting.cli.run import check_results, errors_for_machines
 
 # as fitting.recordings.records has them, which would load jax for `--help`
 KINDS = ("loop", "isometric", "static", "isotonic", "quick release", "step")
@@ -54,7 +54,7 @@ def command(**options: Any) -> None:
     from fitting.showing import counted
 
     prepare()
-    check_places(options["json"], options["html"])
+    check_results(options["json"], options["html"])
     with errors_for_machines(options["json"]):
         from fitting.study.several_models import models_of_request
         from fitting.study.simulation_orders import band_of_request, simulate_request

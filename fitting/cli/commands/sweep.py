@@ -9,7 +9,7 @@ from typing import Any
 import click
 
 from fitting.cli.options import Command, effect_file_option, output_options
-from fitting.cli.run import check_places, errors_for_machines, progress_bar
+from fitting.cli.run import check_results, errors_for_machines, progress_bar
 from fitting.compiled.prepare import prepare
 
 PARQUET = "parquet"
@@ -29,7 +29,7 @@ def command(
     """Evaluate every design of a grid or sample that SPEC.toml describes; begun sweeps are gone on with."""
     _use_all_cores()
     prepare()
-    check_places(options["json"], options["html"])
+    check_results(options["json"], options["html"])
     from fitting.cli.output import output
     from fitting.designs.sweep import sweep
     from fitting.designs.sweep_file import read_sweep

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from fitting.cli.options import bundle
-from fitting.cli.run import NOT_CONVERGED, check_places, errors_for_machines, progress_bar
+from fitting.cli.run import NOT_CONVERGED, check_results, errors_for_machines, progress_bar
 from fitting.compiled.prepare import prepare
 from fitting.errors import InputError
 from fitting.showing import spoken
@@ -37,7 +37,7 @@ def run_each(options: dict[str, Any], command: str) -> None:
     """Do a command with every data set on its own."""
     prepare()
     request = Request.of(options)
-    check_places(request.json, request.html)
+    check_results(request.json, request.html)
     from fitting.cli.each.run import each, on
     from fitting.cli.each.work import Order
     from fitting.cli.output import output

@@ -8,6 +8,7 @@ import numpy as np
 from fitting import units
 from fitting.recordings.guesses import Guess
 from fitting.recordings.tables import COLUMNS, Table
+from fitting.showing import counted
 
 FIGURES = 4  # of a reading: enough to recognise it
 
@@ -16,6 +17,8 @@ def said_of_guess(guess: Guess) -> str:
     """One recording in a sentence or two: how much was read, for what it is taken, and from where to where it goes."""
     if guess.reason:
         return f"{guess.name} is left out: {guess.reason}"
+    if not guess.columns:
+        return f"{guess.name}: none of its columns is known ({', '.join(guess.unused)}). Name them in `columns`."
     unused = f" Not used: {', '.join(guess.unused)}." if guess.unused else ""
     if guess.table is None:
         return f"{guess.name} is taken for a test '{guess.test}', but cannot be read yet. {guess.problem}{unused}"
@@ -25,7 +28,7 @@ def said_of_guess(guess: Guess) -> str:
 def _begun(guess: Guess, table: Table) -> str:
     runs = len(np.unique(table["run"].astype(str))) if "run" in table else 1
     parts = f" in {runs} runs" if runs > 1 else ""
-    return f"{guess.name}: {len(table.row):,} rows{parts}, taken for a test '{guess.test}'"
+    return f"{guess.name}: {counted(len(table.row), 'row')}{parts}, taken for a test '{guess.test}'"
 
 
 def _ranges(guess: Guess, table: Table) -> Iterator[str]:
