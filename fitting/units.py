@@ -33,6 +33,7 @@ _EXAMPLES = {
 _USUAL = ("m", "mm", "cm", "deg", "rad", "Pa", "hPa", "kPa", "MPa", "GPa", "bar", "mbar", "psi", "N", "kN", "mN", "kgf",
           "kg", "g", "s", "ms", "us", "min", "Hz", "J", "inch", "%")  # fmt: skip
 _SPELLED = {"": "1", "1": "1", "-": "1", "%": "percent", "°": "deg", "µs": "us", "barg": "bar", "psig": "psi"}
+_GAUGE = re.compile(r"(bar|mbar|Pa|hPa|kPa|MPa|psi) ?\((?:g|gauge|rel)\)")  # as a gauge reads, which is presumed
 _ABSOLUTE = {"bara": "bar", "psia": "psi", "kpaa": "kPa", "mbara": "mbar"}  # say in their name that they are absolute
 _CASES = {"kpa": "kPa", "hpa": "hPa", "gpa": "GPa", "kgf": "kgf", "degs": "deg"}  # not mpa: it could be mPa or MPa
 _ANGLES = ("radian", "degree", "turn", "arcminute", "arcsecond")
@@ -81,7 +82,7 @@ def _in_its_case(name: str) -> str:
 def _spelling(text: str) -> str:
     if re.match(r",\d", text.strip()):
         return "write the decimal mark as a point, as in '6.95 mm'"
-    gauge = _ABSOLUTE.get(text.strip().lower())
+    gauge = _ABSOLUTE.get(re.sub(r"[\s()]", "", text.lower()).replace("abs", "a"))
     if gauge:
         return f"write '{gauge}', and for a column of absolute readings pressure = \"absolute\" in its [[recording]]"
     like = nearest(text.strip(), _USUAL, 0.7)
@@ -127,8 +128,10 @@ def dimension(unit: str) -> Any:
 
 
 def spelled(text: str) -> str:
-    """A unit as the units library spells it: 'deg' of '°', '1' of nothing."""
-    return _SPELLED.get(text.strip(), text.strip())
+    """A unit as the units library spells it: 'deg' of '°', '1' of nothing, 'bar' of 'bar(g)'."""
+    written = text.strip()
+    gauge = _GAUGE.fullmatch(written)
+    return gauge[1] if gauge else _SPELLED.get(written, written)
 
 
 def bases(unit: str) -> tuple[str, ...]:

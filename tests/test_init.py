@@ -109,3 +109,13 @@ def test_init_says_what_it_read(tmp_path):
     assert rig["readings"]["pressure"] == {"least": least, "most": most, "unit": "bar"}
     assert rig["readings"]["force"]["unit"] is None
     assert (torn["rows"], torn["readings"]) == (None, {})
+
+
+def test_a_load_cell_that_reads_kilograms_is_one_of_force(tmp_path):
+    (tmp_path / "rig.csv").write_text(loop_csv().replace("force [N]", "load [kg]"))
+    text = muscle_file(tmp_path)
+    assert 'units = { force = "kgf" }' in text
+    filled = text.replace('length = "? mm"', 'length = "300 mm"', 1).replace('radius = "? mm"', 'radius = "7 mm"')
+    (tmp_path / "muscle.toml").write_text(filled.replace('"? deg"', '"20 deg"', 1))
+    (run,) = read_experiment(tmp_path).recordings[0].runs
+    assert run.measured == pytest.approx(9.80665 * loop_columns()["force [N]"])

@@ -118,6 +118,17 @@ def test_names_of_units_are_known_in_capitals(written, meant):
     assert units.factor(written, meant) == 1.0
 
 
+@pytest.mark.parametrize("written", ["barg", "bar(g)", "bar (g)", "bar (gauge)", "bar(rel)"])
+def test_what_a_gauge_reads_is_a_pressure(written):
+    assert units.factor(written, "Pa") == units.factor("bar", "Pa")
+
+
+@pytest.mark.parametrize("written", ["bara", "bar(a)", "bar (abs)", "BAR(A)"])
+def test_absolute_pressure_is_said_elsewhere(written):
+    with pytest.raises(InputError, match="write 'bar', and for a column of absolute readings pressure = \"absolute\""):
+        units.factor(written, "Pa")
+
+
 def test_a_decimal_comma_is_told_to_be_a_point():
     with pytest.raises(InputError, match="point"):
         units.to_si("6,95 mm", "m", "radius")

@@ -27,6 +27,7 @@ WORDS = {
 LETTERS = {"t": "time", "p": "pressure", "f": "force", "l": "length", "eps": "contraction", "x": "displacement"}
 FILE_WORDS = (("release", "quick release"), ("isotonic", "isotonic"), ("isometri", "isometric"), ("step", "step"),
          ("static", "static"), ("loop", "loop"))  # fmt: skip
+OF_MASSES = {"kg": "kgf", "g": "gf", "lb": "lbf", "lbs": "lbf"}  # the unit of a force that is read as that of a mass
 HUNG_LOADS = 20  # different readings of a load at most, where weights are hung on
 HELD_LENGTHS = 30  # different readings of the length at most, in an isometric test without noise
 STRETCHES, STANDING = 50, 0.7  # of a recording; share of them in which an isometric test leaves the length as it was
@@ -40,7 +41,7 @@ class Guess:
     inside: dict[str, str]  # the option that says which part of the file is meant, where there are several
     test: str = ""
     columns: dict[str, str] | None = None  # what the file calls each, by the program's names
-    units: dict[str, str] | None = None  # "?" for each column without a unit
+    units: dict[str, str] | None = None  # of columns whose unit is to be stated, "?" where it is not known
     unused: tuple[str, ...] = ()
     table: Table | None = None  # the readings, in N, m and Pa where no unit is given; None where they cannot be read
     problem: str = ""  # why they cannot be read
@@ -59,7 +60,7 @@ class Guess:
     @property
     def readable(self) -> Table | None:
         """The readings in SI, where every unit is given."""
-        return None if self.units else self.table
+        return None if "?" in (self.units or {}).values() else self.table
 
 
 def guesses_of(folder: Path) -> list[Guess]:
@@ -77,9 +78,12 @@ def _guess(path: Path, inside: dict[str, str]) -> Guess:
         return Guess(path, inside, reason="none of its columns is known")
     if "load" in called and "force" not in called and _is_reading(path, called["load"], inside):
         called["force"] = called.pop("load")
+    weighed = OF_MASSES.get(split_head(called.get("force", ""))[1] or "")
     unused = tuple(head for head in heads if head not in called.values())
     units = {name: "?" for name, head in called.items() if COLUMNS[name] is not None and not split_head(head)[1]}
     any_units = {name: {"load": "N"}.get(name, str(COLUMNS[name])) for name in units}  # only whether readings differ
+    if weighed is not None:  # a load cell that was calibrated with weights
+        units["force"] = any_units["force"] = weighed
     named = {name: head for name, head in called.items() if plain_name(head) != name}
     table, problem = _read(path, named, any_units, inside)
     if table is not None and table.has_stamps:

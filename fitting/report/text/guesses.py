@@ -44,7 +44,7 @@ def _ranges(guess: Guess, table: Table) -> Iterator[str]:
 def _range(guess: Guess, table: Table, name: str) -> tuple[float, float, str]:
     """Least and largest reading, and the unit that the file gives: "" where it gives none; stamps are seconds."""
     readings = table[name]
-    unit = table.units.get(name, "s") if name not in (guess.units or {}) else ""
+    unit = "" if (guess.units or {}).get(name) == "?" else table.units.get(name, "s")
     size = _size(name, unit) if unit else 1.0
     begin = float(np.nanmin(readings)) if name == "time" and table.has_stamps else 0.0
     return float(np.nanmin(readings) - begin) / size, float(np.nanmax(readings) - begin) / size, unit
