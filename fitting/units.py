@@ -58,7 +58,7 @@ def _registry() -> Any:
 def _unit(text: str) -> Any:
     """The unit library's object for a unit as people write it; InputError if there is no such unit."""
     written = spelled(text)
-    if len(written) > _LONGEST_UNIT or _PIECE.sub("", written):
+    if len(written) > _LONGEST_UNIT or _PIECE.sub("", written) or _absolute(written):
         raise InputError(f"'{text[:_LONGEST_UNIT]}' is not a unit", cure=_spelling(text))
     try:
         unit = _registry().Unit("" if written == "1" else _in_its_case(written))
@@ -79,10 +79,15 @@ def _in_its_case(name: str) -> str:
     return _CASES.get(lower, lower)
 
 
+def _absolute(text: str) -> str | None:
+    """'bar' of 'bara', 'bar(a)' and 'bar (abs)'; to the units library 'bar(a)' would be a bar times an are."""
+    return _ABSOLUTE.get(re.sub(r"[\s()]", "", text.lower()).replace("abs", "a"))
+
+
 def _spelling(text: str) -> str:
     if re.match(r",\d", text.strip()):
         return "write the decimal mark as a point, as in '6.95 mm'"
-    gauge = _ABSOLUTE.get(re.sub(r"[\s()]", "", text.lower()).replace("abs", "a"))
+    gauge = _absolute(text)
     if gauge:
         return f"write '{gauge}', and for a column of absolute readings pressure = \"absolute\" in its [[recording]]"
     like = nearest(text.strip(), _USUAL, 0.7)
