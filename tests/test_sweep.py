@@ -109,7 +109,8 @@ def test_several_devices_find_the_same(tmp_path):
     """Three, among which no piece divides evenly."""
     one = sweep(order(tmp_path), tmp_path / "one", piece=1234)
     place = [str(tmp_path / name) for name in ("design.toml", "three", "three.npz")]
-    environment = os.environ | {"XLA_FLAGS": "--xla_force_host_platform_device_count=3"}
+    flags = f"{os.environ.get('XLA_FLAGS', '')} --xla_force_host_platform_device_count=3"  # else compiled as here
+    environment = os.environ | {"XLA_FLAGS": flags}
     subprocess.run([sys.executable, "-c", DEVICES, *place], check=True, env=environment)
     three = np.load(place[2])
     for name, value in one.tally._asdict().items():
