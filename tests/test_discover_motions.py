@@ -4,7 +4,6 @@ import json
 from dataclasses import replace
 from types import SimpleNamespace
 
-import numpy as np
 import pytest
 from click.testing import CliRunner
 from small_muscle import loops, write
@@ -52,9 +51,7 @@ def asked(monkeypatch, after):
     def fit(task):
         tasks.append(task)
         rmse = (4e-3, after)[len(tasks) - 1]
-        return SimpleNamespace(
-            values={}, rmse=rmse, residual=np.full(9, rmse), samples=SimpleNamespace(sigma=np.full(9, 5e-5))
-        )
+        return SimpleNamespace(values={}, rmse=rmse, over_noise=rmse / 5e-5)
 
     monkeypatch.setattr(discovering, "fit_task", fit)
     return tasks

@@ -16,7 +16,7 @@ from scipy.constants import g
 from fitting.cli.main import main
 from fitting.errors import InputError
 from fitting.hill.hill import Reading, by_pressure, curves, dry_curve, hill_curve, releases, straight_part
-from fitting.hill.motion import Motions
+from fitting.hill.motion import Motions, _read_again
 from fitting.recordings.experiment import read_experiment
 from fitting.report.text.hill import hill_report, said_of_viscosity
 
@@ -165,9 +165,8 @@ def test_the_motion_says_what_hills_numbers_are_worth(misses, b, ends, words):
     def fitted(miss, **values):
         entries = [SimpleNamespace(name=f"hill.{name}", unit=unit) for name, unit in (("a_over_F0", "1"), ("b", "m/s"))]
         layout = SimpleNamespace(names=tuple(values), entries=entries)
-        samples = SimpleNamespace(sigma=np.full(9, 5e-5))
-        return SimpleNamespace(layout=layout, values=values, error=lambda name: 0.01, at_bound=ends,
-                               residual=np.full(9, miss), rmse=miss, samples=samples)  # fmt: skip
+        return SimpleNamespace(layout=layout, values=values, error=lambda name: 0.01, at_bound=ends, rmse=miss,
+                               over_noise=miss / 5e-5)  # fmt: skip
 
     motions = Motions(fitted(misses[0]), fitted(misses[1], **{"hill.a_over_F0": 0.3, "hill.b": b}))
     told = said_of_viscosity(motions, "hill.b = 500 mm/s +/- 10 mm/s", 1.0)
@@ -177,6 +176,25 @@ def test_the_motion_says_what_hills_numbers_are_worth(misses, b, ends, words):
     told = said_of_viscosity(replace(motions, read_again=(read,)), "", 1.0)
     assert ("read so, the motion of this model gives a/F0 = 0.366 at 300 kPa" in told) == ("Trust these" in told)
     assert ("viscous_damping" in told) == (b > 10 and (misses[0] > misses[1] or misses[0] > 2e-4))
+
+
+@pytest.mark.parametrize("share", [1.0, 0.5, 0.0])
+def test_the_motion_of_a_model_is_read_as_that_of_the_muscle(tmp_path, share):
+    """A model that reaches this share of every position; one that moves no load costs nobody the other results."""
+    experiments = [read_experiment(recorded(tmp_path, hill_motion, pressure=lambda load: 3 if load > 550 else 5))]
+    runs = [run for recording in experiments[0].recordings for run in recording.runs]
+    measured = np.concatenate([run.measured for run in runs])
+    samples = SimpleNamespace(
+        run=np.repeat(np.arange(len(runs)), [len(run) for run in runs]),
+        position=np.concatenate([np.arange(len(run)) for run in runs]),
+        measured=measured,
+    )
+    found = _read_again(experiments, SimpleNamespace(samples=samples, residual=(share - 1) * measured))
+    assert len(found) == (share > 0)
+    (one,) = curves(experiments)
+    for curve in found:
+        assert [r.speed for r in curve.readings] == pytest.approx([share * r.speed for r in one.hill.readings])
+        assert curve.curvature == pytest.approx(one.hill.curvature, rel=1e-4)
 
 
 @pytest.mark.slow

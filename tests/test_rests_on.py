@@ -1,6 +1,7 @@
 """What a parameter rests on: a stated size that was off moves it as far as is said."""
 
 import dataclasses
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -12,7 +13,7 @@ from fitting.least_squares.fit import fit
 from fitting.least_squares.rests_on import rests_on, rests_on_instruments
 from fitting.recordings.accuracy import Channel
 from fitting.recordings.experiment import read_experiment
-from fitting.report.text.stated_sizes import by_kind, denied_texts, rests_on_text, rests_on_texts
+from fitting.report.text.stated_sizes import by_kind, denied_texts, rests_on_text, rests_on_texts, runs_agree_texts
 from mckibben_jax.effects import CoulombFriction, IdealCylinder, PressureGain
 
 
@@ -90,3 +91,15 @@ def test_nothing_rests_on_sizes_that_are_held(experiment):
     found = fit([stated(experiment)], [IdealCylinder(), CoulombFriction()], fix=["muscle.radius"])
     assert rests_on(found) == {"coulomb_friction.f_s": {}}
     assert rests_on_texts(found) == []
+
+
+def test_what_runs_show_of_their_differences_is_said_where_it_is_less(monkeypatch):
+    friction = Source(None, ErrorKind.FRICTION_PER_RUN, 0.02, 0.02, presumed=True)
+    shown = {(friction, 0): 0.0004, (friction, 1): 0.015}
+    monkeypatch.setattr("fitting.report.text.stated_sizes.shown_by_runs", lambda fit: shown)
+    two = SimpleNamespace(samples=SimpleNamespace(dataset=np.array([0, 0, 1])))
+    (said,) = runs_agree_texts(two)
+    assert said.startswith("Presumed, for nobody stated it: friction differs by 2 % from run to run.")
+    assert "The runs of data set 1 show at most 0.04 %" in said
+    (said,) = runs_agree_texts(SimpleNamespace(samples=SimpleNamespace(dataset=np.zeros(3))))
+    assert "The runs show at most 0.04 %" in said

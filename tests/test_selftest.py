@@ -245,10 +245,10 @@ def test_a_report_says_what_was_found_of_each_and_what_was_not():
 
 
 def test_a_model_that_misses_the_recordings_is_no_truth_to_test_with():
-    test = SelfTest(NOTHING, (TIP,), {"tip.k": "1"}, rmse=12.5, off=25.0)
+    test = SelfTest(NOTHING, (TIP,), {"tip.k": "1"}, rmse=12.5, over_noise=25.0)
     (said,) = misfit_texts(test)
     assert "misses these recordings by 12.5 N rms, 25 times the noise" in said
-    assert misfit_texts(dataclasses.replace(test, off=1.1)) == []
+    assert misfit_texts(dataclasses.replace(test, over_noise=1.1)) == []
     assert selftest_result(test)["model_rmse_over_noise"] == 25.0
 
 

@@ -55,7 +55,7 @@ class Motions:
     @property
     def explained(self) -> bool:
         """Whether the better of the two leaves no more than noise."""
-        return min(_off(self.dry), _off(self.viscous)) < MOTION.far
+        return min(self.dry.over_noise, self.viscous.over_noise) < MOTION.far
 
 
 def motions(task: Task, read: Sequence[Curves]) -> Motions:
@@ -71,7 +71,7 @@ def motions(task: Task, read: Sequence[Curves]) -> Motions:
     dry = fit(experiments, dry_effects, start=task.known, starts=min(task.starts, MOTION.starts), **options)
     curve = read[0].hill
     begins = [(curve.curvature, MOTION.faded)]
-    begins += [(curve.curvature, curve.b)] if _off(dry) > MOTION.far else []
+    begins += [(curve.curvature, curve.b)] if dry.over_noise > MOTION.far else []
     viscous = []
     for curvature, b in begins:
         effects = with_effects(dry_effects, [_force_velocity_law()(jnp.asarray(curvature), jnp.asarray(b))])
@@ -110,8 +110,3 @@ def _run_as_modelled(run: Run, fit: Fit, number: int) -> Run:
 def _force_velocity_law() -> Callable[..., Effect]:
     """The library's effect that gives a force-velocity curve."""
     return next(kind for kind in LIBRARY if CURVE in kind.gives)
-
-
-def _off(found: Fit) -> float:
-    """By how many times its noise a fit misses what was measured, rms."""
-    return float(np.sqrt(np.mean((found.residual / found.samples.sigma) ** 2)))

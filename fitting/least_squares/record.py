@@ -50,6 +50,11 @@ class Fit:
         return float(np.sqrt(np.mean(self.residual[self.problem.of_force(self.samples)] ** 2)))
 
     @property
+    def over_noise(self) -> float:
+        """How many times the noise of one reading the model misses the readings by, root mean square."""
+        return float(np.sqrt(np.mean((self.residual / self.samples.sigma) ** 2)))
+
+    @property
     def cost(self) -> float:
         """What the fit has minimised: the sum of squares, in standard deviations, of measurements and priors."""
         return float(np.sum((self.residual / self.samples.sigma) ** 2) + np.sum(self.prior_rows**2))

@@ -107,9 +107,8 @@ class _Runs:
         """From slopes (rows, k) and what is left (rows and priors,), both in standard deviations."""
         count, shared = len(data), errors.shared.shape[1]
         beside = np.column_stack([data, errors.shared, rows[:count]])
-        known = np.zeros((beside.shape[1], beside.shape[1]))
         taught = np.column_stack([priors, np.zeros((len(priors), shared)), rows[count:]])
-        known += taught.T @ taught + np.diag([*np.zeros(data.shape[1]), *np.ones(shared), 0.0])
+        known = taught.T @ taught + np.diag([*np.zeros(data.shape[1]), *np.ones(shared), 0.0])
         at = [np.flatnonzero(errors.run == one) for one in np.unique(errors.run)]
         own = np.stack([errors.per_run[each].T @ errors.per_run[each] for each in at])
         across = np.stack([errors.per_run[each].T @ beside[each] for each in at])

@@ -91,7 +91,7 @@ class SelfTest:
     sought: tuple[Sought, ...]
     units: dict[str, str]  # of parameters, by full name
     rmse: float = 0.0  # N, by which the model itself misses the recordings
-    off: float = 0.0  # the same in standard deviations of one reading
+    over_noise: float = 0.0  # the same in standard deviations of one reading
 
 
 @dataclass

@@ -91,8 +91,7 @@ def selftest(
         on_effect(sought[-1])
     units = {entry.name: entry.unit for entry in search.world.layout.entries}
     fit = search.baseline
-    off = float(np.sqrt(np.mean((fit.residual / fit.samples.sigma) ** 2)))
-    return SelfTest(clean, tuple(sought), units, fit.rmse, off)
+    return SelfTest(clean, tuple(sought), units, fit.rmse, fit.over_noise)
 
 
 def _at(progress: Progress, share: float, text: str) -> None:

@@ -8,7 +8,6 @@ from fitting.diagnosis.course import Step
 from fitting.diagnosis.discover import WORTH_IT, discover
 from fitting.diagnosis.record import Diagnosis
 from fitting.least_squares.evaluate import evaluate
-from fitting.least_squares.held_out import rms
 from fitting.least_squares.record import Fit
 from fitting.library.library import effects_named
 from fitting.progress import Progress
@@ -77,11 +76,6 @@ class OnMotions:
     def confirmed(self) -> bool:
         """Whether the motions too are described better; with nothing added there is nothing to confirm."""
         return self.after is self.before or self.after.rmse < WORTH_IT * self.before.rmse
-
-    @property
-    def misses(self) -> float:
-        """By how many times their noise the last model misses the motions, rms."""
-        return rms(self.after.residual / self.after.samples.sigma)
 
 
 def on_motions(task: Task, found: Discovery, progress: Progress) -> OnMotions | None:

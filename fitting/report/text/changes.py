@@ -43,8 +43,8 @@ def on_motions_text(motions: OnMotions) -> str:
     if motions.after is motions.before:
         return f"On the positions themselves (equation of motion) the model errs by {after}."
     told = f"On the positions themselves (equation of motion): {before} -> {after}"
-    if motions.confirmed and motions.misses > MOTION.far:
-        missed = f"the model misses them by {motions.misses:.1f} times their noise"
+    if motions.confirmed and motions.after.over_noise > MOTION.far:
+        missed = f"the model misses them by {motions.after.over_noise:.1f} times their noise"
         return f"{told}. They confirm what was added, but {missed}."
     if motions.confirmed:
         return f"{told}. They confirm the model."

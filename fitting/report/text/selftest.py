@@ -40,12 +40,12 @@ def selftest_report(test: SelfTest) -> list[RenderableType]:
 
 def misfit_texts(test: SelfTest) -> list[str]:
     """That the model does not describe the recordings themselves, where it does not."""
-    if test.off <= SELFTEST.far:
+    if test.over_noise <= SELFTEST.far:
         return []
     return [
-        f"The model itself misses these recordings by {amount(test.rmse, 'N')} rms, {showing.figures(test.off)} times "
-        "the noise of a reading. What is said here holds for a muscle that the model describes: look for what it lacks "
-        "with `mckibben diagnose` first, and test again."
+        f"The model itself misses these recordings by {amount(test.rmse, 'N')} rms, "
+        f"{showing.figures(test.over_noise)} times the noise of a reading. What is said here holds for a muscle that "
+        "the model describes: look for what it lacks with `mckibben diagnose` first, and test again."
     ]
 
 
@@ -120,7 +120,7 @@ def selftest_result(test: SelfTest) -> dict[str, Any]:
     """For machines: SI; sizes are N rms left when the model has given way."""
     return {
         "model_rmse_N": test.rmse,
-        "model_rmse_over_noise": test.off,
+        "model_rmse_over_noise": test.over_noise,
         "nothing_hidden": _plain(test.clean, test.units),
         "effects": {each.effect: _of_effect(each, test.units) for each in test.sought},
     }
