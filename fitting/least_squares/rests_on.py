@@ -45,7 +45,7 @@ def rests_on_instruments(fit: Fit) -> dict[str, dict[Source, float]]:
 
 
 def shown_by_runs(fit: Fit) -> dict[tuple[Source, int], float]:
-    """The largest size that the runs of each data set bear of each error that is presumed of them, in its unit."""
+    """The largest size of each error presumed of runs that agrees with the runs of each data set, in its unit."""
     count = len(fit.samples)
     rows = np.concatenate([fit.residual / fit.samples.sigma, fit.prior_rows])
     shares = bounds(fit.errors, fit.samples.dataset, fit.slopes[:count], rows, fit.slopes[count:])

@@ -38,7 +38,7 @@ def as_runs_show(
 def bounds(
     errors: InstrumentErrors, group: np.ndarray, data: np.ndarray, rows: np.ndarray, priors: np.ndarray
 ) -> dict[tuple[Source, int], float]:
-    """What runs show of each error that is presumed of each run: the largest share of its size that they bear.
+    """What runs show of each error that is presumed of each run: the largest share of its size that agrees with them.
 
     `data` (rows, k) and `priors` are slopes of the free parameters in standard deviations, `rows` what a fit leaves,
     that of priors last. The bound is that of 95 % by the restricted likelihood (Patterson & Thompson 1971), in which

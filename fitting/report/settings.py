@@ -153,7 +153,7 @@ class StatedTextSettings:
     part: float = 0.1  # of its variance, from which a size is named; chosen
     named: int = 2  # sizes and instruments that are named for one parameter; chosen
     at_end: float = 0.01  # standard errors, from the end of what was stated, as a file rounds it; chosen
-    agree: float = 0.5  # of what is presumed of runs: where they bear less, it is said; chosen
+    agree: float = 0.5  # of what is presumed of runs: where they show less, it is said; chosen
 
 
 @dataclass(frozen=True)
