@@ -15,6 +15,11 @@ def common(name: str) -> str:
     return name.split(OF)[0]
 
 
+def set_of(name: str) -> str:
+    """The data set whose own value a name is of: 'second set' of 'tip.k@second set'; empty where all share it."""
+    return name.partition(OF)[2]
+
+
 def listed(name: str, names: Container[str]) -> bool:
     """Whether names, each for one data set or for all, hold this one."""
     return name in names or common(name) in names

@@ -79,6 +79,7 @@ def test_of_many_sizes_that_a_fit_denies_the_farthest_are_named(experiment, copi
     """Three hoses fitted together had nine, with the name of the data set behind each: half a screen."""
     off = [dataclasses.replace(stated(experiment, 10.0 + n), name=f"hose {n}") for n in range(copies)]
     found = fit(off, [IdealCylinder(), CoulombFriction()], free=["muscle.radius"], starts=1)
+    assert found.layout.datasets == tuple(one.name for one in off)
     (said,) = denied_texts(found)
     assert said.count("was measured") == 4
     cure = "(--fix muscle.radius would hold them)"
@@ -97,9 +98,9 @@ def test_what_runs_show_of_their_differences_is_said_where_it_is_less(monkeypatc
     friction = Source(None, ErrorKind.FRICTION_PER_RUN, 0.02, 0.02, presumed=True)
     shown = {(friction, 0): 0.0004, (friction, 1): 0.015}
     monkeypatch.setattr("fitting.report.text.stated_sizes.shown_by_runs", lambda fit: shown)
-    two = SimpleNamespace(samples=SimpleNamespace(dataset=np.array([0, 0, 1])))
+    two = SimpleNamespace(layout=SimpleNamespace(datasets=("short hose", "long hose")))
     (said,) = runs_agree_texts(two)
     assert said.startswith("Presumed, for nobody stated it: friction differs by 2 % from run to run.")
-    assert "The runs of data set 1 show at most 0.04 %" in said
-    (said,) = runs_agree_texts(SimpleNamespace(samples=SimpleNamespace(dataset=np.zeros(3))))
+    assert "The runs of short hose show at most 0.04 %" in said
+    (said,) = runs_agree_texts(SimpleNamespace(layout=SimpleNamespace(datasets=())))
     assert "The runs show at most 0.04 %" in said

@@ -76,6 +76,12 @@ class Unknowns:
         """Full names, in the order of the vector."""
         return tuple(entry.name for entry in self.entries)
 
+    @property
+    def datasets(self) -> tuple[str, ...]:
+        """The names of the data sets, in their order, each of which has a muscle of its own; () of a single one."""
+        named = map(full_names.set_of, self.names)
+        return tuple(dict.fromkeys(name for name in named if name))
+
     def confined(self, errors: float) -> "Unknowns":
         """The same where a fit may deny no stated value by more than so many standard errors."""
         return dataclasses.replace(self, entries=tuple(entry.confined(errors) for entry in self.entries))

@@ -2,8 +2,6 @@
 
 from collections.abc import Mapping, Sequence
 
-import numpy as np
-
 from fitting import full_names, showing
 from fitting.instruments.sources import ErrorKind, Source
 from fitting.least_squares.record import Fit
@@ -94,10 +92,10 @@ def rests_on_texts(fit: Fit) -> list[str]:
 
 def runs_agree_texts(fit: Fit) -> list[str]:
     """A sentence for each error that was presumed of runs and that these runs do not show."""
-    several = len(np.unique(fit.samples.dataset)) > 1
+    names = fit.layout.datasets
     return [
         f"Presumed, for nobody stated it: {error_text(source, source.allowed)}. The runs"
-        f"{f' of data set {number + 1}' if several else ''} show at most {size_text(source, size)}, and the robust "
+        f"{f' of {names[number]}' if names else ''} show at most {size_text(source, size)}, and the robust "
         "errors of the parameters use this."
         for (source, number), size in shown_by_runs(fit).items()
         if size < STATED.agree * source.allowed
