@@ -10,15 +10,16 @@ import pytest
 from small_muscle import loops, write
 
 from fitting.diagnosis.diagnose import diagnose, of_force
-from fitting.diagnosis.discover import proposals, with_added, worth_judging
 from fitting.diagnosis.estimates import estimate
 from fitting.diagnosis.flip_groups import rests_on_in_words
 from fitting.diagnosis.lay_out import universe
+from fitting.diagnosis.tiers import proposals, worth_judging
 from fitting.errors import InputError
 from fitting.recordings.experiment import read_experiment
 from fitting.report.text.reasons import why_text
 from mckibben_jax.effect import Pulling, name_of
 from mckibben_jax.effects import LIBRARY, CoulombFriction, IdealCylinder, LinearSpring, TextileFriction
+from mckibben_jax.model import with_effects
 from mckibben_jax.parameter import parameter
 
 DATA = Path(__file__).parents[1] / "data"
@@ -110,7 +111,7 @@ def test_what_changes_nothing_is_not_added(diagnoses):
 
 def test_adding_a_rival_replaces_it():
     """Textile friction in place of Coulomb's."""
-    assert [name_of(e) for e in with_added(BASELINE, [TextileFriction()])] == ["ideal_cylinder", "textile_friction"]
+    assert [name_of(e) for e in with_effects(BASELINE, [TextileFriction()])] == ["ideal_cylinder", "textile_friction"]
 
 
 class Screw(Pulling):

@@ -14,10 +14,12 @@ from small_muscle import loops, write
 
 from fitting.cli.main import main
 from fitting.diagnosis import discover as discovering
+from fitting.diagnosis import next_model as making
 from fitting.diagnosis.course import ModelOnTheWay
 from fitting.diagnosis.discover import discover
 from fitting.diagnosis.findings import Fault, Objection
 from fitting.diagnosis.judging import Judged
+from fitting.diagnosis.next_model import next_model
 from fitting.diagnosis.outcomes import NOTHING_MISSING
 from fitting.diagnosis.step_rules import RULES
 from fitting.recordings.experiment import read_experiment
@@ -114,16 +116,16 @@ def judged(name, gain_is_hidden):
 )
 def test_what_is_missing_is_added_though_its_gain_hides_behind_instruments(tiers, verdict, taken, monkeypatch):
     """Else a discovery would end with the verdict that it is missing, and not add it."""
-    monkeypatch.setattr(discovering, "judge", lambda _, __, names, *___: judged(names[0], names[0] == "tip"))
-    monkeypatch.setattr(discovering, "fitted", lambda *_: judged("before", False).alike)
-    monkeypatch.setattr(discovering, "objections", lambda *_: ())
+    monkeypatch.setattr(making, "judge", lambda _, __, names, *___: judged(names[0], names[0] == "tip"))
+    monkeypatch.setattr(making, "fitted", lambda *_: judged("before", False).alike)
+    monkeypatch.setattr(making, "objections", lambda *_: ())
     world = SimpleNamespace(settings=SimpleNamespace(workers=1), layout=SimpleNamespace(names=()))
     tried = [SimpleNamespace(effects=(name,), adequate=name == "tip") for name in ("tip", "weight")]
     told = SimpleNamespace(tried=tried, explanations=(("tip",),), verdict=verdict)
     known = {"tip": Tip(), "weight": Weight()}
     begin = lambda *_: SimpleNamespace(world=world, base=None)  # noqa: E731
     here = SimpleNamespace(world=world, base=None)
-    larger, attempts = discovering._next(here, [IdealCylinder()], tiers, told, known, begin, RULES)
+    larger, attempts = next_model(here, [IdealCylinder()], tiers, told, known, begin, RULES)
     assert (larger and larger.added) == taken
     assert taken not in [attempt.effects for attempt in attempts]
 
@@ -136,16 +138,16 @@ def test_what_is_missing_is_added_though_its_gain_hides_behind_instruments(tiers
 def test_an_earlier_effect_gives_way_only_where_nothing_stands_beside_it(adequate, later, taken, monkeypatch):
     """Strand bending in the place of a spring came before the rubber that stood beside it, and led astray."""
     fits = {"tip": replace(judged("tip", False), gone=("linear_spring",)), "weight": judged("weight", not later)}
-    monkeypatch.setattr(discovering, "judge", lambda _, __, names, *___: fits[names[0]])
-    monkeypatch.setattr(discovering, "fitted", lambda *_: judged("before", False).alike)
-    monkeypatch.setattr(discovering, "objections", lambda *_: ())
+    monkeypatch.setattr(making, "judge", lambda _, __, names, *___: fits[names[0]])
+    monkeypatch.setattr(making, "fitted", lambda *_: judged("before", False).alike)
+    monkeypatch.setattr(making, "objections", lambda *_: ())
     world = SimpleNamespace(settings=SimpleNamespace(workers=1), layout=SimpleNamespace(names=()))
     tried = [SimpleNamespace(effects=("tip",), adequate=adequate)]
     told = SimpleNamespace(tried=tried, explanations=(), verdict="not in the library")
     known, here = {"tip": Tip(), "weight": Weight()}, SimpleNamespace(world=world, base=None)
     begin = lambda *_: SimpleNamespace(world=world, base=None)  # noqa: E731
     present = [IdealCylinder(), LinearSpring()]
-    larger, _ = discovering._next(here, present, [[("tip",)], [("weight",)]], told, known, begin, RULES)
+    larger, _ = next_model(here, present, [[("tip",)], [("weight",)]], told, known, begin, RULES)
     assert larger.added == (taken,)
     assert larger.dropped == (("linear_spring",) if taken == "tip" else ())
 
@@ -159,7 +161,7 @@ def course(monkeypatch):
         search = SimpleNamespace(run=lambda: SimpleNamespace(base_is_adequate=adequate), world=None)
         stubs = {
             "prepared": lambda *_, **__: search, "concluded": lambda _: found, "worth_judging": lambda *_: [],
-            "_plainly": lambda *_: (None, None, ()), "without_idle": lambda *_: None, "exchanged": lambda *_: None,
+            "plain_step": lambda *_: (None, None, ()), "without_idle": lambda *_: None, "exchanged": lambda *_: None,
             "smaller_models": lambda *_: [],
         }  # fmt: skip
         for name, stub in (stubs | happens).items():
@@ -197,7 +199,7 @@ def test_a_rejected_model_is_asked_for_what_does_not_pay_and_the_path_goes_on(ad
         return ModelOnTheWay((), list(present), told, dropped=idle)
 
     candidates = [Tip(), LinearSpring(), Weight(), EndStop()]
-    steps = course(candidates, adequate, replace(RULES, steps=4), _next=larger, without_idle=smaller)
+    steps = course(candidates, adequate, replace(RULES, steps=4), next_model=larger, without_idle=smaller)
     came = [(("baseline",), ()), (("tip",), ()), (("linear_spring",), ()), (("weight",), ())]
     last = [] if adequate else [((), ("tip", "linear_spring")), (("end_stop",), ())]
     assert [(step.added, step.dropped) for step in steps] == came + last
@@ -208,7 +210,7 @@ def test_a_model_from_which_something_was_dropped_is_not_asked_once_more(course)
     coming = [on_the_way([*BASE, Tip()], ("tip",))]
     gone = iter([on_the_way(BASE, dropped=("tip",)), on_the_way([], dropped=("b",))])
     larger = lambda *_: (coming.pop() if coming else None, ())  # noqa: E731
-    steps = course([Tip()], _next=larger, without_idle=lambda *_: next(gone))
+    steps = course([Tip()], next_model=larger, without_idle=lambda *_: next(gone))
     assert [step.dropped for step in steps] == [(), (), ("tip",)]
 
 
@@ -217,7 +219,7 @@ def test_what_was_dropped_is_not_added_again_and_again(course):
     with_tip, without = on_the_way([*BASE, Tip()], ("tip",)), on_the_way(BASE, dropped=("tip",))
     steps = course(
         [Tip()],
-        _next=lambda _, present, *__: (with_tip if len(present) == len(BASE) else None, ()),
+        next_model=lambda _, present, *__: (with_tip if len(present) == len(BASE) else None, ()),
         without_idle=lambda here, *_: without if here is with_tip else None,
     )
     assert [(step.added, step.dropped) for step in steps] == [(("baseline",), ()), (("tip",), ()), ((), ("tip",))]
@@ -234,8 +236,8 @@ def test_where_what_plainly_leads_was_there_before_all_else_is_looked_at(course)
 
     steps = course(
         [Tip()],
-        _plainly=lambda here, *_: (found, with_tip, ()) if len(here.present) == len(BASE) else (None, None, ()),
-        _next=looked_at,
+        plain_step=lambda here, *_: (found, with_tip, ()) if len(here.present) == len(BASE) else (None, None, ()),
+        next_model=looked_at,
         without_idle=lambda here, *_: without if here is with_tip else None,
     )
     assert [(step.added, step.dropped) for step in steps] == [(("baseline",), ()), (("tip",), ()), ((), ("tip",))]
@@ -259,7 +261,7 @@ def test_what_was_added_is_exchanged_in_the_end_and_never_back(longest, count, c
     steps = course(
         [Tip(), Weight()],
         rules=replace(RULES, longest=longest),
-        _next=lambda _, present, *__: (with_tip if len(present) == len(BASE) else None, ()),
+        next_model=lambda _, present, *__: (with_tip if len(present) == len(BASE) else None, ()),
         exchanged=other,
     )
     assert [step.added for step in steps] == [("baseline",), ("tip",), ("weight",)][:count]

@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 from studied import spring_missing
 
-from fitting.diagnosis import discover as discovering
-from fitting.diagnosis.discover import proposals, worth_judging
+from fitting.diagnosis import next_model as making
 from fitting.diagnosis.findings import InstrumentAnswer
 from fitting.diagnosis.outcomes import Reason, Why
 from fitting.diagnosis.record import Explanation, Leading
 from fitting.diagnosis.step_rules import RULES
+from fitting.diagnosis.tiers import proposals, worth_judging
 from fitting.instruments.sources import ErrorKind, Source
 from fitting.recordings.accuracy import Channel
 
@@ -92,17 +92,17 @@ def test_what_does_not_pay_is_not_judged(found):
 
 @pytest.fixture
 def plainly(found, monkeypatch):
-    """`_plainly` on a search in which these effects lead with this share; with it what was proposed."""
+    """`plain_step` on a search in which these effects lead with this share; with it what was proposed."""
     asked = []
 
     def one(leads, share, adequate=False):
         glance = SimpleNamespace(base_is_adequate=adequate, world=None, base=None, fits={}, examiner=None)
         here = SimpleNamespace(search=SimpleNamespace(glance=lambda: glance), present=[])
         leading = leads and Leading(leads, share, 1.0, 4.0)
-        monkeypatch.setattr(discovering, "leading_of", lambda *_: leading)
-        monkeypatch.setattr(discovering, "concluded", lambda _: found)
-        monkeypatch.setattr(discovering, "_next", lambda *given: (asked.append(given[2]), ("larger", ("tried",)))[1])
-        return discovering._plainly(here, {}, None, RULES), asked
+        monkeypatch.setattr(making, "leading_of", lambda *_: leading)
+        monkeypatch.setattr(making, "concluded", lambda _: found)
+        monkeypatch.setattr(making, "next_model", lambda *given: (asked.append(given[2]), ("larger", ("tried",)))[1])
+        return making.plain_step(here, {}, None, RULES), asked
 
     return one
 

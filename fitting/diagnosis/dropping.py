@@ -12,7 +12,6 @@ from fitting.diagnosis.course import ModelOnTheWay, Step, values_of
 from fitting.diagnosis.diagnose import concluded, one_thread
 from fitting.diagnosis.judging import fitted
 from fitting.diagnosis.search import Search
-from fitting.diagnosis.search_result import SearchResult
 from fitting.diagnosis.step_rules import Fitted, StepRules, denials, denied_sizes, no_gain
 from fitting.least_squares import held_out
 from mckibben_jax.effect import name_of
@@ -56,14 +55,14 @@ def _least_missed(search: Search, whole: Fitted, names: Iterable[str], rules: St
 
 
 def smaller_models(
-    here: ModelOnTheWay, result: SearchResult, added: Sequence[str], begin: Callable[..., Search]
+    here: ModelOnTheWay, adequate: bool, added: Sequence[str], begin: Callable[..., Search]
 ) -> Iterator[Step]:
     """One step for each effect that can go from an adequate model, of those that were `added` on the way.
 
-    `result` is what the model's own search came to; `begin(effects, values, confine)` prepares the search of another.
+    `begin(effects, values, confine)` prepares the search of another model.
     What instruments could stand in for only by erring far more than their accuracy is not dropped.
     """
-    while result.base_is_adequate:
+    while adequate:
         with one_thread():
             smaller = not_needed(here.search, added)
         if smaller is None:

@@ -9,7 +9,6 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from fitting import full_names
-from fitting.diagnosis.discover import with_added
 from fitting.instruments.errors import InstrumentErrors
 from fitting.instruments.felt import errors_felt
 from fitting.least_squares.search import rows_and_slopes
@@ -24,6 +23,7 @@ from fitting.recordings.accuracy import Accuracy
 from fitting.recordings.presumed import allowed
 from fitting.recordings.records import Experiment, Recording
 from mckibben_jax.effect import Effect, name_of
+from mckibben_jax.model import with_effects
 
 
 @dataclass(frozen=True)
@@ -161,7 +161,7 @@ def explain(
     hold: bool = False,
 ) -> Explained:
     """One explanation, fitted to what was measured from these starting values; with `hold` left at them."""
-    effects = with_added(base, added)
+    effects = list(with_effects(base, added))
     layout = unknowns(planned.experiments, effects, varying.own)
     given, samples = problem(planned.experiments, layout)
     known = zip(layout.names, layout.start, strict=True)

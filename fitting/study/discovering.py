@@ -5,8 +5,9 @@ from dataclasses import dataclass, replace
 
 from fitting.comparison.compare import Comparison, compare
 from fitting.diagnosis.course import Step
-from fitting.diagnosis.discover import WORTH_IT, discover
+from fitting.diagnosis.discover import discover
 from fitting.diagnosis.record import Diagnosis
+from fitting.diagnosis.tiers import WORTH_IT
 from fitting.least_squares.evaluate import evaluate
 from fitting.least_squares.record import Fit
 from fitting.library.library import effects_named

@@ -115,7 +115,13 @@ DIAGNOSIS = Suite(
         "fitting/diagnosis/larger_sets": (("tests/test_larger_sets.py",),),
         **dict.fromkeys(("fitting/diagnosis/dropping", "fitting/diagnosis/course"), (("tests/test_dropping.py",),)),
         **dict.fromkeys(
-            ("fitting/diagnosis/discover", "fitting/diagnosis/step_rules", "fitting/diagnosis/findings"),
+            (
+                "fitting/diagnosis/discover",
+                "fitting/diagnosis/next_model",
+                "fitting/diagnosis/tiers",
+                "fitting/diagnosis/step_rules",
+                "fitting/diagnosis/findings",
+            ),
             (("tests/test_discover.py",), ("tests/test_practice.py", "tests/test_path.py")),
         ),
         "fitting/diagnosis/among_all": (("tests/test_searches.py",), ("tests/test_discover.py",)),
