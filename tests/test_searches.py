@@ -10,8 +10,10 @@ from fitting.diagnosis.among_all import AmongAll
 from fitting.diagnosis.diagnose import prepared
 from fitting.diagnosis.lay_out import universe
 from fitting.least_squares import search
+from fitting.least_squares.evaluate import evaluate, rmse_at_pressures
 from fitting.least_squares.fit import fit, fit_problem
 from fitting.least_squares.instruments import accuracies_of
+from fitting.least_squares.refits import without_each
 from fitting.least_squares.searches import Alone
 from fitting.least_squares.subset import subset_of
 from fitting.problem.residuals import problem
@@ -41,7 +43,7 @@ def both(recorded, laid_out):
     layout, given, _ = laid_out
     among_all = AmongAll(universe([recorded], BASE, CANDIDATES), layout)
     names = AS_DECLARED.names(layout)
-    return Alone.of(given, 2), among_all, subset_of(layout, layout.start, names)
+    return Alone.of(given), among_all, subset_of(layout, layout.start, names)
 
 
 def measured(searches, found):
@@ -69,7 +71,6 @@ def test_an_effect_that_is_switched_off_is_left_out(both):
 
 
 def test_searches_end_at_the_same_place_however_many_are_asked_for_at_once(both):
-    """The program of the model alone takes two at once: three are two parts of it."""
     starts = np.random.default_rng(0).uniform(0.2, 0.8, (3, len(both[2].free)))
     for searches in both[:2]:
         found = searches.search(both[2], starts)
@@ -135,6 +136,23 @@ def test_a_fit_among_all_is_the_fit_alone(recorded, laid_out, both):
     for name in one.free:
         assert other.values[name] == pytest.approx(one.values[name], abs=0.02 * one.error(name))
         assert other.error(name) == pytest.approx(one.error(name), rel=0.02)
+
+
+def test_fits_of_any_number_of_starts_and_their_refits_share_one_program(recorded):
+    """What is left out of a refit counts next to nothing; other values are looked at by the same program, too."""
+    search.solve.programs.clear()
+    search.rows_and_slopes.programs.clear()
+    for starts in (1, 2, 8):
+        found = fit([recorded], BASE, starts=starts)
+    parts = [found.samples.run == run for run in np.unique(found.samples.run)]
+    for mask, (vector, rows) in zip(parts, without_each(found, parts), strict=True):
+        other = evaluate([recorded], BASE, dict(zip(found.layout.names, vector, strict=True)), found.free)
+        np.testing.assert_allclose(rows, (other.residual / other.samples.sigma), rtol=1e-6, atol=1e-6)
+        assert np.sum(rows[~mask] ** 2) < np.sum((found.residual / found.samples.sigma)[~mask] ** 2)
+        assert np.sum(rows[mask] ** 2) > np.sum((found.residual / found.samples.sigma)[mask] ** 2)
+    rmse_at_pressures(found, 1e3)
+    assert len(search.solve.programs) == 1
+    assert len(search.rows_and_slopes.programs) == 0
 
 
 def test_a_diagnosis_compiles_no_program_of_the_model_alone(recorded):

@@ -64,7 +64,7 @@ def test_all_slopes_are_seen_through_instruments_however_many_vary(search, count
     subset = world.subset(effects, vary, world.start)
     through = search.seen.through
     plain = world.looked_at(subset)
-    seen = solve(world.problem, subset, subset.place(subset.full)[None], 60, np.array(True), np.array(0.0), through)
+    seen = solve(world.problem, subset, subset.place(subset.full), 60, np.array(True), np.array(0.0), through)
     wanted = through(np.asarray(plain.slopes))
     assert np.asarray(seen.slopes) == pytest.approx(wanted, abs=1e-9 * np.abs(wanted).max())
     assert np.asarray(seen.rows) == pytest.approx(through(np.asarray(plain.rows)), abs=1e-9)

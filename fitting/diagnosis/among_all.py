@@ -9,8 +9,8 @@ import numpy as np
 from fitting.diagnosis.candidate_fit import CandidateFit
 from fitting.diagnosis.universe import Universe
 from fitting.least_squares.absent import as_good_as_absent
-from fitting.least_squares.search import Evaluated, MultistartResult, on_the_host
-from fitting.least_squares.searches import cost_of, joined
+from fitting.least_squares.search import Evaluated, MultistartResult, SearchResult, joined, on_the_host
+from fitting.least_squares.searches import cost_of
 from fitting.least_squares.subset import Array, Subset, subset_of
 from fitting.problem.residuals import Problem
 from fitting.problem.sizes import Standard
@@ -56,16 +56,15 @@ class AmongAll:
         world = self.world if errors is None else self.world.seen_through(errors)
         wide, count = self._wide(subset), starts.shape[1]
 
-        def one(start: np.ndarray) -> MultistartResult:
+        def one(start: np.ndarray) -> SearchResult:
             found = _searched(world, wide, _padded(start, wide))
             rows, slopes = world.through.undone(found.rows), world.through.undone(found.slopes[:, :count])
-            ends = replace(found.ends, place=found.ends.place[:, :count])
-            return replace(found, ends=ends, place=found.place[:count], rows=rows, slopes=slopes)
+            return SearchResult(replace(found.end, place=found.place[:count]), rows, slopes)
 
         if len(starts) == 1:  # others may be at work beside this one
-            return one(starts[0])
+            return joined([one(starts[0])])
         with ThreadPoolExecutor(world.settings.workers) as workers:
-            return joined(list(workers.map(one, starts)))
+            return joined(workers.map(one, starts))
 
     def room(self, errors: int) -> int | None:
         """The number of errors for which the program is compiled."""
@@ -108,11 +107,11 @@ def fit_from_smaller(
     return world.fit(effects, subset.vector(place), decide=decide)
 
 
-def _searched(world: Universe, subset: Subset, place: np.ndarray) -> MultistartResult:
+def _searched(world: Universe, subset: Subset, place: np.ndarray) -> SearchResult:
     """One search from a place, and others from where it ended until one has converged."""
     found = on_the_host(world.searched(subset, place))
     for _ in range(world.settings.further):
-        if bool(found.ends.converged[0]) or not np.isfinite(found.cost):
+        if bool(found.end.converged) or not np.isfinite(found.cost):
             break
         found = on_the_host(world.searched(subset, np.asarray(found.place)))
     return found

@@ -14,7 +14,7 @@ from fitting.diagnosis.settings import FITS, FitSettings
 from fitting.instruments.through import Through
 from fitting.least_squares.decomposed import lstsq
 from fitting.least_squares.held_out import HELD_OUT, left_out_rows
-from fitting.least_squares.search import MultistartResult, solve
+from fitting.least_squares.search import SearchResult, solve
 from fitting.least_squares.subset import Subset
 from fitting.least_squares.uncertainty import at_bound
 from fitting.problem.residuals import LIGHT, Problem, Samples
@@ -161,20 +161,20 @@ class Universe:
 
     def searched(
         self, subset: Subset, place: np.ndarray, problem: Problem | None = None, look: bool = False, enough: float = 0.0
-    ) -> MultistartResult:
+    ) -> SearchResult:
         """One search, of the compiled function that all of them share; on another problem of this shape, if given.
 
         What is found is as it is seen through the instruments.
         """
         given, through = self.problem if problem is None else problem, self.through.exact if look else self.through
-        return solve(given, subset, place[None], self.settings.steps, np.array(look), np.array(enough), through)
+        return solve(given, subset, place, self.settings.steps, np.array(look), np.array(enough), through)
 
-    def looked_at(self, subset: Subset, problem: Problem | None = None) -> MultistartResult:
+    def looked_at(self, subset: Subset, problem: Problem | None = None) -> SearchResult:
         """Rows and slopes at the values in `subset.full`."""
         return self.searched(subset, subset.place(subset.full), problem, look=True)
 
     def _candidate(
-        self, effects: frozenset[str], names: tuple[str, ...], subset: Subset, found: MultistartResult, decide: bool
+        self, effects: frozenset[str], names: tuple[str, ...], subset: Subset, found: SearchResult, decide: bool
     ) -> CandidateFit:
         count, k = self._count, len(names)
         all_rows = self.through.undone(np.asarray(found.rows))
@@ -190,7 +190,7 @@ class Universe:
         how = self.is_confined, decide, self.allows_for_instruments
         return CandidateFit(effects, vector, names, rows, slopes, *priors, ends, *how)
 
-    def _held(self, subset: Subset, at: int, found: MultistartResult) -> bool:
+    def _held(self, subset: Subset, at: int, found: SearchResult) -> bool:
         """Whether the data hold one free parameter at the end of its range, or would as soon have it inside."""
         place = np.asarray(found.place).copy()
         shift = np.clip(place[at], self.settings.inside, 1 - self.settings.inside) - place[at]
@@ -329,7 +329,7 @@ class Universe:
         return np.array([subset.place(np.append(vector, rest)) for vector in vectors or [start]])
 
 
-def _rise(found: MultistartResult, at: int, shift: float) -> float:
+def _rise(found: SearchResult, at: int, shift: float) -> float:
     """By how much the cost grows if one free parameter's place is shifted and those inside their ranges give way.
 
     To first order, with what is at the end of its range held there.

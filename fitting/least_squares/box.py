@@ -75,12 +75,14 @@ class BoxDescent(optx.AbstractDescent):
         damped = state.curvature + jnp.diag(damping + floor)
         scale = 1 / jnp.sqrt(jnp.diagonal(damped))
         pinned = ((low >= 0) & (state.slope > 0)) | ((high <= 0) & (state.slope < 0))
-        at = jnp.zeros_like(state.slope)
-        for _ in range(SETTINGS.passes):
+
+        def one_pass(_: jax.Array, so_far: tuple[jax.Array, jax.Array]) -> tuple[jax.Array, jax.Array]:
+            pinned, at = so_far
             at = _solve(damped, state.slope, scale, pinned, at)
-            pinned = pinned | (at < low) | (at > high)
-            at = jnp.clip(at, low, high)
-        return at
+            return pinned | (at < low) | (at > high), jnp.clip(at, low, high)
+
+        # a loop: written out, the passes were a third of what a fit has to compile
+        return jax.lax.fori_loop(0, SETTINGS.passes, one_pass, (pinned, jnp.zeros_like(state.slope)))[1]
 
 
 def _solve(damped: jax.Array, slope: jax.Array, scale: jax.Array, pinned: jax.Array, at: jax.Array) -> jax.Array:

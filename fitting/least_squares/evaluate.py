@@ -8,16 +8,19 @@ from fitting.least_squares.fit import constrained_names
 from fitting.least_squares.held_out import HELD_OUT, folds, left_out_rows
 from fitting.least_squares.instruments import accuracies_of, errors_in
 from fitting.least_squares.record import Fit, record_fit
-from fitting.least_squares.search import Evaluated, solve
+from fitting.least_squares.refits import without_each
+from fitting.least_squares.search import Evaluated
 from fitting.least_squares.searches import Alone
 from fitting.least_squares.subset import subset_of
 from fitting.least_squares.summary import SearchSummary
 from fitting.precision import require_x64
 from fitting.problem.no_number import refuse_no_number
-from fitting.problem.residuals import LIGHT, problem
+from fitting.problem.residuals import problem
 from fitting.problem.unknowns import unknowns
 from fitting.recordings.records import Experiment
 from mckibben_jax.effect import Effect
+
+NOWHERE = np.zeros(0)  # the place of a fit in which nothing varies
 
 
 def evaluate(
@@ -65,12 +68,10 @@ def held_out_residual(fit: Fit) -> np.ndarray:
 
 def _refitted(fit: Fit, group: np.ndarray) -> np.ndarray:
     """The rows of each group in a fit of all others."""
-    subset = subset_of(fit.layout, fit.vector, fit.free)
-    start = subset.place(subset.full)[None]
     rows = fit.residual / fit.samples.sigma
-    for g in np.unique(group):
-        mine = group == g
-        rows[mine] = np.asarray(solve(fit.problem.without(mine), subset, start).rows)[: len(rows)][mine] * LIGHT
+    parts = [group == g for g in np.unique(group)]
+    for mine, (_, left) in zip(parts, without_each(fit, parts), strict=True):
+        rows[mine] = left[mine]
     return rows
 
 
@@ -99,11 +100,8 @@ def force_over_stated(fit: Fit) -> float:
 
 def rmse_at_pressures(fit: Fit, shift: float) -> float:
     """The error of the model fitted again with so much (Pa) more in every reading of the pressure."""
-    given = fit.problem.shifted(shift)
+    searches = Alone.of(fit.problem.shifted(shift))
     subset = subset_of(fit.layout, fit.vector, fit.free)
-    if fit.free:
-        rows = solve(given, subset, subset.place(subset.full)[None]).rows
-    else:
-        rows = given.rows(subset.full, subset.switches, None)
-    residual = np.asarray(rows)[: len(fit.samples)] * fit.samples.sigma
-    return float(np.sqrt(np.mean(residual[given.of_force(fit.samples)] ** 2)))
+    found = searches.search(subset, subset.place(subset.full)[None]).best if fit.free else searches.at(subset, NOWHERE)
+    residual = found.at(searches.standard.rows[: len(fit.samples)]).rows * fit.samples.sigma
+    return float(np.sqrt(np.mean(residual[fit.problem.of_force(fit.samples)] ** 2)))

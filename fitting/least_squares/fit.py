@@ -95,7 +95,7 @@ def fit(
         if name in layout.names:
             vector[layout.names.index(name)] = value
     names, known = Varying(fix, free, own).names(layout), tuple(start or ())
-    searches = Alone.of(given, max(starts, 1))
+    searches = Alone.of(given)
     found = fit_problem(
         layout, given, samples, vector, names, known, accuracies_of(experiments), starts=starts, seed=seed,
         shooting=shooting, searches=searches,
@@ -123,7 +123,7 @@ def fit_problem(
     `accuracies` of the instruments of each recording widen the standard errors, and let the fit leave a valley that
     instruments made; without them every reading is trusted. `searches` are those of a program of its own, unless given.
     """
-    asked, searches = tuple(names), Alone.of(given, max(starts, 1)) if searches is None else searches
+    asked, searches = tuple(names), Alone.of(given) if searches is None else searches
     whole = subset_of(layout, vector, asked)
     names = _constrained_somewhere(layout, searches, whole, asked, seed) if asked else ()
     held = tuple(name for name in asked if name not in names)

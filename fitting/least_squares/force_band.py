@@ -9,9 +9,7 @@ import numpy as np
 from fitting.least_squares.band_level import band_edges, cautious_width, expected_width, runs_needed
 from fitting.least_squares.held_out import HELD_OUT, left_out_steps
 from fitting.least_squares.record import Fit
-from fitting.least_squares.search import solve
-from fitting.least_squares.subset import subset_of
-from fitting.problem.residuals import LIGHT
+from fitting.least_squares.refits import without_each
 
 LEVEL = 0.9  # of readings of a new run that lie in the band: 9 runs are enough for it, 95 % would need 19; chosen
 
@@ -87,11 +85,7 @@ def left_out_runs(fit: Fit, runs: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 def _refits(fit: Fit, runs: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray]]:
     """Unknowns and rows of a new search without each run."""
-    subset = subset_of(fit.layout, fit.vector, fit.free)
-    for run in runs:
-        mine = fit.samples.run == run
-        found = solve(fit.problem.without(mine), subset, subset.place(subset.full)[None])
-        yield np.asarray(subset.vector(found.place)), np.asarray(found.rows)[: len(mine)] * np.where(mine, LIGHT, 1.0)
+    return without_each(fit, [fit.samples.run == run for run in runs])
 
 
 def _steps(fit: Fit, runs: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray]]:

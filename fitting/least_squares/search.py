@@ -1,6 +1,7 @@
-"""One search, and many that share a compiled function: which effects are there and what varies are arguments of it."""
+"""One search, and many that share its compiled function: which effects are there and what varies are its arguments."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
 from typing import Any, NamedTuple, Protocol
 
 import equinox as eqx
@@ -163,64 +164,94 @@ class Evaluated(NamedTuple):
 
 
 class SearchEnd(eqx.Module):
-    """Where one search ended: place in the unit box, half the sum of squares, and whether it converged."""
+    """Where a search ended: place in the unit box, half the sum of squares, whether it converged, after how many steps.
 
-    place: jax.Array
-    cost: jax.Array
-    converged: jax.Array
-    steps: jax.Array
+    Of several searches each array has them along its first axis.
+    """
+
+    place: Array
+    cost: Array
+    converged: Array
+    steps: Array
 
 
-class MultistartResult(eqx.Module):
-    """Every search's end (leading axis: starts), and rows and slopes at the best of them."""
+class SearchResult(eqx.Module):
+    """Where one search ended, with rows and slopes there."""
 
-    ends: SearchEnd
-    place: jax.Array
-    cost: jax.Array
-    rows: jax.Array
-    slopes: jax.Array
+    end: SearchEnd
+    rows: Array
+    slopes: Array
 
     @property
-    def best(self) -> "Evaluated":
+    def place(self) -> Array:
+        """In the unit box."""
+        return self.end.place
+
+    @property
+    def cost(self) -> Array:
+        """Half the sum of squares; infinite where a row is no finite number."""
+        return self.end.cost
+
+
+@kept(like=SearchResult(SearchEnd(HERE, HERE, HERE, HERE), HERE, HERE))
+def solve(
+    given: Residuals, subset: Subset, start: Array, steps: int = MAX_STEPS, look: ArrayLike = False,
+    enough: ArrayLike = 0.0, through: Through | None = None,
+) -> SearchResult:  # fmt: skip
+    """Search from a place in the unit box (free,): one program for any number of searches of one shape.
+
+    `look`, which may be traced, ends the search at its start: rows and slopes there, without another compilation.
+    `enough`, which may be traced too, ends a search where a step promises to lower the sum of squares by less than this
+    share of it. Rows are made small as they are seen `through` instruments, if any are given, and given back like that.
+    A search that meets no finite number ends where it began, at an infinite cost.
+    """
+    # python runs through the model once, however often the solver looks at its derivatives
+    any_cost = jnp.asarray(jnp.inf)
+    rows = _with_slopes(eqx.filter_closure_convert(rows_and_slopes, given, subset, start, through, any_cost))
+    solver = BoxLevenbergMarquardt(jnp.zeros_like(start), jnp.ones_like(start), look=look, enough=enough)
+    fn = lambda at, given: rows(*given.args, given.cost, at)  # noqa: E731
+    args = OfLower((given, subset, through), any_cost)
+    found = optx.least_squares(fn, solver, jnp.asarray(start), args=args, max_steps=steps, throw=False)
+    info = found.state.f_info  # type: ignore[attr-defined]
+    cost = 0.5 * jnp.sum(info.residual**2)
+    finite, converged = jnp.isfinite(cost), found.result == optx.RESULTS.successful
+    place, cost = jnp.where(finite, found.value, start), jnp.where(finite, cost, jnp.inf)
+    return SearchResult(
+        SearchEnd(place, cost, converged, found.stats["num_steps"]), info.residual, info.jac.as_matrix()
+    )
+
+
+def on_the_host(result: SearchResult) -> SearchResult:
+    """The same with plain arrays."""
+    return jax.tree.map(np.asarray, result)
+
+
+@dataclass(frozen=True)
+class MultistartResult:
+    """Every search's end (first axis: starts), and rows and slopes at the best of them."""
+
+    ends: SearchEnd
+    place: Array
+    cost: Array
+    rows: Array
+    slopes: Array
+
+    @property
+    def best(self) -> Evaluated:
         """Rows and slopes at the best end."""
         return Evaluated(self.place, self.rows, self.slopes)
 
 
-@kept(like=MultistartResult(SearchEnd(HERE, HERE, HERE, HERE), HERE, HERE, HERE, HERE))
-def solve(
-    given: Residuals, subset: Subset, starts: Array, steps: int = MAX_STEPS, look: ArrayLike = False,
-    enough: ArrayLike = 0.0, through: Through | None = None,
-) -> MultistartResult:  # fmt: skip
-    """Search from each start (starts, free) in turn; a loop over starts, for on a CPU it beats a batch of solvers.
+def joined(results: Iterable[SearchResult]) -> MultistartResult:
+    """Searches as one: all their ends, and rows and slopes at the best of them.
 
-    `look`, which may be traced and one for each start, ends each search at its start: rows and slopes there, without
-    another compilation. `enough`, which may be traced too, ends a search where a step promises to lower the sum of
-    squares by less than this share of it. Rows are made small as they are seen `through` instruments, if any are given,
-    and given back like that. Only the best point's rows and slopes are kept, so that memory does not grow with the
-    number of starts.
+    Those of the others are let go as soon as they are beaten: memory does not grow with the number of starts.
     """
-
-    def one(best: tuple, begin: tuple[jax.Array, jax.Array]) -> tuple[tuple, SearchEnd]:
-        start, look = begin
-        solver = BoxLevenbergMarquardt(jnp.zeros_like(start), jnp.ones_like(start), look=look, enough=enough)
-        fn = lambda at, given: rows(*given.args, given.cost, at)  # noqa: E731
-        args = OfLower((given, subset, through), jnp.asarray(jnp.inf))
-        found = optx.least_squares(fn, solver, start, args=args, max_steps=steps, throw=False)
-        info = found.state.f_info  # type: ignore[attr-defined]
-        cost = 0.5 * jnp.sum(info.residual**2)
-        cost = jnp.where(jnp.isfinite(cost), cost, jnp.inf)
-        end = SearchEnd(found.value, cost, found.result == optx.RESULTS.successful, found.stats["num_steps"])
-        mine = (found.value, cost, info.residual, info.jac.as_matrix())
-        return jax.tree.map(lambda a, b: jnp.where(cost < best[1], b, a), best, mine), end
-
-    count, free = given.count, starts.shape[1]
-    nowhere = (starts[0], jnp.asarray(jnp.inf), jnp.full(count, jnp.nan), jnp.full((count, free), jnp.nan))
-    # python runs through the model once, however often the solver looks at its derivatives
-    rows = _with_slopes(eqx.filter_closure_convert(rows_and_slopes, given, subset, starts[0], through, nowhere[1]))
-    best, ends = jax.lax.scan(one, nowhere, (starts, jnp.broadcast_to(look, len(starts))))
-    return MultistartResult(ends, *best)
-
-
-def on_the_host(result: MultistartResult) -> MultistartResult:
-    """The same with plain arrays."""
-    return jax.tree.map(np.asarray, result)
+    ends, best = list[SearchEnd](), None
+    for found in map(on_the_host, results):
+        ends.append(found.end)
+        if best is None or float(found.cost) < float(best.cost):
+            best = found
+    assert best is not None
+    every = jax.tree.map(lambda *parts: np.stack(parts), *ends)
+    return MultistartResult(every, best.place, best.cost, best.rows, best.slopes)

@@ -4,20 +4,13 @@ A fit asks for the rows at a place and for searches from some places. One progra
 the other holds every effect of a library, and those that the model lacks are switched off. A fit need not know which.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
 
 from fitting.instruments.through import Through, standard_number
-from fitting.least_squares.search import (
-    Evaluated,
-    MultistartResult,
-    on_the_host,
-    rows_and_slopes,
-    solve,
-)
+from fitting.least_squares.search import Evaluated, MultistartResult, SearchResult, joined, on_the_host, solve
 from fitting.least_squares.subset import Array, Subset
 from fitting.problem.residuals import Problem
 from fitting.problem.sizes import Standard
@@ -64,15 +57,14 @@ class Searches(Protocol):
 
 @dataclass(frozen=True)
 class Alone:
-    """Programs compiled for one model: one for rows, one for `count` searches at once."""
+    """A program compiled for one model: it searches from one place, or looks at it."""
 
     standard: Standard
-    count: int
 
     @classmethod
-    def of(cls, given: Problem, count: int = 1) -> "Alone":
+    def of(cls, given: Problem) -> "Alone":
         """For a problem brought to standard size."""
-        return cls(Standard.of(given), count)
+        return cls(Standard.of(given))
 
     @property
     def template(self) -> Model:
@@ -85,31 +77,32 @@ class Alone:
         if not np.size(place):  # nothing varies, and nothing has to be compiled
             rows = np.asarray(given.rows(subset.full, subset.switches, None))
             return Evaluated(place, rows, np.zeros((rows.size, 0)))
-        return Evaluated(place, *map(np.asarray, rows_and_slopes(given, subset, np.asarray(place))))
+        found = on_the_host(self.solved(subset, place, given, look=True))
+        return Evaluated(place, found.rows, found.slopes)
 
     def look(self, subset: Subset, places: np.ndarray) -> np.ndarray:
-        """Half the sum of squares at each of these places, by the program for searches: no other is compiled."""
-        return np.concatenate([self._solved(subset, some, None, True).ends.cost for some in self._parts(places)])
+        """Half the sum of squares at each of these places (places, free); infinite where a row is no finite number."""
+        return np.array([float(self.solved(subset, place, look=True).cost) for place in places])
 
     def search(self, subset: Subset, starts: np.ndarray, errors: np.ndarray | None = None) -> MultistartResult:
         """Searches from each of these places (starts, free); see `Searches`."""
         through = None if errors is None else self._through(errors)
-        found = joined([self._solved(subset, some, through, False) for some in self._parts(starts)])
+        found = joined(self.solved(subset, start, through=through) for start in starts)
         if through is None:
             return found
         return replace(found, rows=through.undone(found.rows), slopes=through.undone(found.slopes))
 
-    def _solved(self, subset: Subset, starts: np.ndarray, through: Through | None, look: bool) -> MultistartResult:
-        """At most `count` searches, filled up with some that only look, as do all if they are to `look`."""
-        count = len(starts)
-        begin = np.concatenate([starts, np.repeat(starts[-1:], self.count - count, axis=0)])
-        only = look | (np.arange(self.count) >= count)
-        found = on_the_host(solve(self.standard.problem, subset, begin, look=only, through=through))
-        return replace(found, ends=replace(found.ends, **{name: end[:count] for name, end in vars(found.ends).items()}))
+    def solved(
+        self, subset: Subset, place: Array, problem: Problem | None = None, look: bool = False,
+        through: Through | None = None,
+    ) -> SearchResult:  # fmt: skip
+        """One search from a place, or a look at it; on another problem of the same shape, if given."""
+        given = self.standard.problem if problem is None else problem
+        return solve(given, subset, np.asarray(place), look=np.asarray(look), through=through)
 
-    def _parts(self, places: np.ndarray) -> list[np.ndarray]:
-        """As many places at once as the compiled program takes."""
-        return [places[first : first + self.count] for first in range(0, len(places), self.count)]
+    def without(self, left_out: np.ndarray) -> "Alone":
+        """The same where these of the measured rows (a mask) count next to nothing."""
+        return replace(self, standard=self.standard.without(left_out))
 
     def room(self, errors: int) -> int | None:
         """The standard number of errors for which a program is compiled."""
@@ -129,10 +122,3 @@ def cost_of(at: Evaluated) -> float:
     """Half the sum of squares of the rows; infinite where one of them is no finite number."""
     cost = 0.5 * float(np.sum(np.square(np.asarray(at.rows))))
     return cost if np.isfinite(cost) else np.inf
-
-
-def joined(results: Sequence[MultistartResult]) -> MultistartResult:
-    """Searches one after another as one: all their ends, and rows and slopes at the best of them."""
-    best = min(results, key=lambda each: float(each.cost))
-    ends = [vars(each.ends) for each in results]
-    return replace(best, ends=replace(best.ends, **{name: np.concatenate([e[name] for e in ends]) for name in ends[0]}))

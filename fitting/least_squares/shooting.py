@@ -19,7 +19,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from fitting.least_squares.search import solve
+from fitting.least_squares.search import joined, solve
 from fitting.least_squares.subset import Subset
 from fitting.problem.block import Block
 from fitting.problem.positions import begin_of, shot
@@ -129,11 +129,9 @@ def begin_by_shooting(given: Problem, subset: Subset, begin: np.ndarray, stretch
     wider = with_shots(subset, [each for each in problem.shots if each is not None])
     places = np.concatenate([begin, np.full((len(begin), problem.size), 0.5)], axis=1)
     for looseness in SETTINGS.looseness:
-        ends = solve(
-            replace(problem, looseness=jnp.asarray(looseness)), wider, jnp.asarray(places), SETTINGS.steps
-        ).ends
-        order = np.argsort(np.asarray(ends.cost))[: SETTINGS.kept]
-        places = np.asarray(ends.place)[order]
+        looser = replace(problem, looseness=jnp.asarray(looseness))
+        ends = joined(solve(looser, wider, place, SETTINGS.steps) for place in places).ends
+        places = ends.place[np.argsort(ends.cost)[: SETTINGS.kept]]
     return np.concatenate([places[:, : begin.shape[1]], begin[:1]])
 
 

@@ -27,7 +27,7 @@ def beginnings(begun: Evaluated, given: Problem, subset: Subset, fit: Fit, error
     felt = visible(errors)
     size = rms(left_beyond(begun.rows, begun.slopes, felt))
     starts = starting_places(fit.layout, subset, fit.free, DENSITY.starts, 0)
-    searches = Alone(Standard(given, np.arange(given.count)), len(starts))
+    searches = Alone(Standard(given, np.arange(given.count)))
     found = through_instruments(searches, subset, starts, felt, size)
     if found is None or np.max(np.abs(np.asarray(found.place) - np.asarray(begun.place))) < DENSITY.apart:
         return [begun]

@@ -46,6 +46,11 @@ class Standard:
         priors = searched.count - searched.prior_at.size + np.arange(given.prior_at.size)
         return cls(searched, np.concatenate([real, priors]))
 
+    def without(self, left_out: np.ndarray) -> "Standard":
+        """The same where these of the measured rows (a mask) count next to nothing."""
+        measured, size = self.rows[: len(left_out)], self.problem.count - self.problem.prior_at.size
+        return replace(self, problem=self.problem.without(widened(left_out, measured, size)))
+
 
 def of_standard_size(given: Problem) -> tuple[Problem, np.ndarray]:
     """The problem with blocks of standard sizes in which every sample is kept, and with a standard number of priors.

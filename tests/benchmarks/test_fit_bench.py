@@ -25,7 +25,7 @@ from fitting.diagnosis.missing_effect import MissingEffectTest, missing_effect_t
 from fitting.diagnosis.nuisance import Nuisance
 from fitting.diagnosis.signatures import signatures
 from fitting.least_squares.fit import fit, starting_places
-from fitting.least_squares.search import solve
+from fitting.least_squares.search import joined, solve
 from fitting.least_squares.subset import Subset, subset_of
 from fitting.problem.residuals import Problem, Samples, problem
 from fitting.problem.unknowns import Unknowns, unknowns
@@ -181,7 +181,7 @@ def unit_to_si(c: Case, begin: np.ndarray) -> np.ndarray:
 
 
 def by_library(c: Case, begin: np.ndarray) -> np.ndarray:
-    return np.asarray(solve(c.given, c.subset, jnp.asarray(begin)).ends.cost)
+    return joined(solve(c.given, c.subset, place) for place in begin).ends.cost
 
 
 @jax.jit
