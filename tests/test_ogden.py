@@ -91,7 +91,7 @@ def test_from_every_start_a_search_comes_through_the_valley_of_modulus_and_expon
     starts = list(world._starts(subset, free, world.start, names))
     ends = [world.searched(subset, place) for place in starts]
     assert len(starts) >= 4
-    assert all(end.ends.converged[0] for end in ends)
+    assert all(end.end.converged for end in ends)
     np.testing.assert_allclose([end.cost for end in ends], min(float(end.cost) for end in ends), rtol=1e-3)
 
 

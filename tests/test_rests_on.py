@@ -98,9 +98,9 @@ def test_what_runs_show_of_their_differences_is_said_where_it_is_less(monkeypatc
     friction = Source(None, ErrorKind.FRICTION_PER_RUN, 0.02, 0.02, presumed=True)
     shown = {(friction, 0): 0.0004, (friction, 1): 0.015}
     monkeypatch.setattr("fitting.report.text.stated_sizes.shown_by_runs", lambda fit: shown)
-    two = SimpleNamespace(layout=SimpleNamespace(datasets=("short hose", "long hose")))
+    two = SimpleNamespace(layout=SimpleNamespace(datasets=("short hose", "long hose"), templates=(1, 2)))
     (said,) = runs_agree_texts(two)
     assert said.startswith("Presumed, for nobody stated it: friction differs by 2 % from run to run.")
-    assert "The runs of short hose show at most 0.04 %" in said
-    (said,) = runs_agree_texts(SimpleNamespace(layout=SimpleNamespace(datasets=())))
+    assert "The runs of data set short hose show at most 0.04 %" in said
+    (said,) = runs_agree_texts(SimpleNamespace(layout=SimpleNamespace(datasets=("",), templates=(1,))))
     assert "The runs show at most 0.04 %" in said

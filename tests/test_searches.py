@@ -16,7 +16,8 @@ from fitting.least_squares.instruments import accuracies_of
 from fitting.least_squares.refits import without_each
 from fitting.least_squares.searches import Alone
 from fitting.least_squares.subset import subset_of
-from fitting.problem.residuals import problem
+from fitting.problem.residuals import LIGHT, problem
+from fitting.problem.sizes import Standard
 from fitting.problem.unknowns import unknowns
 from fitting.problem.varying import AS_DECLARED
 from fitting.recordings.experiment import read_experiment
@@ -79,6 +80,35 @@ def test_searches_end_at_the_same_place_however_many_are_asked_for_at_once(both)
         assert searches.look(both[2], np.asarray(found.place)[None])[0] == pytest.approx(float(found.cost), rel=1e-9)
     ends = [searches.search(both[2], starts).place for searches in both[:2]]
     np.testing.assert_allclose(ends[1], ends[0], atol=1e-4)
+
+
+def test_a_search_that_meets_no_finite_number_ends_where_it_began(both, laid_out):
+    alone, _, subset = both
+    _, given, _ = laid_out
+    nowhere = replace(given, blocks=tuple(replace(block, measured=block.measured * np.nan) for block in given.blocks))
+    starts = np.random.default_rng(0).uniform(0.2, 0.8, (3, len(subset.free)))
+    found = Alone.of(nowhere).search(subset, starts)
+    assert np.all(np.isinf(found.ends.cost))
+    assert np.isinf(found.cost)
+    np.testing.assert_array_equal(found.ends.place, starts)
+    np.testing.assert_array_equal(found.place, starts[0])
+    assert np.isinf(Alone.of(nowhere).look(subset, starts)).all()
+    assert np.isfinite(alone.look(subset, starts)).all()
+
+
+def test_what_is_left_out_of_several_recordings_of_several_muscles_is_what_was_asked_for(recorded):
+    """In the standard size of a problem readings stand in another order, and others fill the lanes."""
+    twice = replace(recorded.recordings[0], runs=recorded.recordings[0].runs[:2], file="again.csv")
+    more = replace(recorded, name="another", recordings=(*recorded.recordings, twice))
+    layout = unknowns([recorded, more], BASE)
+    given, samples = problem([recorded, more], layout)
+    standard, mask = Standard.of(given), np.random.default_rng(1).random(len(samples)) < 0.3
+    point = layout.start, np.ones(len(BASE))
+    whole, left = (np.asarray(each.problem.rows(*point))[standard.rows] for each in (standard, standard.without(mask)))
+    assert len(whole) == len(samples) + given.prior_at.size
+    shares = np.append(np.where(mask, LIGHT, 1.0), np.ones(given.prior_at.size))
+    np.testing.assert_allclose(left * shares, whole, rtol=1e-12)
+    assert np.abs(whole[: len(samples)]).min() > 0
 
 
 def test_a_search_keeps_to_the_ranges_of_the_subset(both):

@@ -57,7 +57,7 @@ def _least_missed(search: Search, whole: Fitted, names: Iterable[str], rules: St
 def smaller_models(
     here: ModelOnTheWay, adequate: bool, added: Sequence[str], begin: Callable[..., Search]
 ) -> Iterator[Step]:
-    """One step for each effect that can go from an adequate model, of those that were `added` on the way.
+    """One step for each effect that can go from a model, if it is `adequate`, of those that were `added` on the way.
 
     `begin(effects, values, confine)` prepares the search of another model.
     What instruments could stand in for only by erring far more than their accuracy is not dropped.

@@ -1,4 +1,4 @@
-"""Fit what may vary to what was measured: optimistix, in a box, from several starts in one compiled call."""
+"""Fit what may vary to what was measured: optimistix, in a box, from several starts by one compiled program."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace

@@ -76,7 +76,7 @@ class Problem(eqx.Module):
         """The same problem in which these rows (a mask) count next to nothing, without another compilation."""
         blocks = []
         for block, mask in zip(self.blocks, self.split(left_out), strict=True):
-            sigma = np.array(block.sigma)
+            sigma = np.array(block.sigma, order="C")  # so that what is reshaped is still the same array
             sigma.reshape(-1)[np.asarray(block.keep)] *= np.where(mask, LIGHT, 1.0)
             blocks.append(replace(block, sigma=sigma))
         return replace(self, blocks=tuple(blocks))

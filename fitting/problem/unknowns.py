@@ -78,9 +78,9 @@ class Unknowns:
 
     @property
     def datasets(self) -> tuple[str, ...]:
-        """The names of the data sets, in their order, each of which has a muscle of its own; () of a single one."""
-        named = map(full_names.set_of, self.names)
-        return tuple(dict.fromkeys(name for name in named if name))
+        """The name of each data set, in their order; empty of a single one, whose names are those of all."""
+        first = (self.names[int(places[0])] for places in self.places)  # a size of its muscle, which is its own
+        return tuple(map(full_names.set_of, first))
 
     def confined(self, errors: float) -> "Unknowns":
         """The same where a fit may deny no stated value by more than so many standard errors."""

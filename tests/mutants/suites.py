@@ -65,6 +65,7 @@ DIAGNOSIS = Suite(
         "fitting/comparison/fingerprint.py",
         "fitting/comparison/parity.py",
         "fitting/least_squares/held_out.py",
+        "fitting/least_squares/refits.py",
         "fitting/least_squares/working_noise.py",
     ),
     {
@@ -78,6 +79,7 @@ DIAGNOSIS = Suite(
             ("tests/test_flips.py",),
             ("tests/test_diagnose.py",),
         ),
+        "fitting/least_squares/refits": (("tests/test_searches.py",),),
         "fitting/least_squares/held_out": (("tests/test_verdict.py",), ("tests/test_flips.py",)),
         **dict.fromkeys(
             ("fitting/diagnosis/search", "fitting/diagnosis/search_result", "fitting/diagnosis/linear_look"),

@@ -92,10 +92,10 @@ def rests_on_texts(fit: Fit) -> list[str]:
 
 def runs_agree_texts(fit: Fit) -> list[str]:
     """A sentence for each error that was presumed of runs and that these runs do not show."""
-    names = fit.layout.datasets
+    names, several = fit.layout.datasets, len(fit.layout.templates) > 1
     return [
         f"Presumed, for nobody stated it: {error_text(source, source.allowed)}. The runs"
-        f"{f' of {names[number]}' if names else ''} show at most {size_text(source, size)}, and the robust "
+        f"{f' of data set {names[number]}' if several else ''} show at most {size_text(source, size)}, and the robust "
         "errors of the parameters use this."
         for (source, number), size in shown_by_runs(fit).items()
         if size < STATED.agree * source.allowed
