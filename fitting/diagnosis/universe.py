@@ -270,7 +270,7 @@ class Universe:
         rows = fit.rows.copy()
         for g in np.unique(group):
             rest = self.confined() if fit.confined else self
-            rest = replace(rest, problem=rest.problem.without(widened(group == g, self.real, self._count)))
+            rest = replace(rest, problem=rest.standard.without(group == g).problem)
             rows[group == g] = rest.fit(fit.effects, fit.vector, decide=False).rows[group == g] * LIGHT
         return rows
 
