@@ -4,20 +4,11 @@ dropped before they take too much memory. Beside them what several files of test
 import gc
 import os
 import resource
-import sys
-from importlib.metadata import version
 from pathlib import Path
 
-# Every program of a test is compiled as the largest ones are for users (`fitting/compiled/compiler.py`), and with less
-# optimisation: two thirds of the time of tests is compiling. Studies and benchmarks run long and are optimised in full.
-# XLA ends a process where it does not know a flag, so only the pinned version gets them. It reads them once, as early
-# as JAX is imported; workers of pytest-xdist inherit those of the process that starts them.
-FLAGS = "--xla_cpu_use_fusion_emitters=false"
-FLAGS_OF_SHORT_TESTS = "--xla_backend_optimization_level=1"
-if version("jaxlib").startswith("0.10.") and "PYTEST_XDIST_WORKER" not in os.environ:
-    runs_long = not {"slow", "--benchmark-only"}.isdisjoint(sys.argv)
-    asked = (os.environ.get("XLA_FLAGS", ""), FLAGS, "" if runs_long else FLAGS_OF_SHORT_TESTS)
-    os.environ["XLA_FLAGS"] = " ".join(flag for flag in asked if flag)
+from compiler_flags import xla_flags
+
+os.environ["XLA_FLAGS"] = xla_flags()  # XLA reads them once, as early as JAX is imported
 
 import jax
 import pytest

@@ -11,8 +11,8 @@ from fitting.comparison.fingerprint import Fingerprint, exponents
 from fitting.comparison.parity import Cells, cells, loop_numbers, pressure_bins
 from fitting.comparison.repeats import OneWay, Pair, drift, find_repeats, noise_floor, one_way
 from fitting.comparison.settings import ERRORS
-from fitting.comparison.slips import Mended, likely_slips
-from fitting.least_squares.evaluate import force_over_stated, rmse_at_pressures
+from fitting.comparison.slips import Mended, force_over_stated, likely_slips
+from fitting.least_squares.evaluate import rmse_at_pressures
 from fitting.least_squares.force_band import ForceBand, force_bands
 from fitting.least_squares.record import Fit
 from fitting.problem.residuals import Samples

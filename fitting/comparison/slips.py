@@ -12,7 +12,6 @@ import jax.numpy as jnp
 import numpy as np
 
 from fitting.comparison.settings import SLIPS
-from fitting.least_squares.evaluate import as_stated
 from fitting.least_squares.record import Fit
 from mckibben_jax.laws.braid import ideal_force
 
@@ -66,6 +65,15 @@ class _Told:
     angle: np.ndarray
 
 
+def force_over_stated(fit: Fit) -> float:
+    """Measured force over that of the ideal cylinder with every size as it was measured; NaN where no force was.
+
+    The other effects of a model are left out: those of a fit that denies a stated size belong to the sizes it found.
+    """
+    told = _told(fit)
+    return _beside_ideal(told)[0] if len(told.force) else float("nan")
+
+
 def likely_slips(fit: Fit) -> tuple[Mended, ...]:
     """The slips after which the muscle pulls about as much as its sizes say, what happens most often first.
 
@@ -95,7 +103,8 @@ def _beside_ideal(told: _Told) -> tuple[float, float]:
 
 def _told(fit: Fit) -> _Told:
     """The readings of force, with the sizes of their muscles as stated."""
-    stated = jnp.asarray(as_stated(fit))
+    means = [None if entry.prior is None else entry.prior[0] for entry in fit.layout.entries]
+    stated = jnp.asarray([here if mean is None else mean for here, mean in zip(fit.vector, means, strict=True)])
     muscles = [fit.layout.model(stated, d).muscle for d in range(len(fit.layout.templates))]
     s, rows = fit.samples, fit.problem.of_force(fit.samples)
     sizes = (np.array([float(getattr(muscle, name)) for muscle in muscles]) for name in ("radius", "braid_angle"))

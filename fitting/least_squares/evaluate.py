@@ -80,24 +80,6 @@ def held_out_rmse(fit: Fit) -> float:
     return float(np.sqrt(np.mean(held_out_residual(fit)[fit.problem.of_force(fit.samples)] ** 2)))
 
 
-def as_stated(fit: Fit) -> np.ndarray:
-    """All unknowns (SI) as they were fitted, but for the sizes that are stated with errors: these as stated."""
-    stated = [None if entry.prior is None else entry.prior[0] for entry in fit.layout.entries]
-    return np.array([here if mean is None else mean for here, mean in zip(fit.vector, stated, strict=True)])
-
-
-def force_over_stated(fit: Fit) -> float:
-    """Measured force over that of the model with every size as it was measured, on average; NaN where that is none.
-
-    The parameters of effects stay as they were fitted.
-    """
-    subset = subset_of(fit.layout, as_stated(fit), fit.free)
-    residual = np.asarray(fit.problem.rows(subset.full, subset.switches, None))[: len(fit.samples)] * fit.samples.sigma
-    rows = fit.problem.of_force(fit.samples)
-    measured, force = fit.samples.measured[rows], (fit.samples.measured + residual)[rows]
-    return float(force @ measured / (force @ force)) if np.any(force) else float("nan")
-
-
 def rmse_at_pressures(fit: Fit, shift: float) -> float:
     """The error of the model fitted again with so much (Pa) more in every reading of the pressure."""
     searches = Alone.of(fit.problem.shifted(shift))

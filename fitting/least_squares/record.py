@@ -12,7 +12,7 @@ from fitting.least_squares.run_differences import as_runs_show
 from fitting.least_squares.search import Evaluated
 from fitting.least_squares.subset import Subset
 from fitting.least_squares.summary import Failure, SearchSummary
-from fitting.least_squares.uncertainty import at_bound, beside_stated, clusters, covariances, ties
+from fitting.least_squares.uncertainty import at_bound, spread_of_values, ties
 from fitting.problem.estimate import Estimate, ParameterState
 from fitting.problem.residuals import Problem, Samples
 from fitting.problem.unknowns import Unknowns
@@ -20,7 +20,7 @@ from fitting.problem.unknowns import Unknowns
 NOT_SEARCHED = SearchSummary()
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Fit:
     """A fitted model with all that is known of how well it is known. Arrays over `free` are in that order."""
 
@@ -137,17 +137,3 @@ def record_fit(
         search=search,
         failures=failures,
     )
-
-
-def spread_of_values(
-    layout: Unknowns, names: Sequence[str], samples: Samples, rows: np.ndarray, slopes: np.ndarray,
-    errors: InstrumentErrors | None = None,
-) -> tuple[np.ndarray, np.ndarray]:  # fmt: skip
-    """Covariances of the named unknowns, as if samples were independent, and robust: see `covariances`.
-
-    `rows` and `slopes` (along the unknowns, SI) are in standard deviations, those of priors below the measurements'.
-    """
-    count, cluster = len(samples), clusters(samples, slopes)
-    parts = slopes[:count], rows[:count], slopes[count:], cluster
-    stated = np.array([layout.entry(name).is_confined for name in names], dtype=bool)
-    return beside_stated(*parts, stated, errors) if stated.any() else covariances(*parts, errors)

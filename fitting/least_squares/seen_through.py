@@ -15,11 +15,11 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from fitting.least_squares.held_out import rms
-from fitting.least_squares.record import Fit, spread_of_values
+from fitting.least_squares.record import Fit
 from fitting.least_squares.searches import Searches
 from fitting.least_squares.subset import Subset, subset_of
 from fitting.least_squares.unbent import MOST_NUMBERS, UNBENT, left_beyond
-from fitting.least_squares.uncertainty import at_bound
+from fitting.least_squares.uncertainty import at_bound, spread_of_values
 from fitting.least_squares.working_noise import Kinds, Noise, Whitener, stretches, white_noise
 from fitting.problem.unknowns import BELIEVED
 

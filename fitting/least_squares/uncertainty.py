@@ -7,6 +7,7 @@ import numpy as np
 
 from fitting.instruments.errors import InstrumentErrors
 from fitting.problem.residuals import Samples
+from fitting.problem.unknowns import Unknowns
 
 
 @dataclass(frozen=True)
@@ -44,6 +45,20 @@ def clusters(samples: Samples, slopes: np.ndarray) -> np.ndarray:
 def _by_loops(data: np.ndarray, loops: np.ndarray) -> bool:
     """Whether a run alone decides something, and has loops of more than one point to judge that by."""
     return len(np.unique(loops)) < len(loops) and np.linalg.norm(data, 2) ** 2 > SETTINGS.alone
+
+
+def spread_of_values(
+    layout: Unknowns, names: Sequence[str], samples: Samples, rows: np.ndarray, slopes: np.ndarray,
+    errors: InstrumentErrors | None = None,
+) -> tuple[np.ndarray, np.ndarray]:  # fmt: skip
+    """Covariances of the named unknowns, as if samples were independent, and robust: see `covariances`.
+
+    `rows` and `slopes` (along the unknowns, SI) are in standard deviations, those of priors below the measurements'.
+    """
+    count, cluster = len(samples), clusters(samples, slopes)
+    parts = slopes[:count], rows[:count], slopes[count:], cluster
+    stated = np.array([layout.entry(name).is_confined for name in names], dtype=bool)
+    return beside_stated(*parts, stated, errors) if stated.any() else covariances(*parts, errors)
 
 
 @np.errstate(over="ignore", invalid="ignore")  # of what changes readings by 1e-140 the error is infinite or no number

@@ -12,6 +12,7 @@ from fitting.comparison.fingerprint import Fingerprint
 from fitting.diagnosis.flip_groups import rests_on_in_words
 from fitting.diagnosis.record import Diagnosis, Evidence, Explanation
 from fitting.instruments.sources import Source
+from fitting.least_squares.one_sided import one_sided
 from fitting.least_squares.record import Fit
 from fitting.least_squares.rests_on import rests_on, rests_on_instruments
 from fitting.report.text.attempts import attempts_result
@@ -127,8 +128,18 @@ def _parameter(fit: Fit, name: str) -> dict[str, Any]:
         "upper": entry.upper,
         "state": str(fit.state(name)),
         "at_bound": name in fit.at_bound,
+        **_one_sided(fit, name),
         "held": name in fit.held,
         "tied_with": list(fit.tied.get(name, ())),
+    }
+
+
+def _one_sided(fit: Fit, name: str) -> dict[str, float | None]:
+    """The least or the largest value that the data allow of a parameter at its bound, SI, at a level of 95 %."""
+    found = one_sided(fit).get(name)
+    return {
+        "at_least": found.limit if found is not None and found.is_least else None,
+        "at_most": found.limit if found is not None and not found.is_least else None,
     }
 
 

@@ -20,6 +20,7 @@ from fitting.report.pictures import figures
 from fitting.report.pictures.muscle_drawing import DRAWN, model_html
 from fitting.report.pictures.readings import estimated_channels, readings_picture
 from fitting.report.results import provenance, shown_names
+from fitting.report.text.bounds import allowed_note
 from fitting.report.text.citations import citations
 from fitting.report.text.comparison import error_text
 from fitting.report.text.diagnosis import measurement_text
@@ -184,7 +185,7 @@ def _estimates(task: Task) -> Section | None:
 
 
 def _parameter(fit: Fit, name: str) -> tuple[str, ...]:
-    state = "at its bound" if name in fit.at_bound else fit.state(name)
+    state = allowed_note(fit, name) or fit.state(name)
     known = *value_cells(fit, name), *measured_cells(fit, name), " to ".join(range_cells(fit, name))
     return mark(name), *known, state, marked(fit.tied.get(name, ()))
 

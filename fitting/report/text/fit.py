@@ -5,7 +5,7 @@ from rich.text import Text
 
 from fitting.least_squares.record import Fit
 from fitting.report.results import shown_names
-from fitting.report.text.amounts import amount
+from fitting.report.text.bounds import allowed_note, allowed_text, bound_text
 from fitting.report.text.layout import columns, line, lines, spaced
 from fitting.report.text.likelier import likelier_report
 from fitting.report.text.names import mark, marked
@@ -19,19 +19,11 @@ def fit_warnings(fit: Fit) -> list[str]:
     words = [] if fit.converged else ["The search did not converge: the values below are not to be trusted."]
     words += denied_texts(fit)
     ends = [name for name in fit.at_bound if name not in kept_from(fit)]
-    words += [f"{mark(name)} lies at {_bound(fit, name)}: its error means nothing." for name in ends]
+    words += [f"{mark(name)} lies at {bound_text(fit, name)}. {allowed_text(fit, name)}" for name in ends]
     words += [f"{marked(g, ' and ')} are strongly correlated, not separately identifiable." for g in tied_groups(fit)]
     if fit.held:
         words.append(f"Not constrained by these data, and held at their values: {marked(fit.held)}.")
     return words + [f"Search: {failure}" for failure in failure_texts(fit)]
-
-
-def _bound(fit: Fit, name: str) -> str:
-    """Which end of its range a parameter lies at, and where that is."""
-    entry, value = fit.layout.entries[fit.layout.names.index(name)], fit.values[name]
-    upper = entry.upper - value < value - entry.lower
-    end = amount(entry.upper if upper else entry.lower, entry.unit)
-    return f"the {'upper' if upper else 'lower'} end of its range, {end}"
 
 
 def tied_groups(fit: Fit) -> list[list[str]]:
@@ -58,6 +50,6 @@ def fit_report(fit: Fit) -> list[RenderableType]:
 
 
 def _parameter(fit: Fit, name: str) -> tuple[str, ...]:
-    note = "at its bound" if name in fit.at_bound else "correlated" if name in fit.tied else ""
+    note = allowed_note(fit, name) or ("correlated" if name in fit.tied else "")
     note = "held: not constrained" if name in fit.held else note if name in fit.free else "fixed"
     return *value_cells(fit, name), " .. ".join(range_cells(fit, name)), note

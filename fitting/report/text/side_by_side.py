@@ -6,6 +6,7 @@ from fitting import showing
 from fitting.least_squares.record import Fit
 from fitting.report.results import shown_names
 from fitting.report.text.amounts import amount
+from fitting.report.text.bounds import allowed_note
 from fitting.report.text.names import mark
 from fitting.report.text.stages import tested_text
 from fitting.report.text.stated_sizes import measured_cells
@@ -34,8 +35,7 @@ def side_by_side(called: Sequence[str], stages: Sequence[Stage]) -> tuple[tuple[
 def _value(fit: Fit, name: str) -> str:
     if name not in fit.values:
         return ""
-    bound = ", at its bound" if name in fit.at_bound else ""
-    return showing.show(fit.values[name], fit.layout.entry(name).unit, fit.error(name)) + bound
+    return allowed_note(fit, name) or showing.show(fit.values[name], fit.layout.entry(name).unit, fit.error(name))
 
 
 def _measured(fits: Sequence[Fit], name: str) -> str:

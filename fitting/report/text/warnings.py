@@ -78,7 +78,7 @@ def slips_text(slips: Sequence[Mended]) -> str:
 def unlikely_ratio(c: Comparison) -> float | None:
     """Measured force over that of a muscle of the stated sizes, where no effect that is known would make it so.
 
-    Of the fitted model where that misses much; of the stated sizes themselves where the fit takes others.
+    Over the fitted model where that misses much; over the ideal cylinder of these sizes where the fit takes others.
     """
     if c.over_stated is not None and not WARNING_TEXT.stated[0] < c.over_stated < WARNING_TEXT.stated[1]:
         return c.over_stated
