@@ -4,7 +4,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.stats import qmc
 
 from fitting.instruments.errors import InstrumentErrors
 from fitting.least_squares.absent import as_good_as_absent
@@ -60,10 +59,17 @@ def starting_places(layout: Unknowns, subset: Subset, names: Sequence[str], coun
             declared.append(first.copy())
             declared[-1][i] = other
     places = [subset.place(vector) for vector in [subset.full, *declared]]
-    spread = qmc.Sobol(max(len(at), 1), rng=seed).random_base2(6) if len(at) else np.zeros((0, 0))
+    spread = _sobol(len(at), seed) if len(places) < count and len(at) else np.zeros((0, len(at)))
     own = np.array([layout.entries[i].name.startswith("muscle.") for i in at], bool)
     more = [np.where(own, places[0], SETTINGS.spread_from + SETTINGS.spread * row) for row in spread]
     return np.array([*places, *more][: max(count, 1)])
+
+
+def _sobol(dimensions: int, seed: int) -> np.ndarray:
+    """Places (64, dimensions) spread evenly over the unit box."""
+    from scipy.stats import qmc  # it takes half a second to load, and a saved model is looked at without it
+
+    return qmc.Sobol(dimensions, rng=seed).random_base2(6)
 
 
 def fit(

@@ -94,9 +94,9 @@ def begin_of(test: str, first: float) -> float:
 
 def steps_of(recording: Recording) -> int:
     """Steps of integration that the longest run needs; 0 where nothing is integrated."""
-    from mckibben_jax.motion.motion import STEP
-
     if recording.test in (*FORCE_TESTS, "isotonic"):
         return 0
+    from mckibben_jax.motion.motion import STEP  # diffrax is only needed where something moves
+
     longest = max(float(run.time[-1]) - begin_of(recording.test, float(run.time[0])) for run in recording.runs)
     return int(np.clip(math.ceil(longest / STEP - 1e-9), 1, MOST_STEPS))
