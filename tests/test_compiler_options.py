@@ -5,6 +5,7 @@ import jax.numpy as jnp
 import pytest
 from compiler_flags import LESS_OPTIMISED, OLDER_WAY, xla_flags
 
+import mckibben_jax  # noqa: F401  (programs that are kept are named by its sources)
 from fitting.compiled import compiler, traced
 from fitting.compiled.traced import Kept
 
