@@ -8,8 +8,9 @@ from exact_instruments import trusting
 from small_muscle import LENGTH, ideal, loops, surface, write
 
 from fitting.least_squares import one_sided as module
+from fitting.least_squares.evaluate import evaluate
 from fitting.least_squares.fit import fit
-from fitting.least_squares.one_sided import OneSidedSettings, one_sided
+from fitting.least_squares.one_sided import OneSided, OneSidedSettings, one_sided
 from fitting.least_squares.searches import Alone
 from fitting.recordings.experiment import read_experiment
 from fitting.report.results import fit_result
@@ -66,8 +67,8 @@ def test_a_value_beyond_it_fits_worse_by_as_much_and_one_before_it_does_not(rigi
 
 def test_where_no_slope_is_left_the_sum_of_squares_tells(rigid, monkeypatch):
     with_slopes = one_sided(rigid[1])[EA].limit
-    monkeypatch.setattr(module._Held, "_step_back", lambda *_: 0.0)
-    assert one_sided.__wrapped__(rigid[1])[EA].limit == pytest.approx(with_slopes, rel=0.5)
+    monkeypatch.setattr(module._Way, "_step_back", lambda *_: 0.0)
+    assert module._found(rigid[1])[EA].limit == pytest.approx(with_slopes, rel=0.5)
 
 
 def test_where_the_model_gives_no_number_a_value_is_excluded(rigid, monkeypatch):
@@ -79,7 +80,7 @@ def test_where_the_model_gives_no_number_a_value_is_excluded(rigid, monkeypatch)
         return there if ea > edge else replace_rows(there, np.nan)
 
     monkeypatch.setattr(Alone, "at", at)
-    assert one_sided.__wrapped__(found)[EA].limit == pytest.approx(edge, rel=0.2)
+    assert module._found(found)[EA].limit == pytest.approx(edge, rel=0.2)
 
 
 def replace_rows(at, value):
@@ -88,19 +89,47 @@ def replace_rows(at, value):
 
 def test_data_that_allow_everything_say_so(pushing, monkeypatch):
     monkeypatch.setattr(module, "ONE_SIDED", OneSidedSettings(errors=101.0))
-    known = one_sided.__wrapped__(replace(pushing, vector=pushing.vector))
-    assert known[K].limit is None
+    assert module._found(pushing)[K] == OneSided(is_least=False, limit=None)
+    monkeypatch.setitem(module._KNOWN, pushing, {K: OneSided(is_least=False, limit=None)})
+    assert "allow every value of the range" in allowed_text(pushing, K)
+    assert allowed_note(pushing, K) == "at its bound"
 
 
-def test_a_model_that_no_search_left_at_its_bound_gets_no_limit(tmp_path):
-    """A saved model may hold a value at an end of its range that its readings deny."""
-    experiments, _ = fitted(tmp_path / "set", LinearSpring(), lambda eps, *_: 400.0 * LENGTH * eps)
-    effects = [IdealCylinder(), CoulombFriction(), LinearSpring()]
-    there = fit(experiments, effects, starts=1, fix=SIZES)
-    denied = replace(there, vector=np.where(np.array(there.layout.names) == K, 0.0, there.vector), at_bound=(K,))
+def test_the_first_excluded_value_counts_where_both_ends_are_allowed(rigid, monkeypatch):
+    """An effect that vanishes at both ends of its range, as one with a characteristic speed does."""
+    monkeypatch.setattr(module._Way, "excess", lambda _, way: 1.0 if 0.2 < way < 0.7 else -1.0)
+    entry = rigid[1].layout.entry(EA)
+    limit = module._found(rigid[1])[EA].limit
+    assert limit == pytest.approx(entry.upper * (entry.lower / entry.upper) ** 0.2, rel=0.1)
+
+
+def test_data_that_push_against_the_bound_ask_for_a_value_beyond(tmp_path):
+    """Such a muscle has no spring that pulls; not even at its bound does the model fit."""
+    _, found = fitted(tmp_path / "set", LinearSpring(), lambda eps, *_: -400.0 * LENGTH * eps)
+    assert found.at_bound == (K,)
+    assert one_sided(found)[K] == OneSided(is_least=False, limit=None, is_beyond=True)
+    assert "ask for a value beyond that end" in allowed_text(found, K)
+
+
+def test_a_saved_model_whose_bound_other_readings_deny_gets_no_limit(tmp_path):
+    experiments, there = fitted(tmp_path / "set", LinearSpring(), lambda eps, *_: 400.0 * LENGTH * eps)
+    effects, at_bound = [IdealCylinder(), CoulombFriction(), LinearSpring()], {**there.values, K: 0.0}
+    denied = evaluate(experiments, effects, at_bound, there.free)
+    assert denied.at_bound == (K,)
     assert one_sided(denied) == {}
-    assert allowed_text(denied, K) == "Its error means nothing."
+    assert allowed_text(denied, K) == "Its standard error means nothing."
     assert allowed_note(denied, K) == "at its bound"
+
+
+def test_no_place_is_looked_at_twice(rigid, monkeypatch):
+    """Each look at a large data set takes a tenth of a second; a second valley must not give a second answer."""
+    seen, plain = [], Alone.at
+    monkeypatch.setattr(
+        Alone, "at", lambda self, subset, place: seen.append(place.tobytes()) or plain(self, subset, place)
+    )
+    module._found(rigid[1])
+    assert len(set(seen)) > 0.8 * len(seen)
+    assert len(seen) < 150
 
 
 def test_sizes_that_are_stated_are_left_out(pushing):
@@ -111,7 +140,7 @@ def test_people_and_programs_read_it(pushing, rigid):
     assert allowed_note(pushing, K).startswith("at most ")
     assert allowed_note(rigid[1], EA).startswith("at least ")
     assert allowed_note(pushing, "coulomb_friction.f_s") == ""
-    assert "means nothing: it is at least " in allowed_text(rigid[1], EA)
+    assert "with a confidence of 95 % that its value is at least " in allowed_text(rigid[1], EA)
     told = fit_result(pushing)["parameters"]
     assert told[K]["at_most"] == one_sided(pushing)[K].limit
     assert told[K]["at_least"] is None

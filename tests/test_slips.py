@@ -1,11 +1,13 @@
 """A slip of the pen is named as what it is: each is made in a folder in which nothing else is wrong."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from small_muscle import LENGTH, ideal, loops, write
 
 from fitting.comparison.compare import compare
-from fitting.comparison.slips import Slip
+from fitting.comparison.slips import Slip, force_over_stated
 from fitting.least_squares.fit import fit
 from fitting.recordings.experiment import read_experiment
 from fitting.report.text.next_step import after_comparison
@@ -88,3 +90,18 @@ def test_where_no_usual_slip_explains_it_that_is_said(tmp_path):
 
 def test_every_slip_has_words():
     assert set(SLIPS) == set(Slip)
+
+
+def test_what_the_stated_sizes_pull_is_that_of_the_ideal_cylinder_alone(tmp_path):
+    """A model of a Festo hose with rubber thrice as stiff, put back to the stated wall, pulled -0.21 times as much."""
+    found, _, _ = compared(tmp_path / "set", rows(), ("8.0 +/- 0.1 mm", "16 +/- 0.1 mm"))
+    plain = force_over_stated(found.fit)
+    assert plain == pytest.approx(0.8 / 4, abs=0.03)
+    values = np.where(np.array(found.fit.layout.names) == "coulomb_friction.f_s", 0.9, found.fit.vector)
+    assert force_over_stated(replace(found.fit, vector=values)) == plain
+
+
+def test_a_muscle_without_pressure_is_held_against_nothing(tmp_path):
+    found, _, _ = compared(tmp_path / "set", rows())
+    empty = replace(found.fit.samples, pressure=np.zeros_like(found.fit.samples.pressure))
+    assert force_over_stated(replace(found.fit, samples=empty)) is None

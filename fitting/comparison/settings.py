@@ -51,6 +51,7 @@ class SlipSettings:
     left: float = 0.65  # of the force, that the ideal cylinder times that ratio may leave; hoses leave up to 0.55
     nearer: float = 0.85  # of what it leaves before, that a slip may leave that is more than a factor; chosen
     most: int = 4  # slips that are named; chosen
+    pulls: float = 0.1  # of the ideal cylinder's largest pull: below, rubber and friction are as large; chosen
 
 
 BINS, ERRORS, FINGERPRINT, SLIPS = BinSettings(), ErrorSettings(), FingerprintSettings(), SlipSettings()

@@ -65,13 +65,16 @@ class _Told:
     angle: np.ndarray
 
 
-def force_over_stated(fit: Fit) -> float:
-    """Measured force over that of the ideal cylinder with every size as it was measured; NaN where no force was.
+def force_over_stated(fit: Fit) -> float | None:
+    """Measured force over that of the ideal cylinder with every size as it was measured; None where that pulls nowhere.
 
     The other effects of a model are left out: those of a fit that denies a stated size belong to the sizes it found.
+    Near the end of the stroke and without pressure other forces are larger: these readings do not count.
     """
     told = _told(fit)
-    return _beside_ideal(told)[0] if len(told.force) else float("nan")
+    model = _ideal(told)
+    pulls = model > SLIPS.pulls * np.max(model, initial=0.0)
+    return float(told.force[pulls] @ model[pulls] / (model[pulls] @ model[pulls])) if pulls.any() else None
 
 
 def likely_slips(fit: Fit) -> tuple[Mended, ...]:
@@ -96,9 +99,14 @@ def likely_slips(fit: Fit) -> tuple[Mended, ...]:
 
 def _beside_ideal(told: _Told) -> tuple[float, float]:
     """Measured force over that of the ideal cylinder, and what the cylinder leaves of it, times that ratio."""
-    model = np.asarray(ideal_force(told.contraction, told.pressure, told.radius, jnp.asarray(told.angle)))
+    model = _ideal(told)
     ratio = float(told.force @ model / max(float(model @ model), 1e-300))
     return ratio, float(np.linalg.norm(told.force - ratio * model) / max(float(np.linalg.norm(told.force)), 1e-300))
+
+
+def _ideal(told: _Told) -> np.ndarray:
+    """Force of the ideal cylinder, N."""
+    return np.asarray(ideal_force(told.contraction, told.pressure, told.radius, jnp.asarray(told.angle)))
 
 
 def _told(fit: Fit) -> _Told:

@@ -3,13 +3,14 @@
 There the error to first order means nothing: a search ends at the end because no value inside is better, often since
 the readings hardly change any more on the way there. What data do exclude is the other end of the range. A value is
 excluded where, with the parameter held there and all others fitted, one step to first order leads back by more than
-1.645 of its robust standard errors (a score test, one-sided, at 95 %); or, where slopes have vanished and no step leads
-anywhere, where the sum of squares has risen by as much.
+1.645 of its robust standard errors (a score test, one-sided, at 95 %); or where the sum of squares has risen by as
+much, which tells where slopes have vanished and no step leads anywhere. On the way from the bound the first value that
+is excluded counts.
 """
 
 from dataclasses import dataclass
-from functools import lru_cache
 from typing import Any
+from weakref import WeakKeyDictionary
 
 import numpy as np
 from scipy.optimize import brentq, least_squares
@@ -24,11 +25,13 @@ from fitting.least_squares.uncertainty import spread_of_values
 
 @dataclass(frozen=True)
 class OneSidedSettings:
-    """Settings of one-sided limits."""
+    """Settings of one-sided limits. All were chosen but `errors`, which is derived."""
 
     level: float = 0.95
     errors: float = 1.645  # standard errors, of a normal distribution at that level
+    ways: tuple[float, ...] = (0.1, 0.3, 0.6, 1.0)  # from the bound: where an excluded value is looked for
     close: float = 0.01  # of the way from the bound: so well is a limit sought
+    steps: int = 20  # of that search, and of each fit of the others
     most: float = 100.0  # standard errors: as excluded as a value needs to be
 
 
@@ -37,61 +40,85 @@ ONE_SIDED = OneSidedSettings()
 
 @dataclass(frozen=True)
 class OneSided:
-    """The end of what the data allow: a least value, or a largest; in SI."""
+    """What the data allow: at least a `limit`, or at most one, in SI; or a value beyond the end of the range."""
 
     is_least: bool
-    limit: float | None  # None where they allow every value of the range
+    limit: float | None  # None where they allow every value of the range, or ask for one beyond
+    is_beyond: bool = False
 
 
-@lru_cache(4)  # table, warnings and JSON ask for the same
+_KNOWN: WeakKeyDictionary[Fit, dict[str, OneSided]] = WeakKeyDictionary()  # tables, warnings, JSON ask for the same
+
+
 def one_sided(fit: Fit) -> dict[str, OneSided]:
     """What the data allow of each effect's parameter that ends at its bound, by full name.
 
-    Sizes that are stated with errors are left out: they are held to what was stated. It takes some dozens of looks at
-    the model.
+    Sizes that are stated with errors are left out, for they are held to what was stated; and motions, whose rows are
+    costly: each limit takes some hundred looks at the model.
     """
+    if fit not in _KNOWN:
+        _KNOWN[fit] = _found(fit)
+    return _KNOWN[fit]
+
+
+def _found(fit: Fit) -> dict[str, OneSided]:
     names = [name for name in fit.at_bound if fit.layout.entry(name).prior is None]
-    if not names:
+    if not names or any(block.steps for block in fit.problem.blocks):
         return {}
     searches = Alone.of(fit.problem)
-    found = {name: _Held(fit, searches, name).allowed() for name in names}
+    found = {name: _Way(fit, searches, name).allowed() for name in names}
     return {name: known for name, known in found.items() if known is not None}
 
 
-class _Held:
-    """One parameter held on the way through its range, from the bound at which it ended, all others fitted."""
+class _Way:
+    """The way of one parameter through its range, from the bound at which it ended, with all others fitted."""
 
     def __init__(self, fit: Fit, searches: Alone, name: str) -> None:
         self.fit, self.searches, self.i = fit, searches, fit.free.index(name)
         self.subset = subset_of(fit.layout, fit.vector, fit.free)
-        self.place = np.asarray(self.subset.place(fit.vector))
-        self.is_upper = bool(self.place[self.i] > 0.5)
-        self.cost = max(0.5 * fit.cost, 1e-300)
-        self.freedom = max(len(fit.samples) - len(fit.free), 1)
+        self.start = np.asarray(self.subset.place(fit.vector))
+        self.others = np.arange(len(self.start)) != self.i
+        self.is_upper = bool(self.start[self.i] > 0.5)
         errors = fit.error(name), fit.error(name, robust=False)
         self.times = errors[0] / errors[1] if 0 < errors[1] <= errors[0] < np.inf else 1.0
+        self._fits: dict[float, Evaluated] = {}
+        self._excesses: dict[float, float] = {}
 
     def allowed(self) -> OneSided | None:
-        """The end of what the data allow; None where they do not even allow the bound, for no search ended there."""
-        if not self.excess(0.0) <= 0:
+        """What the data allow; None where they deny the bound itself, as those that a saved model was not fitted to."""
+        back = self._step_back(self._fitted(0.0))
+        if not back >= -ONE_SIDED.errors:
             return None
-        if self.excess(1.0) <= 0:
-            return OneSided(self.is_upper, None)
-        near: Any = {"xtol": 1e-9, "rtol": ONE_SIDED.close}
-        way: Any = brentq(self.excess, 0.0, 1.0, disp=False, **near)
-        return OneSided(self.is_upper, float(self.subset.vector(self._at(way))[self.subset.free[self.i]]))
+        if back > ONE_SIDED.errors:
+            return OneSided(self.is_upper, None, is_beyond=True)
+        before = 0.0
+        for way in ONE_SIDED.ways:
+            if self.excess(way) > 0:
+                near: Any = {"xtol": 1e-9, "rtol": ONE_SIDED.close, "maxiter": ONE_SIDED.steps}
+                limit: Any = brentq(self.excess, before, way, disp=False, **near)
+                return OneSided(self.is_upper, float(self._vector(limit)[self.subset.free[self.i]]))
+            before = way
+        return OneSided(self.is_upper, None)
 
     def excess(self, way: float) -> float:
         """By how many standard errors more than the limit allows the data exclude a value so far on the way."""
-        at = self._fitted(self._at(way))
-        if not _is_number(at):
-            return ONE_SIDED.most
-        back, risen = self._step_back(at), np.sqrt(max(cost_of(at) / self.cost - 1, 0.0) * self.freedom) / self.times
-        return min(max(back, float(risen)), ONE_SIDED.most) - ONE_SIDED.errors
+        if way not in self._excesses:
+            at = self._fitted(way)
+            found = max(self._step_back(at), self._risen(at)) if _is_number(at) else ONE_SIDED.most
+            self._excesses[way] = min(np.nan_to_num(found, nan=ONE_SIDED.most), ONE_SIDED.most) - ONE_SIDED.errors
+        return self._excesses[way]
+
+    def _risen(self, at: Evaluated) -> float:
+        """The rise of the sum of squares since the bound, in robust standard errors, were rows straight lines."""
+        least = max(cost_of(self._fitted(0.0)), 1e-300)
+        freedom = max(len(self.fit.samples) - len(self.fit.free), 1)
+        return float(np.sqrt(max(cost_of(at) / least - 1, 0.0) * freedom)) / self.times
 
     def _step_back(self, at: Evaluated) -> float:
         """How far one step to first order leads back to the bound, in standard errors; 0 where no slope is left."""
         rows, slopes = np.asarray(at.rows), np.asarray(at.slopes)
+        if not _is_number(at):
+            return float("nan")
         moves = (at.place > 0) & (at.place < 1)
         moves[self.i] = True
         step = np.zeros(len(at.place))
@@ -99,28 +126,44 @@ class _Held:
         error = self._error(at.place, rows + slopes @ step, slopes)
         return float(step[self.i]) * (1 if self.is_upper else -1) / error if error > 0 else 0.0
 
-    def _at(self, way: float) -> np.ndarray:
-        """The latest place, with the parameter so far from its bound."""
-        place = self.place.copy()
+    def _vector(self, way: float) -> np.ndarray:
+        """All unknowns, SI, with the parameter so far on its way."""
+        return self.subset.vector(self._place(way, self.start))
+
+    def _place(self, way: float, begin: np.ndarray) -> np.ndarray:
+        """A place in the unit box with the parameter so far on its way."""
+        place = begin.copy()
         place[self.i] = 1 - way if self.is_upper else way
         return place
 
-    def _fitted(self, place: np.ndarray) -> Evaluated:
-        """Rows and slopes where the others fit best; the next search begins there."""
-        others = np.arange(len(place)) != self.i
+    def _fitted(self, way: float) -> Evaluated:
+        """Rows and slopes where the others fit best, sought from the nearest of those that are known."""
+        if way not in self._fits:
+            nearest = min(self._fits, key=lambda known: abs(known - way), default=None)
+            begin = self.start if nearest is None else np.asarray(self._fits[nearest].place)
+            self._fits[way] = self._others_fitted(self._place(way, begin))
+        return self._fits[way]
 
-        def at(values: np.ndarray) -> Evaluated:
-            whole = place.copy()
-            whole[others] = values
-            return self.searches.at(self.subset, whole).at(self.searches.standard.rows)
+    def _others_fitted(self, place: np.ndarray) -> Evaluated:
+        at = self._at(place)
+        if not (self.others.any() and _is_number(at)):
+            return at
+        latest = [at]  # rows and slopes of one place are asked for in turn
 
-        first = at(place[others])
-        if not (others.any() and _is_number(first)):
-            return first
-        rows, slopes = lambda x: np.asarray(at(x).rows), lambda x: np.nan_to_num(np.asarray(at(x).slopes)[:, others])
-        given: Any = {"jac": slopes}  # scipy's own types admit the name of a scheme alone
-        self.place[others] = least_squares(rows, place[others], bounds=(0.0, 1.0), method="dogbox", **given).x
-        return at(self.place[others])
+        def seen(values: np.ndarray) -> Evaluated:
+            if not np.array_equal(latest[0].place[self.others], values):
+                whole = place.copy()
+                whole[self.others] = values
+                latest[0] = self._at(whole)
+            return latest[0]
+
+        rows = lambda values: np.asarray(seen(values).rows)  # noqa: E731
+        slopes = lambda values: np.nan_to_num(np.asarray(seen(values).slopes)[:, self.others], posinf=0.0, neginf=0.0)  # noqa: E731
+        asked: Any = {"jac": slopes, "max_nfev": ONE_SIDED.steps}  # scipy's types admit the name of a scheme alone
+        return seen(least_squares(rows, place[self.others], bounds=(0.0, 1.0), method="dogbox", **asked).x)
+
+    def _at(self, place: np.ndarray) -> Evaluated:
+        return self.searches.at(self.subset, place).at(self.searches.standard.rows)
 
     def _error(self, place: np.ndarray, rows: np.ndarray, slopes: np.ndarray) -> float:
         """The parameter's robust standard error there, as a share of its range."""

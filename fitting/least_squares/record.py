@@ -20,7 +20,7 @@ from fitting.problem.unknowns import Unknowns
 NOT_SEARCHED = SearchSummary()
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False)  # two fits are never compared, and what is found out about one is kept for that one
 class Fit:
     """A fitted model with all that is known of how well it is known. Arrays over `free` are in that order."""
 

@@ -15,13 +15,17 @@ def bound_text(fit: Fit, name: str) -> str:
 
 def allowed_text(fit: Fit, name: str) -> str:
     """A sentence on what the data allow of a parameter that lies at its bound."""
-    found, level = one_sided(fit).get(name), f"at a level of {100 * ONE_SIDED.level:g} %"
+    found = one_sided(fit).get(name)
     if found is None:
-        return "Its error means nothing."
+        return "Its standard error means nothing."
+    if found.is_beyond:
+        return "These data ask for a value beyond that end, and its standard error means nothing."
     if found.limit is None:
-        return f"Its error means nothing: these data allow every value of its range, {level}."
-    which = "at least" if found.is_least else "at most"
-    return f"Its error means nothing: it is {which} {_limit(fit, name)}, {level}."
+        return "These data allow every value of the range, and its standard error means nothing."
+    return (
+        f"These data say with a confidence of {100 * ONE_SIDED.level:g} % that its value is {_limit(fit, name)}; its "
+        "standard error means nothing."
+    )
 
 
 def allowed_note(fit: Fit, name: str) -> str:
@@ -29,12 +33,10 @@ def allowed_note(fit: Fit, name: str) -> str:
     if name not in fit.at_bound:
         return ""
     found = one_sided(fit).get(name)
-    if found is None or found.limit is None:
-        return "at its bound"
-    return f"{'at least' if found.is_least else 'at most'} {_limit(fit, name)}"
+    return "at its bound" if found is None or found.limit is None else _limit(fit, name)
 
 
 def _limit(fit: Fit, name: str) -> str:
     found = one_sided(fit)[name]
-    assert found.limit is not None
-    return amount(found.limit, fit.layout.entry(name).unit, 2)
+    which = "at least" if found.is_least else "at most"
+    return f"{which} {amount(found.limit, fit.layout.entry(name).unit, 2)}"

@@ -35,7 +35,10 @@ def side_by_side(called: Sequence[str], stages: Sequence[Stage]) -> tuple[tuple[
 def _value(fit: Fit, name: str) -> str:
     if name not in fit.values:
         return ""
-    return allowed_note(fit, name) or showing.show(fit.values[name], fit.layout.entry(name).unit, fit.error(name))
+    unit, note = fit.layout.entry(name).unit, allowed_note(fit, name)
+    return (
+        f"{amount(fit.values[name], unit)}, {note}" if note else showing.show(fit.values[name], unit, fit.error(name))
+    )
 
 
 def _measured(fits: Sequence[Fit], name: str) -> str:
