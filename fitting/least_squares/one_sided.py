@@ -104,7 +104,7 @@ class _Way:
         """By how many standard errors more than the limit allows the data exclude a value so far on the way."""
         if way not in self._excesses:
             at = self._fitted(way)
-            found = max(self._step_back(at), self._risen(at)) if _is_number(at) else ONE_SIDED.most
+            found = max(self._step_back(at), self._risen(at))  # not a number where the model gives none
             self._excesses[way] = min(np.nan_to_num(found, nan=ONE_SIDED.most), ONE_SIDED.most) - ONE_SIDED.errors
         return self._excesses[way]
 
