@@ -201,5 +201,8 @@ def _snake_case(name: str) -> str:
 
 
 def blend(switch: jax.Array, without: Any, with_: Any) -> Any:
-    """`without + switch (with - without)`, leaf by leaf: 0 is exact absence, 1 is presence."""
-    return jax.tree.map(lambda a, b: a + switch * (b - a), without, with_)
+    """`without + switch (with - without)`, leaf by leaf: 0 is exact absence, 1 is presence.
+
+    A leaf that was handed on untouched stays as it is: of the eight fields of a state most effects change one.
+    """
+    return jax.tree.map(lambda a, b: a if b is a else a + switch * (b - a), without, with_)

@@ -304,8 +304,26 @@ def test_presumed_noise_judges_nothing(study):
 )
 def test_what_does_less_than_half_is_not_most_of_it(share, said):
     lead = Leading(("tip",), share, 2.0, 3.0)
-    told = SimpleNamespace(verdict="not in the library", leading=lead, held_out_rmse=4.0)
+    told = SimpleNamespace(verdict="not in the library", leading=lead, held_out_rmse=4.0, explanations=())
     assert leading_text(told).startswith(said)
+    assert leading_text(told).endswith("of the squared error.")
+
+
+@pytest.mark.parametrize(
+    ("verdict", "explanations", "end"),
+    [
+        ("missing", (("tip",),), "of the squared error."),
+        ("one of", (("cones",), ("tip",)), "of the squared error."),
+        ("missing", (("cones",),), "But it does not explain the misfit alone."),
+        ("missing", (("tip", "cones"),), "But it does not explain the misfit alone."),
+        ("nothing detectable", (), "But these data do not prove that it is there."),
+        ("within the instruments", (), "But these data do not prove that it is there."),
+    ],
+)
+def test_what_leads_is_no_second_verdict(verdict, explanations, end):
+    lead = Leading(("tip",), 0.3, 2.0, 3.0)
+    told = SimpleNamespace(verdict=verdict, leading=lead, held_out_rmse=4.0, explanations=explanations)
+    assert leading_text(told).endswith(end)
 
 
 @pytest.mark.parametrize(

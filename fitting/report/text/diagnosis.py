@@ -115,7 +115,16 @@ def leading_text(d: Diagnosis, unit: str = "N") -> str | None:
     left = f"{amount(d.held_out_rmse, unit)} -> {amount(lead.held_out_rmse, unit)} on held-out runs"
     most = f"{names} lowers the error more than any other single effect that contradicts no measured size"
     most = f"Mostly {names}" if lead.share > MOST else most
-    return f"{most}: {left}; it removes {percent(lead.share)} of the squared error."
+    return f"{most}: {left}; it removes {percent(lead.share)} of the squared error.{_beside_verdict(d, lead.effects)}"
+
+
+def _beside_verdict(d: Diagnosis, leading: tuple[str, ...]) -> str:
+    """What keeps a leading effect from being read as a second verdict, where the verdict does not name it."""
+    if d.verdict not in FOUND:
+        return " But these data do not prove that it is there."
+    if d.explanations and not any((name,) in d.explanations for name in leading):
+        return " But it does not explain the misfit alone."
+    return ""
 
 
 def p_value_text(d: Diagnosis) -> str:
