@@ -15,16 +15,19 @@ from fitting.problem.block import Block
 from fitting.problem.residuals import Problem
 
 RUNS = np.unique(np.round(np.concatenate([np.arange(1, 5), 5 * 1.2 ** np.arange(40)])).astype(int))
-# A diagnosis thins what it reads to between 1,750 and 3,500 samples and a few more: most recordings end in the third or
-# the fourth of these sizes.
-SAMPLES = (320, 1280, 2560, *(round(384 * 1.25**power) * 10 for power in range(30)))
+# (lanes, samples of a lane). A diagnosis thins what it reads to between 1,750 and 3,500 samples and a few more. These
+# few shapes serve it, since a program of the whole library takes half a minute to compile. Twice the samples that are
+# needed, or other lanes of as many, were measured to cost a search half as long again, which is a few seconds in all.
+OF_A_DIAGNOSIS = ((4, 320), (10, 256), (4, 960), (1, 3840))
+SAMPLES = tuple(round(384 * 1.25**power) * 10 for power in range(1, 30))  # more: of all lanes together
 LANES = (10, 4, 1)
 # What remembers goes along its lanes step by step, all lanes at once: a step took as long as five samples of all else,
 # and one effect in seven remembers. Few short lanes with room to spare are faster than one long one without.
 STEP = 1
-LANE_SHAPES = sorted(
+LARGER = sorted(
     ((lanes, samples // lanes) for samples in SAMPLES for lanes in LANES), key=lambda size: (size[0] + STEP) * size[1]
 )
+LANE_SHAPES = (*OF_A_DIAGNOSIS, *LARGER)
 PRIORS = 3  # of a muscle: length, radius and angle are what is stated with errors
 WASTE = 1.6  # times as many samples may be computed to have one block where there were two
 OURS, FORCE = "mckibben_jax", "force"
@@ -219,7 +222,7 @@ def _in_lanes(blocks: Sequence[Block]) -> tuple[Block, np.ndarray] | None:
 
 
 def _quickest(lengths: np.ndarray, ends: np.ndarray) -> _Lanes | None:
-    """The runs in the lanes that take the least time and have room for them; None where none have."""
+    """The runs in the first lanes that have room for them, which take the least time; None where none have."""
     return next((lanes for size in LANE_SHAPES if (lanes := _Lanes.of(lengths, ends, size)) is not None), None)
 
 
