@@ -10,9 +10,9 @@ from fitting.compiled.held import Programs
 
 @pytest.fixture(autouse=True)
 def room(monkeypatch):
-    """Room for three, and no others that other tests made."""
+    """Room for three of the largest, and no others that other tests made."""
     monkeypatch.setattr(Programs, "every", type(Programs.every)())
-    monkeypatch.setattr(held, "MOST", 3)
+    monkeypatch.setattr(held, "ROOM", 3 * held.UNWRITTEN)
 
 
 def test_the_least_recently_used_of_all_functions_goes():
@@ -24,6 +24,18 @@ def test_the_least_recently_used_of_all_functions_goes():
     one.put("d", sum)
     assert other.get("b") is None
     assert [one.get(name) for name in "acd"] == [abs, min, sum]
+
+
+def test_small_programs_stay_where_a_large_one_would_need_room():
+    """The plan of a next recording needs a dozen in turn: each was read from the disk again a hundred times."""
+    programs = Programs()
+    for i in range(30):
+        programs.put(i, abs, held.UNWRITTEN // 10)
+    assert len(programs) == 30
+    programs.put("large", max)
+    assert len(programs) == 21
+    assert programs.get(9) is None
+    assert programs.get(10) is abs
 
 
 def test_programs_go_where_the_kernel_has_few_mappings_left(monkeypatch):

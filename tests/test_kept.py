@@ -246,7 +246,7 @@ def test_data_sets_of_any_shape_share_a_few_programs(tmp_path, monkeypatch):
     """
     from fitting.least_squares import search
 
-    monkeypatch.setattr(held, "MOST", 99)  # or none could be too many
+    monkeypatch.setattr(held, "ROOM", 99 * held.UNWRITTEN)  # or none could be too many
     search.solve.programs.clear()
     programs = []
     for number, (pressures, repeats, points) in enumerate(SHAPES):

@@ -82,9 +82,12 @@ def test_recordings_of_any_lengths_end_in_arrays_of_a_standard_size(recordings, 
 
 @pytest.mark.parametrize(
     ("lengths", "shape"),
-    [([57], (4, 320)), ([217] * 10, (10, 256)), ([290] * 10, (4, 960)), ([620] * 4, (4, 960)), ([2900], (1, 3840))],
-)
-def test_what_a_diagnosis_reads_has_one_of_four_shapes(lengths, shape):
+    [
+        ([57], (1, 320)), ([150] * 5, (4, 320)), ([217] * 10, (10, 256)), ([290] * 10, (4, 960)),
+        ([620] * 4, (4, 960)), ([2900], (1, 3840)),
+    ],
+)  # fmt: skip
+def test_what_a_diagnosis_reads_has_one_of_five_shapes(lengths, shape):
     """Loops and held lengths alike: after the first of each, nothing of the library is compiled any more."""
     assert sizes._quickest(np.array(lengths), np.full(len(lengths), 100.0)).run.shape == shape
 

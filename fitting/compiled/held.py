@@ -17,7 +17,10 @@ from threading import RLock
 from typing import ClassVar
 from weakref import WeakSet
 
-MOST = 6  # programs of one process, for two data sets in turn: a diagnosis needs three
+# Bytes of all programs of a process as jax writes them: six of the largest, for two data sets in turn (a diagnosis needs
+# three), or thirty of the small ones of single models, of which the plan of a next recording needs a dozen.
+ROOM = 2_400_000
+UNWRITTEN = 400_000  # what a program is counted as that jax cannot write: as the largest
 SHARE = 0.2  # of the mappings that the kernel allows: where that is passed, programs go though they are fewer
 MAPPINGS, ALLOWED = Path("/proc/self/maps"), Path("/proc/sys/vm/max_map_count")
 
@@ -32,6 +35,7 @@ class Programs:
     def __init__(self) -> None:
         self._held: dict[Hashable, Callable] = {}
         self._used: dict[Hashable, int] = {}
+        self._sizes: dict[Hashable, int] = {}
         with _lock:
             Programs.every.add(self)
 
@@ -45,31 +49,32 @@ class Programs:
                 self._used[asked] = next(_clock)
             return self._held.get(asked)
 
-    def put(self, asked: Hashable, program: Callable) -> None:
-        """Hold one more program; what has not been used for longest goes."""
+    def put(self, asked: Hashable, program: Callable, size: int = UNWRITTEN) -> None:
+        """Hold one more program of this size, bytes; what has not been used for longest goes."""
         with _lock:
-            _make_room()
-            self._held[asked], self._used[asked] = program, next(_clock)
+            _make_room(size)
+            self._held[asked], self._used[asked], self._sizes[asked] = program, next(_clock), size
 
     def clear(self) -> None:
         """Hold none."""
         with _lock:
             self._held.clear()
             self._used.clear()
+            self._sizes.clear()
 
     def _drop(self, asked: Hashable) -> None:
-        del self._held[asked], self._used[asked]
+        del self._held[asked], self._used[asked], self._sizes[asked]
 
 
-def _make_room() -> None:
-    """Let programs go until there is room for one more, and give free memory back to the system.
+def _make_room(size: int) -> None:
+    """Let programs go until there is room for one more of this size, and give free memory back to the system.
 
     Objects of a program refer to each other in circles, which only Python's garbage collector finds. It takes half a
     second, so it is called only where mappings are short.
     """
     every = [(used, of, asked) for of in Programs.every for asked, used in of._used.items()]
     oldest_last = sorted(every, key=lambda each: -each[0])
-    while len(oldest_last) >= MOST:
+    while oldest_last and size + sum(of._sizes[asked] for _, of, asked in oldest_last) > ROOM:
         _drop_last(oldest_last)
     if _are_short():
         gc.collect()

@@ -24,7 +24,7 @@ from jax.core import Tracer
 
 from fitting.compiled import store
 from fitting.compiled.compiler import compiler_options
-from fitting.compiled.held import Programs
+from fitting.compiled.held import UNWRITTEN, Programs
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -81,11 +81,13 @@ class Kept(Generic[P, R]):
         asked = (folder, tree, shapes, rest)
         program = self.programs.get(asked)
         if program is None:
-            program = jax.jit(self._read_or_traced(folder, leaves, tree, rest), compiler_options=compiler_options())
-            self.programs.put(asked, program)
+            traced, size = self._read_or_traced(folder, leaves, tree, rest)
+            program = jax.jit(traced, compiler_options=compiler_options())
+            self.programs.put(asked, program, size)
         return program
 
-    def _read_or_traced(self, folder: Path | None, leaves: list, tree: Any, rest: tuple) -> Callable:
+    def _read_or_traced(self, folder: Path | None, leaves: list, tree: Any, rest: tuple) -> tuple[Callable, int]:
+        """What is to be compiled, and its size as jax writes it, bytes."""
         arrays = [leaf for leaf in leaves if eqx.is_array(leaf)]
 
         def flat(*arrays: Any) -> list:
@@ -94,7 +96,7 @@ class Kept(Generic[P, R]):
             return jax.tree.leaves(self.function(*jax.tree.unflatten(tree, whole)))
 
         if folder is None:
-            return flat
+            return flat, UNWRITTEN
         try:
             place = folder / f"{self._name(arrays, tree, rest)}.program"
             found = _read(place)
@@ -102,8 +104,8 @@ class Kept(Generic[P, R]):
                 found = export.export(jax.jit(flat))(*arrays)
                 _write(place, found)
         except (Unkept, ValueError, NotImplementedError):  # or a part that jax cannot write
-            return flat
-        return found.call
+            return flat, UNWRITTEN
+        return found.call, len(found.mlir_module_serialized)
 
     def _name(self, arrays: list, tree: Any, rest: tuple) -> str:
         """What the program is called on disk."""

@@ -267,11 +267,16 @@ class Universe:
         if glance or len(self.samples) > HELD_OUT.refit_below:
             plain = fit.plain
             return left_out_rows(plain.rows, plain.slopes, plain.prior_rows, plain.prior_slopes, group)
-        rows = fit.rows.copy()
-        for g in np.unique(group):
-            rest = self.confined() if fit.confined else self
-            rest = replace(rest, problem=rest.standard.without(group == g).problem)
-            rows[group == g] = rest.fit(fit.effects, fit.vector, decide=False).rows[group == g] * LIGHT
+        world, rows = self.confined() if fit.confined else self, fit.rows.copy()
+
+        def refitted(left_out: np.ndarray) -> np.ndarray:
+            rest = replace(world, problem=world.standard.without(left_out).problem)
+            return rest.fit(fit.effects, fit.vector, decide=False).rows[left_out] * LIGHT
+
+        masks = [group == g for g in np.unique(group)]
+        with ThreadPoolExecutor(self.settings.workers) as workers:
+            for mask, left in zip(masks, workers.map(refitted, masks), strict=True):
+                rows[mask] = left
         return rows
 
     def rows_at(self, fit: CandidateFit, problem: Problem, without: Iterable[str] = ()) -> np.ndarray:
