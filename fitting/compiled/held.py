@@ -17,8 +17,8 @@ from threading import RLock
 from typing import ClassVar
 from weakref import WeakSet
 
-# Bytes of all programs of a process as jax writes them: six of the largest, for two data sets in turn (a diagnosis needs
-# three), or thirty of the small ones of single models, of which the plan of a next recording needs a dozen.
+# Bytes of all programs of a process as jax writes them: six of the largest, for two data sets in turn (a diagnosis
+# needs three), or thirty of the small ones of single models, of which the plan of a next recording needs a dozen.
 ROOM = 2_400_000
 UNWRITTEN = 400_000  # what a program is counted as that jax cannot write: as the largest
 SHARE = 0.2  # of the mappings that the kernel allows: where that is passed, programs go though they are fewer

@@ -175,13 +175,14 @@ def _chosen(given: Prospect, pairs: Sequence[tuple[int, int]], numbers: Sequence
         return None
     least = np.minimum(apart[alive].min(axis=0), CHOICE.plenty)
     order = sorted(range(len(numbers)), key=lambda i: (-np.round(2 * np.log(least[i] + 1)), trouble(given, numbers[i])))
-    made: list[NextMeasurement] = []
+    best = None
     for i in order[: CHOICE.refitted]:
-        made.append(_judged(given, numbers[i], [pairs[row] for row in alive], apart[alive, i]))
-        if made[-1].power >= CHOICE.enough_power:
+        above = 0.0 if best is None else best.power
+        best = _judged(given, numbers[i], [pairs[row] for row in alive], apart[alive, i], above) or best
+        if best is not None and best.power >= CHOICE.enough_power:
             break
     tied = tuple((given.names[a], given.names[b]) for row, (a, b) in enumerate(pairs) if row not in alive)
-    return replace(max(made, key=lambda m: m.power), tied=tied)
+    return None if best is None else replace(best, tied=tied)
 
 
 def trouble(given: Prospect, number: int) -> float:
@@ -198,24 +199,30 @@ def seconds_of(p: Protocol, repeats: int) -> float:
     return 2 * repeats * (branch + p.hold)
 
 
-def _judged(given: Prospect, number: int, pairs: Sequence[tuple[int, int]], apart: np.ndarray) -> NextMeasurement:
-    """A recording with as few loops as have the power, which is counted for its worst pair."""
-    worst = pairs[int(np.argmin(apart))]
+def _judged(
+    given: Prospect, number: int, pairs: Sequence[tuple[int, int]], apart: np.ndarray, above: float
+) -> NextMeasurement | None:
+    """A recording with as few loops as have the power, which is counted for its worst pair.
+
+    None where the power for any pair is not `above` this: the counting takes most of the time of a plan.
+    """
+    order = [pairs[i] for i in np.argsort(apart, kind="stable")]
     repeats, power = CHOICE.repeats[-1], 0.0
     for repeats in CHOICE.repeats:
-        power = _power(given, worst, number, repeats)
+        power = _power(given, order[0], number, repeats)
         if power >= CHOICE.enough_power:
             break
+    powers = {order[0]: power}
+    for pair in order[1:]:
+        if min(powers.values()) <= above:
+            return None
+        powers[pair] = _power(given, pair, number, repeats)
     judged = tuple(
-        PairPower(
-            given.names[a],
-            given.names[b],
-            power if (a, b) == worst else _power(given, (a, b), number, repeats),
-            given.outlook.discrepancy(a, b, number, repeats),
-        )
+        PairPower(given.names[a], given.names[b], powers[a, b], given.outlook.discrepancy(a, b, number, repeats))
         for a, b in pairs
     )
-    return measurement_of(given, number, repeats, judged)
+    found = measurement_of(given, number, repeats, judged)
+    return found if found.power > above else None
 
 
 def measurement_of(given: Prospect, number: int, repeats: int, pairs: Sequence[PairPower]) -> NextMeasurement:

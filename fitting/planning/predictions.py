@@ -17,6 +17,7 @@ from fitting.planning.candidates import RigAbilities, recording
 from fitting.planning.protocols import Protocol
 from fitting.planning.settings import PREDICTION
 from fitting.problem.residuals import Problem, Samples, problem
+from fitting.problem.sizes import Standard
 from fitting.problem.unknowns import Unknowns, unknowns
 from fitting.problem.varying import AS_DECLARED, Varying
 from fitting.recordings.accuracy import Accuracy
@@ -117,7 +118,9 @@ class Explained:
         def rows_at(given: Problem, without: Sequence[str]) -> np.ndarray:
             effects = self.layout.templates[0].names
             on = jnp.asarray([name not in without for name in effects], float)
-            return np.asarray(rows_and_slopes(given, replace(self.subset, switches=on), place)[0])[: int(used.sum())]
+            standard = Standard.of(given)
+            rows = rows_and_slopes(standard.problem, replace(self.subset, switches=on), place)[0]
+            return np.asarray(rows)[standard.rows[: int(used.sum())]]
 
         place, given, samples = jnp.asarray(self.place), self.problem.of_rows(used), planned.samples.where(used)
         model = self.layout.templates[0]
@@ -128,7 +131,7 @@ class Explained:
     def fitted(self, target: np.ndarray, weight: np.ndarray) -> "Explained":
         """Refitted so that these weighted rows come close to their target; rows of weight 0 do not count."""
         used = weight > 0
-        given = self.problem.of_rows(used)  # of some hundred candidates one or none
+        given = Standard.of(self.problem.of_rows(used))  # of some hundred candidates one or none
         aim, scale, count = target[used], weight[used], int(used.sum())
         known: dict[bytes, tuple[np.ndarray, np.ndarray]] = {}
 
@@ -136,7 +139,8 @@ class Explained:
             key = place.tobytes()
             if key not in known:
                 known.clear()
-                rows, slopes = map(np.asarray, rows_and_slopes(given, self.subset, jnp.asarray(place)))
+                found = rows_and_slopes(given.problem, self.subset, jnp.asarray(place))
+                rows, slopes = (np.asarray(part)[given.rows] for part in found)
                 left = np.concatenate([scale * (rows[:count] - aim), rows[count:]])
                 steep = np.vstack([scale[:, None] * slopes[:count], slopes[count:]])
                 known[key] = np.nan_to_num(left, nan=1e6, posinf=1e6, neginf=-1e6), np.nan_to_num(steep)

@@ -46,7 +46,7 @@ class Block(eqx.Module):
         """The same with these samples alone (a mask of those that are kept), and no other runs than theirs."""
         run, place = np.divmod(np.asarray(self.keep)[wanted], self.measured.shape[1])
         chosen, number = np.unique(run, return_inverse=True)
-        of_chosen = lambda each: each[chosen]  # noqa: E731
+        of_chosen = lambda each: jnp.asarray(np.asarray(each)[chosen])  # noqa: E731  (JAX takes long to pick rows)
         return replace(
             self,
             states=jax.tree.map(of_chosen, self.states),

@@ -134,7 +134,7 @@ def _with_priors(given: Problem) -> Problem:
     """Priors that say nothing, added to have a standard number of them."""
     usual = PRIORS * len(given.templates)
     more = max(usual, -(-given.prior_at.size // usual) * usual) - given.prior_at.size
-    fill = lambda values, value: jnp.concatenate([values, jnp.full(more, value, values.dtype)])  # noqa: E731
+    fill = lambda values, value: jnp.asarray(np.append(values, np.full(more, value, values.dtype)))  # noqa: E731
     return replace(
         given,
         prior_at=fill(given.prior_at, 0),
@@ -205,7 +205,7 @@ def _in_lanes(blocks: Sequence[Block]) -> tuple[Block, np.ndarray] | None:
     laid = lambda pick: jnp.asarray(flat(pick)[source])  # noqa: E731
     states = jax.tree.map(lambda *parts: jnp.asarray(np.concatenate([np.ravel(p) for p in parts])[source]),
                           *(block.states for block in blocks))  # fmt: skip
-    states = states.replace(time=jnp.where(jnp.asarray(lanes.is_between), ends[lanes.run], states.time))
+    states = states.replace(time=jnp.asarray(np.where(lanes.is_between, ends[lanes.run], np.asarray(states.time))))
     place = np.zeros(len(time), int)
     place[source[~lanes.is_between]] = np.flatnonzero(~lanes.is_between)
     kept, sigma = place[counted], np.full(source.size, np.inf)
