@@ -30,8 +30,8 @@ def remember(effect: Any, muscle: Muscle, states: State) -> Any:
     """
     before, after = (jax.tree.map(lambda a, part=part: a[part], states) for part in (slice(None, -1), slice(1, None)))
     begins = after.time < before.time
-    # no step of an effect goes back in time; what the first step of a run comes to is not used
-    before = before.replace(time=jnp.where(begins, after.time - 1.0, before.time))
+    # no step of an effect goes back in time
+    before = jax.vmap(_chosen)(begins, after.replace(time=after.time - 1.0), before)
     start = jax.vmap(lambda state: effect.start(muscle, state))(states)
 
     def step(memory: Any, along: tuple[jax.Array, Any, State, State]) -> tuple[Any, Any]:

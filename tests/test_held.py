@@ -13,6 +13,7 @@ def room(monkeypatch):
     """Room for three of the largest, and no others that other tests made."""
     monkeypatch.setattr(Programs, "every", type(Programs.every)())
     monkeypatch.setattr(held, "ROOM", 3 * held.UNWRITTEN)
+    monkeypatch.setattr(held, "FEWEST", 3)
 
 
 def test_the_least_recently_used_of_all_functions_goes():
@@ -36,6 +37,14 @@ def test_small_programs_stay_where_a_large_one_would_need_room():
     assert len(programs) == 21
     assert programs.get(9) is None
     assert programs.get(10) is abs
+
+
+def test_a_few_programs_stay_however_large_they_are():
+    """The program of a diagnosis grows with the data sets that are diagnosed together."""
+    programs = Programs()
+    for i in range(4):
+        programs.put(i, abs, 3 * held.UNWRITTEN)
+    assert [programs.get(i) for i in range(4)] == [None, abs, abs, abs]
 
 
 def test_programs_go_where_the_kernel_has_few_mappings_left(monkeypatch):

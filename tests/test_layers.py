@@ -30,7 +30,7 @@ FLOORS = {
         ("design",),
     ),
     FITTING: (
-        ("errors", "version", "full_names", "lazy", "precision", "progress"),
+        ("errors", "version", "full_names", "lazy", "precision", "progress", "threads"),
         ("units", "shipped", "writing"),
         ("showing",),
         ("recordings",),

@@ -76,26 +76,36 @@ def test_recordings_of_any_lengths_end_in_arrays_of_a_standard_size(recordings, 
     )
     assert jax.tree.structure(one) == jax.tree.structure(other)
     assert one.blocks[0].measured.shape in sizes.LANE_SHAPES
-    samples = sum(recording.keep.size for recording in laid_out(tmp_path / "again", *recordings)[1].blocks)
-    assert samples < one.blocks[0].measured.size <= 2 * samples
 
 
 @pytest.mark.parametrize(
     ("lengths", "shape"),
     [
         ([57], (1, 320)), ([150] * 5, (4, 320)), ([217] * 10, (10, 256)), ([290] * 10, (4, 960)),
-        ([620] * 4, (4, 960)), ([2900], (1, 3840)),
+        ([350] * 10, (10, 384)), ([620] * 4, (4, 960)), ([1200], (1, 1280)), ([2900], (1, 3840)),
     ],
 )  # fmt: skip
-def test_what_a_diagnosis_reads_has_one_of_five_shapes(lengths, shape):
+def test_what_a_diagnosis_reads_has_one_of_seven_shapes(lengths, shape):
     """Loops and held lengths alike: after the first of each, nothing of the library is compiled any more."""
-    assert sizes._quickest(np.array(lengths), np.full(len(lengths), 100.0)).run.shape == shape
+    assert sizes._first_with_room(np.array(lengths), np.full(len(lengths), 100.0)).run.shape == shape
+
+
+def test_no_runs_get_lanes_that_take_far_longer_than_others_would():
+    """The time of lanes was measured to go as (lanes + 1) times their samples."""
+    time = lambda size: (size[0] + sizes.STEP) * size[1]  # noqa: E731
+    others = [(lanes, samples // lanes) for samples in (320, 1280, 2560, 3840, *sizes.SAMPLES) for lanes in (1, 4, 10)]
+    for count in (1, 2, 3, 4, 6, 10, 16):
+        for length in range(340, 3400 // count, 30):
+            runs, ends = np.full(count, length), np.full(count, 100.0)
+            own = sizes._first_with_room(runs, ends).run.shape
+            least = min(time(size) for size in others if sizes._Lanes.of(runs, ends, size) is not None)
+            assert time(own) <= 2 * least, (count, length, own)
 
 
 def test_runs_that_just_miss_four_lanes_get_four_longer_ones():
     """Three runs of 595 samples and nine of 330 do not fit into 4 x 1,200; one lane of 4,800 takes far more steps."""
     lengths = np.array([595] * 3 + [330] * 9)
-    assert sizes._quickest(lengths, np.full(12, 100.0)).run.shape == (4, 1500)
+    assert sizes._first_with_room(lengths, np.full(12, 100.0)).run.shape == (4, 1500)
 
 
 def test_runs_that_no_lane_has_room_for_are_padded(mixed, monkeypatch):

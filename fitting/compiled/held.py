@@ -17,10 +17,11 @@ from threading import RLock
 from typing import ClassVar
 from weakref import WeakSet
 
-# Bytes of all programs of a process as jax writes them: six of the largest, for two data sets in turn (a diagnosis
-# needs three), or thirty of the small ones of single models, of which the plan of a next recording needs a dozen.
+FEWEST = 6  # programs that stay whatever their size is, for two data sets in turn: a diagnosis needs three
+# Bytes of all programs of a process as jax writes them, where there are more: thirty of the small ones of single
+# models, of which the plan of a next recording needs a dozen. That of a diagnosis has 0.4 MB, of three muscles 0.9.
 ROOM = 2_400_000
-UNWRITTEN = 400_000  # what a program is counted as that jax cannot write: as the largest
+UNWRITTEN = 400_000  # what a program is counted as that jax does not write, a user's own effect in it: traced anew
 SHARE = 0.2  # of the mappings that the kernel allows: where that is passed, programs go though they are fewer
 MAPPINGS, ALLOWED = Path("/proc/self/maps"), Path("/proc/sys/vm/max_map_count")
 
@@ -74,7 +75,7 @@ def _make_room(size: int) -> None:
     """
     every = [(used, of, asked) for of in Programs.every for asked, used in of._used.items()]
     oldest_last = sorted(every, key=lambda each: -each[0])
-    while oldest_last and size + sum(of._sizes[asked] for _, of, asked in oldest_last) > ROOM:
+    while len(oldest_last) >= FEWEST and size + sum(of._sizes[asked] for _, of, asked in oldest_last) > ROOM:
         _drop_last(oldest_last)
     if _are_short():
         gc.collect()

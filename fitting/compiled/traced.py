@@ -33,8 +33,8 @@ PACKAGES = ("mckibben_jax", "fitting")
 # What fits can call: the physics, and the rooms up to that of least squares, which know nothing of those above them
 # (`tests/test_layers.py`). A change of a verdict, a page or a command traces no fit anew.
 ROOMS = (
-    "errors", "version", "full_names", "lazy", "precision", "progress", "units", "shipped", "writing", "showing",
-    "recordings", "library", "compiled", "problem", "instruments", "least_squares",
+    "errors", "version", "full_names", "lazy", "precision", "progress", "threads", "units", "shipped", "writing",
+    "showing", "recordings", "library", "compiled", "problem", "instruments", "least_squares",
 )  # fmt: skip
 OF_FITS = ("mckibben_jax", *(f"fitting.{room}" for room in ROOMS))
 CALLED = ("jax", "jaxlib", "equinox", "optimistix", "lineax", "diffrax", "numpy")

@@ -1,6 +1,5 @@
 """Fits of a model alone by the compiled program that holds every effect, so that none is compiled for the model."""
 
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -15,6 +14,7 @@ from fitting.least_squares.subset import Array, Subset, subset_of
 from fitting.problem.residuals import Problem
 from fitting.problem.sizes import Standard
 from fitting.problem.unknowns import Unknowns
+from fitting.threads import at_once
 from mckibben_jax.model import Model
 
 MIDDLE = 0.5  # of the unit box: where stands what only fills a standard size
@@ -63,8 +63,7 @@ class AmongAll:
 
         if len(starts) == 1:  # others may be at work beside this one
             return joined([one(starts[0])])
-        with ThreadPoolExecutor(world.settings.workers) as workers:
-            return joined(workers.map(one, starts))
+        return joined(at_once(world.settings.workers, one, starts))
 
     def room(self, errors: int) -> int | None:
         """The number of errors for which the program is compiled."""

@@ -1,7 +1,6 @@
 """Explanations that these data cannot tell apart, special cases of each other, and the one that leads."""
 
 from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 
@@ -13,6 +12,7 @@ from fitting.diagnosis.stated_sizes import believable
 from fitting.diagnosis.universe import Universe
 from fitting.full_names import owner_of
 from fitting.least_squares import held_out
+from fitting.threads import at_once
 
 
 def contains(
@@ -134,9 +134,8 @@ def _in_a_believable_muscle(
 ) -> dict[frozenset[str], CandidateFit]:
     """Every single effect; those that help are fitted with the stated sizes confined, if they deny any."""
     singles = {added: fit for added, fit in fits.items() if len(added) == 1}
-    with ThreadPoolExecutor(world.settings.workers) as workers:
-        believed = workers.map(lambda fit: believable(world, fit) if helps(fit) else fit, singles.values())
-        return dict(zip(singles, believed, strict=True))
+    believed = lambda fit: believable(world, fit) if helps(fit) else fit  # noqa: E731
+    return dict(zip(singles, at_once(world.settings.workers, believed, singles.values()), strict=True))
 
 
 def _of_one_kind(

@@ -1,6 +1,5 @@
 """Instruments as answers: how large each error seems, may be, and had to be to explain a misfit."""
 
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -15,6 +14,7 @@ from fitting.instruments.errors import InstrumentErrors
 from fitting.instruments.settings import INSTRUMENTS, InstrumentSettings
 from fitting.instruments.sources import Source
 from fitting.least_squares.decomposed import orthonormal, svd
+from fitting.threads import at_once
 
 
 def instrument_answers(
@@ -33,8 +33,7 @@ def instrument_answers(
             needed = None if examiner.rejected(fit, wide, columns) else times * source.width
         return InstrumentAnswer(source, times * source.width, needed)
 
-    with ThreadPoolExecutor(examiner.world.settings.workers) as workers:  # LAPACK leaves the lock of the interpreter
-        return tuple(workers.map(answer, every.sources))
+    return tuple(at_once(examiner.world.settings.workers, answer, every.sources))
 
 
 @dataclass(frozen=True)

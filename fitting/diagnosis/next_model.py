@@ -1,7 +1,6 @@
 """The next model of a discovery: the best proposal that obeys the rules of a step, and what was tried beside it."""
 
 from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
 from fitting.diagnosis.course import ModelOnTheWay, values_of
@@ -15,6 +14,7 @@ from fitting.diagnosis.search import Search
 from fitting.diagnosis.search_result import SearchResult
 from fitting.diagnosis.step_rules import StepRules, gain_is_hidden, objections
 from fitting.diagnosis.tiers import Tier
+from fitting.threads import at_once
 from mckibben_jax.effect import Effect, name_of
 from mckibben_jax.model import with_effects
 
@@ -74,8 +74,8 @@ def next_model(
         return ModelOnTheWay(fit.names, effects, larger, fit.confined, gone)
 
     def judged(tier: Tier) -> list[Judged]:
-        with ThreadPoolExecutor(here.world.settings.workers) as workers:
-            fits = list(workers.map(lambda names: judge(here, before, names, rules, names in adequate, added), tier))
+        judging = lambda names: judge(here, before, names, rules, names in adequate, added)  # noqa: E731
+        fits = at_once(here.world.settings.workers, judging, tier)
         attempts.extend(fit.attempt for fit in fits if fit.why)
         every.extend(fits)
         return fits

@@ -1,7 +1,6 @@
 """The search behind a diagnosis, level by level: what was fitted, what was tested, what stands."""
 
 from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from functools import cached_property
 from itertools import combinations
@@ -21,6 +20,7 @@ from fitting.diagnosis.trusting import begun_again, fit_trusting
 from fitting.diagnosis.universe import Universe
 from fitting.least_squares.record import Fit
 from fitting.progress import Progress
+from fitting.threads import at_once
 
 LEVELS = {2: "pairs", 3: "triples"}
 Result = TypeVar("Result")
@@ -299,6 +299,5 @@ class Search:
         return self.examiner.adequacy(added, self.fits[added], self.fits, bettered=self.bettered(added))
 
     def _each(self, work: Callable[[frozenset[str]], Result], sets: Sequence[frozenset[str]]) -> list[Result]:
-        """What becomes of each set, two at a time: compiled code and LAPACK leave the lock of the interpreter."""
-        with ThreadPoolExecutor(self.world.settings.workers) as workers:
-            return list(workers.map(work, sets))
+        """What becomes of each set, two at a time."""
+        return at_once(self.world.settings.workers, work, sets)

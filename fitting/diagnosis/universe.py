@@ -1,7 +1,6 @@
 """Every effect at once, switched: any subset of them is fitted by the same compiled function."""
 
 from collections.abc import Iterable, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import islice, product
@@ -21,6 +20,7 @@ from fitting.problem.residuals import LIGHT, Problem, Samples
 from fitting.problem.sizes import Standard, widened
 from fitting.problem.unknowns import Unknowns
 from fitting.recordings.accuracy import Accuracy
+from fitting.threads import at_once
 from mckibben_jax.effect import Effect
 from mckibben_jax.model import Model
 
@@ -243,8 +243,7 @@ class Universe:
         Unless they are to `decide`, they are candidates of which few will matter: their searches end sooner.
         """
         enough = 0.0 if decide else self.settings.screened
-        with ThreadPoolExecutor(self.settings.workers) as workers:
-            return list(workers.map(lambda job: self.fit(*job, decide=decide, enough=enough), sets))
+        return at_once(self.settings.workers, lambda job: self.fit(*job, decide=decide, enough=enough), sets)
 
     def mimicking(self, fit: CandidateFit) -> "Universe":
         """The same data sets, had they measured exactly what this fit predicts."""
@@ -274,9 +273,8 @@ class Universe:
             return rest.fit(fit.effects, fit.vector, decide=False).rows[left_out] * LIGHT
 
         masks = [group == g for g in np.unique(group)]
-        with ThreadPoolExecutor(self.settings.workers) as workers:
-            for mask, left in zip(masks, workers.map(refitted, masks), strict=True):
-                rows[mask] = left
+        for mask, left in zip(masks, at_once(self.settings.workers, refitted, masks), strict=True):
+            rows[mask] = left
         return rows
 
     def rows_at(self, fit: CandidateFit, problem: Problem, without: Iterable[str] = ()) -> np.ndarray:

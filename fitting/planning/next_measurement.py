@@ -177,7 +177,7 @@ def _chosen(given: Prospect, pairs: Sequence[tuple[int, int]], numbers: Sequence
     order = sorted(range(len(numbers)), key=lambda i: (-np.round(2 * np.log(least[i] + 1)), trouble(given, numbers[i])))
     best = None
     for i in order[: CHOICE.refitted]:
-        above = 0.0 if best is None else best.power
+        above = -1.0 if best is None else best.power
         best = _judged(given, numbers[i], [pairs[row] for row in alive], apart[alive, i], above) or best
         if best is not None and best.power >= CHOICE.enough_power:
             break

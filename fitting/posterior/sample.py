@@ -16,7 +16,6 @@ import hashlib
 import json
 import time
 from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -35,6 +34,7 @@ from fitting.posterior.summary import summarise
 from fitting.posterior.target import PosteriorProblem
 from fitting.problem.priors import Prior
 from fitting.recordings.records import Experiment
+from fitting.threads import at_once
 
 ChainProgress = Callable[[int, float], None]  # steps done, and the draws that they are worth
 __all__ = ["Posterior", "Snooker", "describe", "sample", "save", "store_for", "to_json"]
@@ -189,8 +189,7 @@ def _run(
     one = lambda sampler, place: sampler.run_mcmc(place, steps, skip_initial_state_check=True)  # noqa: E731
     if not apart:
         return list(map(one, walkers, at))
-    with ThreadPoolExecutor(len(walkers)) as pool:
-        return list(pool.map(one, walkers, at))
+    return at_once(len(walkers), one, walkers, at)
 
 
 def _sampler(

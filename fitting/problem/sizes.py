@@ -16,10 +16,10 @@ from fitting.problem.residuals import Problem
 
 RUNS = np.unique(np.round(np.concatenate([np.arange(1, 5), 5 * 1.2 ** np.arange(40)])).astype(int))
 # (lanes, samples of a lane). A diagnosis thins what it reads to between 1,750 and 3,500 samples and a few more. These
-# few shapes serve it, since a program of the whole library takes half a minute to compile. Twice the samples that are
-# needed, or other lanes of as many, were measured to cost a search half as long again, which is a few seconds in all. A
-# map of some points has a shape of its own, for it is refitted a thousand times without some of them.
-OF_A_DIAGNOSIS = ((1, 320), (4, 320), (10, 256), (4, 960), (1, 3840))
+# few shapes serve it, since a program of the whole library takes half a minute to compile. Half as many samples more,
+# or other lanes of as many, were measured to cost a search half as long again at most, which is a few seconds in all.
+# A map of some points has a shape of its own, for it is refitted a thousand times without some of them.
+OF_A_DIAGNOSIS = ((1, 320), (4, 320), (1, 1280), (10, 256), (4, 960), (10, 384), (1, 3840))
 SAMPLES = tuple(round(384 * 1.25**power) * 10 for power in range(1, 30))  # more: of all lanes together
 LANES = (10, 4, 1)
 # What remembers goes along its lanes step by step, all lanes at once: a step took as long as five samples of all else,
@@ -198,7 +198,7 @@ def _in_lanes(blocks: Sequence[Block]) -> tuple[Block, np.ndarray] | None:
     np.maximum.at(lengths, run, counted - begin[run] + 1)
     used = np.flatnonzero(lengths)
     ends = np.maximum(time[(begin + lengths - 1)[used]], time[begin[used]].max()) + 1.0
-    lanes = _quickest(lengths[used], ends)
+    lanes = _first_with_room(lengths[used], ends)
     if lanes is None:
         return None
     source = begin[used][lanes.run] + lanes.sample
@@ -222,8 +222,8 @@ def _in_lanes(blocks: Sequence[Block]) -> tuple[Block, np.ndarray] | None:
     return grown, kept
 
 
-def _quickest(lengths: np.ndarray, ends: np.ndarray) -> _Lanes | None:
-    """The runs in the first lanes that have room for them, which take the least time; None where none have."""
+def _first_with_room(lengths: np.ndarray, ends: np.ndarray) -> _Lanes | None:
+    """The runs in the first lanes of standard size that have room for them; None where none have."""
     return next((lanes for size in LANE_SHAPES if (lanes := _Lanes.of(lengths, ends, size)) is not None), None)
 
 

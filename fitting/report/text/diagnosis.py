@@ -123,7 +123,7 @@ def _beside_verdict(d: Diagnosis, leading: tuple[str, ...]) -> str:
     if d.verdict not in FOUND:
         return " But these data do not prove that it is there."
     if d.explanations and not any((name,) in d.explanations for name in leading):
-        return " But it does not explain the misfit alone."
+        return " But the verdict names another explanation."
     return ""
 
 
