@@ -15,6 +15,7 @@ from weakref import WeakKeyDictionary
 import numpy as np
 from scipy.optimize import brentq, least_squares
 
+from fitting.least_squares.latest import latest_kept
 from fitting.least_squares.record import Fit
 from fitting.least_squares.run_differences import as_runs_show
 from fitting.least_squares.search import Evaluated
@@ -81,6 +82,7 @@ class _Way:
         self.is_upper = bool(self.start[self.i] > 0.5)
         errors = fit.error(name), fit.error(name, robust=False)
         self.times = errors[0] / errors[1] if 0 < errors[1] <= errors[0] < np.inf else 1.0
+        self._at = latest_kept(self._looked_at)  # rows and slopes at a place
         self._fits: dict[float, Evaluated] = {}
         self._excesses: dict[float, float] = {}
 
@@ -148,21 +150,18 @@ class _Way:
         at = self._at(place)
         if not (self.others.any() and _is_number(at)):
             return at
-        latest = [at]  # rows and slopes of one place are asked for in turn
 
         def seen(values: np.ndarray) -> Evaluated:
-            if not np.array_equal(latest[0].place[self.others], values):
-                whole = place.copy()
-                whole[self.others] = values
-                latest[0] = self._at(whole)
-            return latest[0]
+            whole = place.copy()
+            whole[self.others] = values
+            return self._at(whole)
 
         rows = lambda values: np.asarray(seen(values).rows)  # noqa: E731
         slopes = lambda values: np.nan_to_num(np.asarray(seen(values).slopes)[:, self.others], posinf=0.0, neginf=0.0)  # noqa: E731
         asked: Any = {"jac": slopes, "max_nfev": ONE_SIDED.steps}  # scipy's types admit the name of a scheme alone
         return seen(least_squares(rows, place[self.others], bounds=(0.0, 1.0), method="dogbox", **asked).x)
 
-    def _at(self, place: np.ndarray) -> Evaluated:
+    def _looked_at(self, place: np.ndarray) -> Evaluated:
         return self.searches.at(self.subset, place).at(self.searches.standard.rows)
 
     def _error(self, place: np.ndarray, rows: np.ndarray, slopes: np.ndarray) -> float:

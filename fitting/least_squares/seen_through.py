@@ -15,6 +15,7 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from fitting.least_squares.held_out import rms
+from fitting.least_squares.latest import latest_kept
 from fitting.least_squares.record import Fit
 from fitting.least_squares.searches import Searches
 from fitting.least_squares.subset import Subset, subset_of
@@ -70,15 +71,11 @@ class _Seen:
         self.without_noise = Whitener.of(noise, fit.samples, together)
         known = fit.errors.changed(self.without_noise(fit.errors.per_run), self.without_noise(fit.errors.shared))
         self.without_errors = known.whitener()
-        self._latest: tuple[bytes, tuple[np.ndarray, np.ndarray]] | None = None
+        self.at = latest_kept(self._looked_at)  # rows and slopes as they were measured
 
-    def at(self, place: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Rows and slopes as they were measured; of one place they are asked for twice in turn."""
-        key = place.tobytes()
-        if self._latest is None or self._latest[0] != key:
-            at = self.searches.at(self.subset, place).at(self.searches.standard.rows)
-            self._latest = key, (np.asarray(at.rows), np.asarray(at.slopes))
-        return self._latest[1]
+    def _looked_at(self, place: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        at = self.searches.at(self.subset, place).at(self.searches.standard.rows)
+        return np.asarray(at.rows), np.asarray(at.slopes)
 
     def through(self, columns: np.ndarray) -> np.ndarray:
         """Rows (rows,) or columns (rows, q): of measurements what neither noise nor instruments make alike of them."""

@@ -11,6 +11,7 @@ from scipy.optimize import least_squares
 from fitting import full_names
 from fitting.instruments.errors import InstrumentErrors
 from fitting.instruments.felt import errors_felt
+from fitting.least_squares.latest import latest_kept
 from fitting.least_squares.search import rows_and_slopes
 from fitting.least_squares.subset import Subset, subset_of
 from fitting.planning.candidates import RigAbilities, recording
@@ -133,18 +134,14 @@ class Explained:
         used = weight > 0
         given = Standard.of(self.problem.of_rows(used))  # of some hundred candidates one or none
         aim, scale, count = target[used], weight[used], int(used.sum())
-        known: dict[bytes, tuple[np.ndarray, np.ndarray]] = {}
 
+        @latest_kept
         def both(place: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-            key = place.tobytes()
-            if key not in known:
-                known.clear()
-                found = rows_and_slopes(given.problem, self.subset, jnp.asarray(place))
-                rows, slopes = (np.asarray(part)[given.rows] for part in found)
-                left = np.concatenate([scale * (rows[:count] - aim), rows[count:]])
-                steep = np.vstack([scale[:, None] * slopes[:count], slopes[count:]])
-                known[key] = np.nan_to_num(left, nan=1e6, posinf=1e6, neginf=-1e6), np.nan_to_num(steep)
-            return known[key]
+            found = rows_and_slopes(given.problem, self.subset, jnp.asarray(place))
+            rows, slopes = (np.asarray(part)[given.rows] for part in found)
+            left = np.concatenate([scale * (rows[:count] - aim), rows[count:]])
+            steep = np.vstack([scale[:, None] * slopes[:count], slopes[count:]])
+            return np.nan_to_num(left, nan=1e6, posinf=1e6, neginf=-1e6), np.nan_to_num(steep)
 
         if not len(self.place):
             return self.at(self.place)
