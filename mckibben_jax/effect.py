@@ -203,6 +203,6 @@ def _snake_case(name: str) -> str:
 def blend(switch: jax.Array, without: Any, with_: Any) -> Any:
     """`without + switch (with - without)`, leaf by leaf: 0 is exact absence, 1 is presence.
 
-    A leaf that was handed on untouched stays as it is: of the eight fields of a state most effects change one.
+    A leaf that was handed on untouched stays as it is: most effects change one of the seven numbers of a state.
     """
     return jax.tree.map(lambda a, b: a if b is a else a + switch * (b - a), without, with_)

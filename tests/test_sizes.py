@@ -81,11 +81,11 @@ def test_recordings_of_any_lengths_end_in_arrays_of_a_standard_size(recordings, 
 @pytest.mark.parametrize(
     ("lengths", "shape"),
     [
-        ([57], (1, 320)), ([150] * 5, (4, 320)), ([217] * 10, (10, 256)), ([290] * 10, (4, 960)),
+        ([9] * 5, (10, 32)), ([57], (1, 320)), ([150] * 5, (4, 320)), ([217] * 10, (10, 256)), ([290] * 10, (4, 960)),
         ([350] * 10, (10, 384)), ([620] * 4, (4, 960)), ([1200], (1, 1280)), ([2900], (1, 3840)),
     ],
 )  # fmt: skip
-def test_what_a_diagnosis_reads_has_one_of_seven_shapes(lengths, shape):
+def test_what_a_diagnosis_reads_has_one_of_eight_shapes(lengths, shape):
     """Loops and held lengths alike: after the first of each, nothing of the library is compiled any more."""
     assert sizes._first_with_room(np.array(lengths), np.full(len(lengths), 100.0)).run.shape == shape
 

@@ -16,11 +16,12 @@ from fitting.problem.residuals import Problem
 
 RUNS = np.unique(np.round(np.concatenate([np.arange(1, 5), 5 * 1.2 ** np.arange(40)])).astype(int))
 # (lanes, samples of a lane). A diagnosis thins what it reads to between 1,750 and 3,500 samples and a few more. These
-# few shapes serve it, since a program of the whole library takes half a minute to compile. Half as many samples more,
-# or other lanes of as many, were measured to cost a search half as long again at most, which is a few seconds in all.
-# A map of some points has a shape of its own, for it is refitted a thousand times without some of them.
-OF_A_DIAGNOSIS = ((1, 320), (4, 320), (1, 1280), (10, 256), (4, 960), (10, 384), (1, 3840))
-SAMPLES = tuple(round(384 * 1.25**power) * 10 for power in range(1, 30))  # more: of all lanes together
+# few shapes serve it, since a program of the whole library takes half a minute to compile. Half as many samples more
+# cost a search half as long again, other lanes of as many nothing (measured); no runs get lanes that take more than
+# twice the time of the best (`tests/test_sizes.py`). Maps of some points have shapes of their own, for they are
+# refitted a thousand times without some of them.
+OF_A_DIAGNOSIS = ((10, 32), (1, 320), (4, 320), (1, 1280), (10, 256), (4, 960), (10, 384), (1, 3840))
+SAMPLES = tuple(round(384 * 1.25**power) * 10 for power in range(1, 30))  # of all lanes together, where there are more
 LANES = (10, 4, 1)
 # What remembers goes along its lanes step by step, all lanes at once: a step took as long as five samples of all else,
 # and one effect in seven remembers. Few short lanes with room to spare are faster than one long one without.
