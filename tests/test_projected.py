@@ -61,6 +61,17 @@ def test_a_candidate_that_parameters_take_whole_is_not_seen():
     np.testing.assert_array_equal(projected(E, J, columns, BASIS, free).seen, [False, True, True])
 
 
+@pytest.mark.parametrize("kind", ["smooth", "fine"])
+def test_rounding_is_no_direction_to_look_along(kind):
+    """What parameters take whole of a basis is rounding, which would be blown up to a direction of length one."""
+    free = replace(BY, prior_rows=np.zeros(0), prior_slopes=np.zeros((0, 5)))
+    taken = np.column_stack([getattr(BASIS, kind), J @ [1.0, 2.0, 0.0, -1.0, 0.5]])
+    with_it, without = (projected(E, J, Z, basis, free) for basis in (replace(BASIS, **{kind: taken}), BASIS))
+    assert with_it.o.shape == without.o.shape
+    np.testing.assert_allclose(with_it.o @ with_it.o.T, without.o @ without.o.T, atol=1e-10)
+    assert with_it.ratio_p == pytest.approx(without.ratio_p)
+
+
 def test_a_statement_that_is_wrong_sways_scores_as_said(found):
     """The change of a candidate's score with each statement, over the score's spread by noise of size one."""
     scores = lambda at: at.z.T @ at.e  # noqa: E731

@@ -7,7 +7,7 @@ import numpy as np
 
 from fitting.diagnosis.candidate_fit import CandidateFit
 from fitting.diagnosis.examine import Examiner
-from fitting.diagnosis.nuisance import Nuisance
+from fitting.diagnosis.nuisance import Nuisance, is_left
 from fitting.least_squares.decomposed import lstsq
 
 
@@ -35,7 +35,9 @@ class LinearLook:
         fit, promise = self.fits[added], dict[frozenset[str], float]()
         names, columns = self.examiner.columns(fit, self.fits, glance=True)
         without, cost = self.examiner.without_instruments, self.examiner.left(fit)
-        left = Nuisance(without(fit.slopes), fit.prior_rows, fit.prior_slopes).project_out(without(columns))
+        columns = without(columns)
+        left = Nuisance(without(fit.slopes), fit.prior_rows, fit.prior_slopes).project_out(columns)
+        left = np.where(is_left(left, columns), left, 0.0)
         gain = (without(fit.rows) @ left) ** 2 / np.maximum(np.sum(left**2, axis=0), 1e-300)
         for name, less in zip(names, gain, strict=True):  # a name for each of its shapes
             promise[added | {name}] = min(promise.get(added | {name}, np.inf), cost - float(less))

@@ -8,6 +8,8 @@ from fitting.diagnosis.candidate_fit import CandidateFit
 from fitting.instruments.errors import InstrumentWhitener
 from fitting.least_squares.decomposed import lstsq
 
+SEEN = 1e-6  # share of a column below which what is left of it is rounding, and points anywhere
+
 
 @dataclass(frozen=True)
 class Nuisance:
@@ -39,3 +41,8 @@ class Nuisance:
         whole = np.vstack([without(self.slopes), self.prior_slopes])
         target = np.concatenate([without(rows), self.prior_rows])
         return float(np.sum((target - whole @ lstsq(whole, target, 1e-12)) ** 2))
+
+
+def is_left(left: np.ndarray, whole: np.ndarray) -> np.ndarray:
+    """Of which columns (rows, q) more is left than rounding when something was taken from the whole ones (q,)."""
+    return np.linalg.norm(left, axis=0) > SEEN * np.linalg.norm(whole, axis=0)

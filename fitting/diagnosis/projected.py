@@ -6,7 +6,7 @@ import numpy as np
 from scipy import stats
 
 from fitting.diagnosis.detection import enough
-from fitting.diagnosis.nuisance import Nuisance
+from fitting.diagnosis.nuisance import Nuisance, is_left
 from fitting.diagnosis.omnibus import Basis
 from fitting.diagnosis.settings import FLIP_TEST, FlipTestSettings
 from fitting.least_squares.decomposed import orthonormal
@@ -77,11 +77,12 @@ def projected(
     step = curvature @ (j.T @ e + (pull if e.ndim == 1 else pull[:, None]))  # to the optimum of the whitened rows
     for_z = curvature @ (j.T @ z)
     z_left = z - j @ for_z
-    smooth = orthonormal(basis.smooth - j @ (curvature @ (j.T @ basis.smooth)))
+    smooth = basis.smooth - j @ (curvature @ (j.T @ basis.smooth))
+    smooth = orthonormal(smooth[:, is_left(smooth, basis.smooth)])
     fine = basis.fine - j @ (curvature @ (j.T @ basis.fine))
-    o = np.hstack([smooth, orthonormal(fine - smooth @ (smooth.T @ fine))])
-    kept = np.maximum(np.linalg.norm(z_left, axis=0), 1e-300)
-    seen = kept > 1e-6 * np.linalg.norm(z, axis=0)
+    fine -= smooth @ (smooth.T @ fine)
+    o = np.hstack([smooth, orthonormal(fine[:, is_left(fine, basis.fine)])])
+    kept, seen = np.maximum(np.linalg.norm(z_left, axis=0), 1e-300), is_left(z_left, z)
     known = by.prior_slopes.T @ by.prior_slopes
     sway = by.prior_slopes @ (curvature @ (known @ for_z))
     pulled = np.where(seen, np.linalg.norm(sway, axis=0) / kept, 0.0)
