@@ -173,7 +173,7 @@ def _grow(
         started, taken = time.monotonic(), min(stride, check - steps)
         for sampler in walkers:
             sampler.reset()
-        at = _run(walkers, at, taken, setup.target.moves)
+        at = _run(walkers, at, taken)
         parts.append(np.stack([np.asarray(sampler.get_chain()) for sampler in walkers]))
         steps += taken
         if store:
@@ -182,13 +182,9 @@ def _grow(
         stride = int(np.clip(wanted, SAMPLER.first_stride, SAMPLER.stride))
 
 
-def _run(
-    walkers: Sequence[emcee.EnsembleSampler], at: Sequence[emcee.State], steps: int, apart: bool
-) -> list[emcee.State]:
-    """Each ensemble some steps further; in threads of their own where a density takes long to compute."""
+def _run(walkers: Sequence[emcee.EnsembleSampler], at: Sequence[emcee.State], steps: int) -> list[emcee.State]:
+    """Each ensemble some steps further, in threads of their own: compiled code leaves the interpreter alone."""
     one = lambda sampler, place: sampler.run_mcmc(place, steps, skip_initial_state_check=True)  # noqa: E731
-    if not apart:
-        return list(map(one, walkers, at))
     return at_once(len(walkers), one, walkers, at)
 
 
