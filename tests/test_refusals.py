@@ -136,10 +136,10 @@ BAD_TABLES = {
     "UTF-32": (lambda: loop_csv().encode("utf-32"), "", ("not a text file",)),
     "steering the screen": (changed("force", "f\x1b[31morce"), "", ("row 1", "cannot be printed", "x1b")),
     "no header": (lambda: loop_csv().split("\n", 1)[1], "", ("no header", "begins with numbers")),
-    "lines before the header": (
-        lambda: "Logger 3\nDate,1 May\n" + loop_csv(),
+    "a mistake below lines before the header": (
+        lambda: "Logger 3\nDate,1 May\n" + loop_csv().replace("0.3,2.0,", "0.3,"),
         "",
-        ("row 3", "not the first line", "'#'"),
+        ("row 7", "the row has 3 cells, the header 4"),
     ),
     "no units below the header": (
         lambda: loop_csv().replace("\n", "\nin Sekunden,bar,%,N\n", 1),

@@ -187,6 +187,32 @@ def test_runs_left_out_are_foretold_by_a_fit_to_the_others(world, base):
     assert rms(refitted - glance) < 0.2 * rms(refitted - base.rows)
 
 
+def test_instruments_are_allowed_for_where_runs_are_left_out(world, base):
+    """A zero in every run and a gain of all: the others alone say what the parameters and these errors are.
+
+    Against generalised least squares in numpy, one step from the fit; a fit that trusts every reading ends elsewhere.
+    """
+    group = world.samples.run
+    gain = 0.1 * world.samples.measured / world.samples.sigma
+    errors = np.column_stack([30.0 * (group[:, None] == np.unique(group)), gain])
+    seen = world.seen_through(errors)
+    fit = seen.settled(base.effects, base.vector)
+    expected = fit.rows.copy()
+    for run in np.unique(group):
+        others = group != run
+        cause = np.linalg.inv(np.eye(others.sum()) + errors[others] @ errors[others].T)
+        slopes = fit.slopes[others].T @ cause
+        curvature = slopes @ fit.slopes[others] + fit.prior_slopes.T @ fit.prior_slopes
+        pull = slopes @ fit.rows[others] + fit.prior_slopes.T @ fit.prior_rows
+        free = [name not in fit.at_bound for name in fit.free]
+        step = np.linalg.lstsq(curvature[np.ix_(free, free)], pull[free], rcond=1e-12)[0]
+        expected[~others] -= fit.slopes[~others][:, free] @ step
+    rms = lambda rows: float(np.sqrt(np.mean(rows**2)))  # noqa: E731
+    moved = rms(expected - fit.rows)
+    assert rms(seen.left_out(fit, group) - expected) < 0.2 * moved
+    assert rms(world.left_out(fit, group) - expected) > 0.5 * moved
+
+
 # ----------------------------------------------------------------------- what stands at the end of its range, and why
 
 

@@ -269,13 +269,20 @@ class Universe:
         world, rows = self.confined() if fit.confined else self, fit.rows.copy()
 
         def refitted(left_out: np.ndarray) -> np.ndarray:
-            rest = replace(world, problem=world.standard.without(left_out).problem)
-            return rest.fit(fit.effects, fit.vector, decide=False).rows[left_out] * LIGHT
+            return world.without(left_out).fit(fit.effects, fit.vector, decide=False).rows[left_out] * LIGHT
 
         masks = [group == g for g in np.unique(group)]
         for mask, left in zip(masks, at_once(self.settings.workers, refitted, masks), strict=True):
             rows[mask] = left
         return rows
+
+    def without(self, left_out: np.ndarray) -> "Universe":
+        """The same where these rows (a mask) count next to nothing, nor what instruments can make of them."""
+        rest = replace(self, problem=self.standard.without(left_out).problem)
+        if not self.allows_for_instruments:
+            return rest
+        light = np.where(widened(left_out, self.real, self.problem.count), 1 / LIGHT, 1.0)
+        return replace(rest, through=Through.of(light[:, None] * self.through.errors, self.through.size))
 
     def rows_at(self, fit: CandidateFit, problem: Problem, without: Iterable[str] = ()) -> np.ndarray:
         """The rows (rows,) of a fitted set on another problem of the same shape, some of its effects switched off."""

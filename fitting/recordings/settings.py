@@ -12,6 +12,7 @@ class TableSettings:
     sheet_rows: int = 1_048_576  # of a sheet: Excel's own limit
     toml_bytes: int = 1_000_000  # of a file of some dozens of lines; chosen
     lines_before_header: int = 50  # about the rig, that a logger may put there; chosen
+    lines_looked_at: int = 1000  # to tell how many cells a row has; chosen
     largest_number: float = 1e30  # SI: what is squared and summed later stays finite; chosen
     contractions: tuple[float, float] = (-0.2, 0.6)  # beyond these no braided muscle goes; chosen
     largest_pressure: float = 50e5  # Pa; chosen

@@ -10,17 +10,16 @@ import numpy as np
 import pandas as pd
 
 from fitting.errors import InputError
-from fitting.recordings.settings import TABLES
+from fitting.recordings.header import NUMBER, header_at, rows_of
 
 _SAYS_SEPARATOR = re.compile(r"\s*\"?sep=.\"?\s*", re.IGNORECASE)  # what spreadsheets put there
 NO_ROW = "there is a header but no row of readings"
-NUMBER = re.compile(r"\s*[+-]?(?:\d+[.,]?\d*|[.,]\d+)(?:[eE][+-]?\d+)?\s*")
 
 
 def lines_of(text: str, path: Path, is_head: Callable[[str], bool]) -> tuple[int, str, list[str], np.ndarray]:
     """Header line and data lines with their numbers in the file; comments and blank lines are left out.
 
-    `is_head` says whether a cell is headed as the program heads columns: so a header further down is noticed.
+    So is what stands above the header; `is_head` says whether a cell is headed as the program heads columns.
     """
     kept = [
         (number, line)
@@ -31,14 +30,7 @@ def lines_of(text: str, path: Path, is_head: Callable[[str], bool]) -> tuple[int
         del kept[0]
     if not kept:
         raise InputError("the file is empty", path, cure="begin with a header: 'time [s],pressure [kPa],...'")
-    heads = [
-        sum(map(is_head, re.split(r"[,;\t]", line.replace('"', "")))) for _, line in kept[: TABLES.lines_before_header]
-    ]
-    for (number, line), count in zip(kept, heads, strict=False):
-        if count > 1 and not heads[0]:
-            cure = "begin every line above it with '#'"
-            raise InputError("the header is not the first line", path, number, value=line[:60], cure=cure)
-    (header_row, header), *body = kept
+    (header_row, header), *body = kept[header_at(rows_of([line for _, line in kept]), is_head) :]
     if not body:
         raise InputError(NO_ROW, path, header_row, cure="export the readings too")
     return header_row, header, [line for _, line in body], np.array([number for number, _ in body])

@@ -11,10 +11,10 @@ import pandas as pd
 
 from fitting import units
 from fitting.errors import InputError, alike, nearest, unknown_name
+from fitting.recordings.header import NUMBER
 from fitting.recordings.kinds import open_source
 from fitting.recordings.settings import TABLES
 from fitting.recordings.source import FAILED, Source
-from fitting.recordings.table_cells import NUMBER
 from fitting.recordings.time_stamps import CURE, UNCLEAR, are_stamps, seconds_of
 
 # SI unit of every column; None: a label, "load": newtons or a mass

@@ -3,7 +3,7 @@
 import re
 from collections.abc import Sequence
 
-from fitting.recordings.table_cells import NUMBER
+from fitting.recordings.header import NUMBER, filled
 from fitting.units import is_unit
 
 _NAMED = re.compile(r".*(\[[^\]]*\]|\([^)]*\))\s*", re.DOTALL)  # a head that has a unit already
@@ -19,7 +19,7 @@ def with_units(heads: Sequence[str], below: Sequence[str]) -> list[str] | None:
     It does where no cell is a reading, at least two are units, and none is another one than its head names already.
     A short text that is no unit of ours ('degC') belongs to a column that nobody uses, or will be asked for.
     """
-    below = _filled(below)
+    below = filled(below)
     found = [_bare(cell) for cell in below] + [""] * (len(heads) - len(below))
     if len(below) > len(heads) or not all(map(_may_stand_there, found)):
         return None
@@ -37,11 +37,6 @@ def _may_stand_there(cell: str) -> bool:
     if cell in _NONE or cell == "1" or _is_clock(cell):
         return True
     return not NUMBER.fullmatch(cell) and (is_unit(cell) or (len(cell) <= LONGEST and not re.search(r"\d", cell)))
-
-
-def _filled(cells: Sequence[str]) -> Sequence[str]:
-    """The cells up to the last that is not empty: a line may end with separators."""
-    return cells[: max((at + 1 for at, cell in enumerate(cells) if cell.strip()), default=0)]
 
 
 def _bare(cell: str) -> str:

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from fitting.errors import InputError, unknown_name
+from fitting.recordings.header import header_at
 from fitting.recordings.settings import TABLES
 from fitting.recordings.source import FAILED, Source, printable, series_of
 from fitting.recordings.table_cells import NO_ROW
@@ -138,12 +139,7 @@ def _without_remarks(rows: Rows, is_head: Callable[[str], bool], path: Path) -> 
     kept = [(number, cells) for number, cells in rows if not _is_remark(cells[0])]
     if not kept:
         raise InputError("the sheet is empty", path, cure="begin with a header: 'time [s]', 'pressure [kPa]', ...")
-    known = [sum(map(is_head, map(_text, cells))) for _, cells in kept[: TABLES.lines_before_header]]
-    for (number, cells), count in zip(kept, known, strict=False):
-        if count > 1 and not known[0]:
-            shown = ", ".join(map(_text, cells))[:60]
-            cure = "delete the rows above it, or begin the first cell of each with '#'"
-            raise InputError("the header is not the first row", path, number, value=shown, cure=cure)
+    kept = kept[header_at([[*map(_text, cells)] for _, cells in kept[: TABLES.lines_looked_at]], is_head) :]
     if not any(isinstance(cell, str) for cell in kept[0][1]):
         cure = "begin with a header: 'time [s]', 'pressure [kPa]', ..."
         raise InputError("there is no header, the sheet begins with numbers", path, kept[0][0], cure=cure)
