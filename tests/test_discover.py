@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 from hidden import simulator
-from small_muscle import loops, write
+from small_muscle import ideal, loops, write
 
 from fitting.cli.main import main
 from fitting.diagnosis import discover as discovering
@@ -23,6 +23,9 @@ from fitting.diagnosis.next_model import next_model
 from fitting.diagnosis.outcomes import NOTHING_MISSING
 from fitting.diagnosis.step_rules import RULES
 from fitting.recordings.experiment import read_experiment
+from fitting.report.text.amounts import amount
+from fitting.report.text.stages import fall_text, stage_text
+from fitting.study.stages import Stage, first_of_fall
 from mckibben_jax.effect import name_of
 from mckibben_jax.effects import (
     BladderMooneyRivlin,
@@ -40,6 +43,42 @@ BASE = (IdealCylinder(), CoulombFriction())
 
 
 # -------------------------------------------------------------------------------------------------------- measured data
+
+
+@pytest.fixture(scope="module")
+def denying(tmp_path_factory):
+    """Steps on a muscle whose braid contracts 1.15 times as much as itself, with a ripple that is no effect of ours.
+
+    Other sizes take the place of the one, so that nothing beside them shows it.
+    """
+    missing = lambda eps, pressure, _: ideal(eps, pressure) - ideal(1.15 * eps, pressure) + 2 * np.sin(300 * eps)  # noqa: E731
+    folder = write(tmp_path_factory.mktemp("denying"), loops(missing))
+    described = folder / "muscle.toml"
+    described.write_text(described.read_text().replace('"250 mm"', '"250 +/- 1 mm"'))
+    return discover([read_experiment(folder)], BASE, candidates=[Tip(), Weight(), LinearSpring()])
+
+
+def test_sizes_that_stand_in_for_what_is_missing_are_confined(denying):
+    free, confined, with_tip, *_ = denying
+    assert free.diagnosis.baseline.values["muscle.radius"] > 8e-3 + 3 * 1e-4
+    assert (confined.added, confined.held) == ((), ("muscle.length", "muscle.radius", "muscle.braid_angle"))
+    assert confined.rmse > 3 * free.rmse
+    assert with_tip.added == ("tip",)
+    assert with_tip.rmse < confined.rmse / 3
+
+
+def test_what_fell_is_the_error_in_the_muscle_that_was_measured(denying):
+    """Not that of a muscle that nobody measured, which was small before anything was added."""
+    stages = [Stage("" if k else s.effect, s.rmse, s.held_out_rmse, added=s.added * bool(k), held=s.held)
+              for k, s in enumerate(denying)]  # fmt: skip
+    assert first_of_fall(stages) is stages[1]
+    assert stage_text(stages[1]) == "sizes of the muscle kept to what was measured"
+    text = fall_text(stages, stages[-1].rmse, "N")
+    assert f"fell from {amount(stages[1].rmse, 'N')} to {amount(stages[-1].rmse, 'N')}, with the sizes" in text
+    assert f"erred by {amount(stages[0].rmse, 'N')}" in text
+    assert (
+        fall_text(stages[1:], 1.0, "N") == f"The error fell from {amount(stages[1].rmse, 'N')} to {amount(1.0, 'N')}."
+    )
 
 
 @pytest.fixture(scope="module")
@@ -158,11 +197,11 @@ def course(monkeypatch):
 
     def run(candidates, adequate=False, rules=RULES, **happens):
         found = SimpleNamespace(rmse=1.0, held_out_rmse=1.0, verdict="missing", p_value=0.001)
-        search = SimpleNamespace(run=lambda: SimpleNamespace(base_is_adequate=adequate), world=None)
+        search = SimpleNamespace(run=lambda: SimpleNamespace(base_is_adequate=adequate), world=None, base=None)
         stubs = {
             "prepared": lambda *_, **__: search, "concluded": lambda _: found, "worth_judging": lambda *_: [],
             "plain_step": lambda *_: (None, None, ()), "without_idle": lambda *_: None, "exchanged": lambda *_: None,
-            "smaller_models": lambda *_: [],
+            "smaller_models": lambda *_: [], "denials": lambda *_: (),
         }  # fmt: skip
         for name, stub in (stubs | happens).items():
             monkeypatch.setattr(discovering, name, stub)
@@ -173,7 +212,7 @@ def course(monkeypatch):
 
 def on_the_way(present, added=(), **how):
     """A model on the way that nobody searches."""
-    search = SimpleNamespace(run=lambda: SimpleNamespace(base_is_adequate=False), world=None)
+    search = SimpleNamespace(run=lambda: SimpleNamespace(base_is_adequate=False), world=None, base=None)
     return ModelOnTheWay(added, list(present), search, **how)
 
 
@@ -181,7 +220,7 @@ def on_the_way(present, added=(), **how):
 def test_a_rejected_model_is_asked_for_what_does_not_pay_and_the_path_goes_on(adequate, course):
     """Tip, spring, then a weight; the first two go, and after them an end stop comes."""
     present, coming = list(BASE), [Tip(), LinearSpring(), Weight(), None, EndStop(), None]
-    told = SimpleNamespace(run=lambda: SimpleNamespace(base_is_adequate=adequate), world=None)
+    told = SimpleNamespace(run=lambda: SimpleNamespace(base_is_adequate=adequate), world=None, base=None)
 
     def larger(*_):
         new = coming.pop(0)

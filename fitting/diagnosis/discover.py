@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 
-from fitting.diagnosis.course import ModelOnTheWay, OnStep, Step
+from fitting.diagnosis.course import ModelOnTheWay, OnStep, Step, values_of
 from fitting.diagnosis.diagnose import Progress, concluded, library_candidates, one_thread, prepared
 from fitting.diagnosis.dropping import smaller_models, without_idle
 from fitting.diagnosis.exchanging import exchanged
@@ -10,7 +10,8 @@ from fitting.diagnosis.findings import Attempt
 from fitting.diagnosis.next_model import next_model, plain_step
 from fitting.diagnosis.record import Diagnosis
 from fitting.diagnosis.search import Search
-from fitting.diagnosis.step_rules import RULES, StepRules
+from fitting.diagnosis.stated_sizes import believable
+from fitting.diagnosis.step_rules import RULES, StepRules, denials
 from fitting.diagnosis.tiers import worth_judging
 from fitting.problem.varying import Varying
 from fitting.recordings.records import Experiment
@@ -35,9 +36,10 @@ def discover(
 
     Whatever the verdict, an effect that leads is added; two at once only where neither is kept alone. Every fit begins
     at the optimum of the model before, so that no step raises the error. Where a step denies a stated size, all stated
-    sizes are confined to what was stated (`stated_sizes`) from that step on. In the end, what does not pay any more
-    beside what was added later, or what an adequate model does not need, is dropped; what another effect explains
-    better is exchanged for that.
+    sizes are confined to what was stated (`stated_sizes`) from that step on. Where a model denies one and nothing can
+    be added, the next step is the same model with its sizes confined, which errs more. In the end, what does not pay
+    any more beside what was added later, or what an adequate model does not need, is dropped; what another effect
+    explains better is exchanged for that.
     `candidates` as in `diagnose`; `start` gives values (SI, by full name) that were fitted before; `on_step` is called
     with every step as soon as it is made, with all that was tried after it.
     """
@@ -96,7 +98,7 @@ class _Way:
             self.seen.append(_names(here))
             found, adequate, larger, attempts = self._larger(here)
             self.tell(here.step(found, attempts))
-            other = larger or self._beside(here, adequate)
+            other = larger or self._beside(here, adequate) or self._with_believed_sizes(here, adequate)
             if other is None:
                 return here, adequate
             here = other
@@ -128,6 +130,17 @@ class _Way:
                 added = self.added_to(here)
                 other = exchanged(here, added, self.known, self.begin, self.rules, adequate, self.seen)
         return other
+
+    def _with_believed_sizes(self, here: ModelOnTheWay, adequate: bool) -> ModelOnTheWay | None:
+        """The same model with the stated sizes confined, where it denies one, lacks something, and nothing is added.
+
+        Wrong sizes may stand in for what is missing so well that nothing beside them shows it.
+        """
+        world, fit = here.search.world, here.search.base
+        if adequate or not self._is_short or not denials(world, fit, self.rules) or fit.confined:
+            return None
+        search = self.begin(here.present, values_of(world, believable(world, fit).vector), True)
+        return ModelOnTheWay((), here.present, search, held=tuple(world.from_stated(search.base)))
 
     @property
     def _is_short(self) -> bool:

@@ -1,6 +1,6 @@
 """The steps of a study: how the error fell from model to model."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -39,6 +39,11 @@ class Stage:
     exchanged: bool = False
 
     @property
+    def confines_alone(self) -> bool:
+        """Whether its model differs only in that stated sizes are confined."""
+        return bool(self.held) and not self.added and not self.dropped
+
+    @property
     def residual(self) -> np.ndarray | None:
         """Model minus measurement of every sample that carries weight, in the recording's unit, where it is known."""
         return None if self.comparison is None else self.comparison.fit.residual
@@ -50,3 +55,11 @@ def added_by(stages: Iterable[Stage]) -> tuple[str, ...]:
     for stage in stages:
         here = [name for name in here if name not in stage.dropped] + list(stage.added)
     return tuple(here)
+
+
+def first_of_fall(stages: Sequence[Stage]) -> Stage:
+    """The step from which the error fell: the first, or the last that only confines sizes of the muscle.
+
+    Before that step the sizes stood in for what was missing, and the error was too small.
+    """
+    return next((stage for stage in reversed(stages) if stage.confines_alone), stages[0])

@@ -37,15 +37,15 @@ def command(**options: Any) -> None:
     An effect that leads is added whatever the verdict. A step is kept if it lowers the error on held-out runs by more
     than its standard error and by a tenth, and raises no error; if no parameter ends at its bound and no value is
     smaller than its error by the readings alone (instruments and stated sizes make the errors of the last table
-    larger). Where a step would deny a stated size, all of them stay within two standard errors of what was stated. What
-    is not kept is said. In the end, what a model that lacks nothing does not need any more is dropped.
+    larger). Where a step would deny a stated size, or the model denies one and nothing can be added, all of them stay
+    within two standard errors of what was stated. What is not kept is said. In the end, what a model that lacks nothing
+    does not need any more is dropped.
     """
     enough = _share(options["enough"])
     run = start(options)
     from fitting.cli.saving import save
     from fitting.report.page.page import write_page
     from fitting.report.results import diagnosis_result, fit_result, steps_result
-    from fitting.report.text.amounts import amount
     from fitting.report.text.changes import on_motions_result, on_motions_text
     from fitting.report.text.comparison import judgement
     from fitting.report.text.diagnosis import diagnosis_report, effect_set
@@ -54,6 +54,7 @@ def command(**options: Any) -> None:
     from fitting.report.text.next_step import after_discovery
     from fitting.report.text.path import blamed_on_the_way, path_result, path_texts
     from fitting.report.text.practice import practice_result, practice_text
+    from fitting.report.text.stages import fall_text
     from fitting.report.text.study import step_report, steps_report
     from fitting.study.diagnosing import all_candidates, candidates_of, in_newtons
     from fitting.study.discovering import discover_task, on_motions
@@ -72,8 +73,8 @@ def command(**options: Any) -> None:
         motions = on_motions(run.task, found, progress)
     compared, stages = found.comparison, found.stages
     unit = compared.unit
-    fell = f"Error {amount(stages[0].rmse, unit)} -> {amount(compared.rmse, unit)}. " if len(stages) > 1 else ""
-    words = fell + judgement(compared)
+    fell = [fall_text(stages, compared.rmse, unit)] if len(stages) > 1 else []
+    words = " ".join([*fell, judgement(compared)])
     use = practice(stages, compared, enough)
     run.print([line("RESULT", practice_text(use), "bold"), line("ERROR", words)])
     run.print([line("MODEL NOW", effect_set(found.task.names)), *lines("CHECK", blamed_on_the_way(stages))])

@@ -18,7 +18,7 @@ from fitting.report.text.fit import fit_warnings
 from fitting.report.text.instrument_answers import instrument_texts
 from fitting.report.text.next_step import after_comparison, after_diagnosis
 from fitting.report.text.practice import explained_text, left_text, practice_text
-from fitting.report.text.stages import added_text
+from fitting.report.text.stages import added_text, fall_text
 from fitting.report.text.warnings import comparison_warnings
 from fitting.study.practice import practice
 from fitting.study.preview import suggested
@@ -140,7 +140,7 @@ def lead(model: ShownModel, models: Sequence[ShownModel], enough: float) -> list
     said = _of_diagnosis(model.diagnosis, c) if model.diagnosis is not None else _of_test(model, models)
     if len(stages) < 2:
         return said
-    fell = f"The error fell from {amount(stages[0].rmse, c.unit)} to {amount(stages[-1].rmse, c.unit)}."
+    fell = fall_text(stages, stages[-1].rmse, c.unit)
     use, d = practice(stages, c, enough), model.diagnosis
     if d is not None and _is_explained(model, models, enough):
         return [f"{left_text(use)} {fell}", *_refused(model), verdict_text(d), *said]

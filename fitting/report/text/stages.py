@@ -1,17 +1,34 @@
 """What a step of a study is called."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from fitting.library.library import library
+from fitting.report.text.amounts import amount
 from fitting.report.text.names import marked
-from fitting.study.stages import Stage
+from fitting.study.stages import Stage, first_of_fall
 
 
 def stage_text(stage: Stage) -> str:
-    """'baseline', '+ tip', '+ textile_friction in place of coulomb_friction', '- tip'."""
+    """'baseline', '+ tip', '+ textile_friction in place of coulomb_friction', '- tip', or that sizes are confined."""
     if stage.label:
         return stage.label
+    if stage.confines_alone:
+        return "sizes of the muscle kept to what was measured"
     return f"+ {added_text(stage)}" if stage.added else f"- {marked(stage.dropped, ' - ')}"
+
+
+def fall_text(stages: Sequence[Stage], last: float, unit: str) -> str:
+    """From where to where the error fell."""
+    first = first_of_fall(stages)
+    fell = f"The error fell from {amount(first.rmse, unit)} to {amount(last, unit)}"
+    if first is stages[0]:
+        return f"{fell}."
+    return (
+        f"{fell}, with the sizes of the muscle kept to what was measured. With sizes that deny it, the model at the "
+        f"beginning erred by {amount(stages[0].rmse, unit)}."
+    )
 
 
 def stage_verdict(stage: Stage) -> str:
