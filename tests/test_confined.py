@@ -17,7 +17,7 @@ from fitting.model_files.model_file import read_model
 from fitting.model_files.writer import model_text
 from fitting.problem.estimate import ParameterState
 from fitting.report.text.layout import console
-from fitting.report.text.study import step_report
+from fitting.report.text.study import opening, step_report
 from fitting.study import discovering
 from fitting.study.request import Request
 from fitting.study.task import fit_task, task_of
@@ -58,12 +58,24 @@ def test_sizes_that_the_model_file_holds_are_confined_to_what_was_stated(folder)
 
 
 def test_they_are_let_go_by_name_and_by_another_model(folder):
-    told = held(folder)
+    told = held(folder, radius="7.2 mm")
     free = told(free=("muscle.radius", "muscle.braid_angle"))
     assert free.held == told(baseline=True).held == ()
     lower, upper = ranges(free, "muscle.radius")
     assert upper - lower > 4e-3
     assert told(free=("muscle.radius",)).held
+
+
+def test_sizes_that_somebody_fixed_stay_fixed_until_they_are_let_go(folder):
+    """At values of their own choice, not at the limit of what a fit may make of them."""
+    told = held(folder, radius="7.1 mm")
+    task = told()
+    assert (task.held, task.kept) == ((), ("muscle.radius", "muscle.braid_angle"))
+    assert not {*task.kept} & {*task.free_names}
+    assert fit_task(task).values["muscle.radius"] == pytest.approx(7.1e-3)
+    assert "radius (muscle.radius), braid angle (muscle.braid_angle) fixed (--free" in text_of(opening(task))
+    assert "muscle.radius" in told(free=("muscle.radius",)).free_names
+    assert told(baseline=True).kept == ()
 
 
 def test_a_size_that_was_measured_badly_is_not_taken_for_one_that_may_not_be_denied(folder):
@@ -73,7 +85,7 @@ def test_a_size_that_was_measured_badly_is_not_taken_for_one_that_may_not_be_den
     entry = task_of(Request(data=(str(folder),), baseline=True)).layout.entry("muscle.radius")
     assert entry.upper - entry.lower < 4 * 12e-3
     assert not entry.is_confined
-    assert held(folder)().layout.entry("muscle.radius").is_confined
+    assert held(folder, braid_angle="21 deg")().layout.entry("muscle.radius").is_confined
 
 
 @pytest.mark.parametrize("freed", [False, True])
@@ -109,13 +121,13 @@ def test_what_was_fitted_and_what_lies_outside_confine_nothing(folder):
 
 
 def test_a_model_of_other_data_confines_nothing(folder):
-    told = held(folder)
+    told = held(folder, radius="7.2 mm")
     (folder / "data.csv").write_text(table(loop_columns(loops=3)), encoding="utf-8")
     assert told().held == ()
 
 
 def test_sizes_at_their_end_are_written_as_held_and_others_with_their_error(folder, tmp_path):
-    fitted = fit_task(held(folder)())
+    fitted = fit_task(held(folder, radius="7.2 mm")())
     assert "muscle.radius" in fitted.at_bound  # nobody's muscle: a force of two straight lines
     written = tmp_path / "written.toml"
     written.write_text(model_text(fitted, task_of(Request(data=(str(folder),))).experiments), encoding="utf-8")

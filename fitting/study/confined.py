@@ -5,7 +5,7 @@ file holds them fixed. Later commands on the same data keep to that, or each wou
 `diagnose` prints would not be the one that `discover` ended with.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 from fitting import full_names
@@ -20,19 +20,45 @@ ROUNDED = 1e-6  # standard errors by which a file may round a value
 def held_sizes(stored: ModelFile | None, experiments: Sequence[Experiment], free: Sequence[str]) -> tuple[str, ...]:
     """The stated sizes that a model of these very data holds fixed; none of them where all are named as `free`.
 
-    None either where a size of the model lies outside what was stated: then somebody wanted it there.
+    None either where none of them stands at the limit of what a fit may make of it (then somebody held them there:
+    `fixed_sizes`), or where a size of the model lies outside what was stated: then somebody wanted it there.
     """
-    if stored is None or not stored.fitted_to(experiments):
+    places = _places(stored, experiments)
+    found = _fixed_of(stored, places)
+    if not any(_is_at_limit(places[name]) for name in found) or any(map(_is_outside, places.values())):
         return ()
-    found = []
+    return () if {full_names.common(name) for name in found} <= set(free) else found
+
+
+def fixed_sizes(stored: ModelFile | None, experiments: Sequence[Experiment]) -> tuple[str, ...]:
+    """The stated sizes that somebody held fixed in a model of these very data, at a value of their own choice."""
+    places = _places(stored, experiments)
+    found = _fixed_of(stored, places)
+    return () if any(_is_at_limit(places[name]) for name in found) else found
+
+
+def _places(stored: ModelFile | None, experiments: Sequence[Experiment]) -> dict[str, float]:
+    """How far from what was stated each size lies in a model of these very data, in errors of what was stated."""
+    found = dict[str, float]()
+    if stored is None or not stored.fitted_to(experiments):
+        return found
     for experiment in experiments:
         for name, (mean, error) in experiment.priors.items():
             full = name if experiment is experiments[0] else full_names.of_set(name, experiment.name)
-            if abs(stored.values.get(full, mean) - mean) > (BELIEVED + ROUNDED) * error:
-                return ()
-            if stored.states.get(full) is ParameterState.FIXED:
-                found.append(full)
-    return () if {full_names.common(name) for name in found} <= set(free) else tuple(found)
+            found[full] = abs(stored.values.get(full, mean) - mean) / error
+    return found
+
+
+def _fixed_of(stored: ModelFile | None, places: Mapping[str, float]) -> tuple[str, ...]:
+    return tuple(name for name in places if stored and stored.states.get(name) is ParameterState.FIXED)
+
+
+def _is_at_limit(place: float) -> bool:
+    return abs(place - BELIEVED) <= ROUNDED
+
+
+def _is_outside(place: float) -> bool:
+    return place > BELIEVED + ROUNDED
 
 
 def confined(experiments: Sequence[Experiment]) -> tuple[Experiment, ...]:

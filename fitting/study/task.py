@@ -23,7 +23,7 @@ from fitting.recordings.experiment import read_experiment, read_single
 from fitting.recordings.records import TESTS, Experiment
 from fitting.study.allowed import check_allowed
 from fitting.study.baseline import BASELINE
-from fitting.study.confined import confined, held_sizes
+from fitting.study.confined import confined, fixed_sizes, held_sizes
 from fitting.study.request import MODEL_FILE, Request
 from mckibben_jax.effect import Effect, name_of
 from mckibben_jax.model import model, with_effects
@@ -46,7 +46,8 @@ class Task:
     seed: int
     shooting: int = 0  # stretches of a motion, in search of where to begin
     priors: dict[str, Prior] = dataclasses.field(default_factory=dict)  # as model.toml states them
-    held: tuple[str, ...] = ()  # stated sizes that model.toml holds: all of them are confined
+    held: tuple[str, ...] = ()  # stated sizes that model.toml holds at their limit: all of them are confined
+    kept: tuple[str, ...] = ()  # stated sizes that model.toml holds at a value of somebody's choice: they do not vary
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -79,12 +80,13 @@ def task_of(request: Request) -> Task:
     experiments = _distinct(read_data(request))
     stored, effects, origin = _model(request, experiments, known)
     held = held_sizes(stored, experiments, request.free)
+    kept = tuple(name for name in fixed_sizes(stored, experiments) if full_names.common(name) not in request.free)
     experiments = confined(experiments) if held else experiments
     task = Task(
         experiments=experiments,
         effects=effects,
         known=_known(stored, experiments),
-        varying=Varying((*request.fix, *_fixed(stored, request)), request.free, request.own),
+        varying=Varying((*request.fix, *_fixed(stored, request), *kept), request.free, request.own),
         origin=origin,
         library={**known, **{name_of(effect): type(effect) for effect in effects}},
         starts=max(request.starts, 1),
@@ -92,6 +94,7 @@ def task_of(request: Request) -> Task:
         shooting=request.shooting,
         priors=stored.priors if stored else {},
         held=held,
+        kept=kept,
     )
     if stored is not None and stored.fitted_to(experiments):
         check_allowed(task.layout, task.known, stored.path)
@@ -205,7 +208,7 @@ def _known(stored: ModelFile | None, experiments: Sequence[Experiment]) -> dict[
 
 
 def _fixed(stored: ModelFile | None, request: Request) -> tuple[str, ...]:
-    """What the model file holds fixed, the geometry apart: that is a matter of muscle.toml."""
+    """What the model file holds fixed, the geometry apart: that is a matter of muscle.toml, but for `fixed_sizes`."""
     if stored is None:
         return ()
     fixed = (name for name, state in stored.states.items() if state is ParameterState.FIXED)

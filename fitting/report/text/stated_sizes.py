@@ -63,6 +63,14 @@ def _kept_texts(fit: Fit) -> list[str]:
     ]
 
 
+def kept_texts(kept: Sequence[str]) -> list[str]:
+    """That stated sizes do not vary, for the model file holds them, and how they are let go."""
+    if not kept:
+        return []
+    names = tuple(dict.fromkeys(map(full_names.common, kept)))
+    return [f"The model file holds {marked(names)} fixed (--free {' '.join(names)} lets what is named vary)."]
+
+
 def confined_texts(held: Sequence[str]) -> list[str]:
     """That stated sizes are confined, for the model file holds these, and how they are let go."""
     if not held:

@@ -11,7 +11,7 @@ from fitting.report.text.amounts import amount
 from fitting.report.text.attempts import attempts_text, freed_text, held_text, strained_text
 from fitting.report.text.layout import columns, line, lines, spaced
 from fitting.report.text.stages import dropped_text, stage_text, stage_verdict
-from fitting.report.text.stated_sizes import confined_texts
+from fitting.report.text.stated_sizes import confined_texts, kept_texts
 from fitting.showing import counted
 from fitting.study.stages import Stage
 from fitting.study.task import Task
@@ -38,7 +38,7 @@ def opening(task: Task) -> list[RenderableType]:
     return [
         line("MODEL", f"{' + '.join(task.names)} ({task.origin})"),
         line("DATA", data_text(task.experiments)),
-        *lines("SIZES", confined_texts(task.held)),
+        *lines("SIZES", [*confined_texts(task.held), *kept_texts(task.kept)]),
     ]
 
 
