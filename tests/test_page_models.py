@@ -13,6 +13,8 @@ from studied import as_read, headings, off_by, two_steps
 
 from fitting.cli.main import main
 from fitting.diagnosis.findings import Attempt
+from fitting.diagnosis.outcomes import Verdict
+from fitting.diagnosis.record import Leading
 from fitting.least_squares.evaluate import held_out_rmse
 from fitting.report.page import top
 from fitting.report.page.models import models_of
@@ -51,6 +53,21 @@ def test_a_model_that_was_not_tested_borrows_no_p_value(study, diagnosis):
     stages = [dataclasses.replace(stage, diagnosis=None, p_value=None, verdict="") for stage in two_steps(c, diagnosis)]
     for model in models_of(c, None, stages):
         assert top.cards(model)[-1] == ("-", "p in the test that nothing is missing: not tested")
+
+
+@pytest.mark.parametrize(("enough", "drawn"), [(1.0, "coulomb_friction"), (1e-9, "weight")])
+def test_what_is_drawn_below_the_headline_is_what_the_headline_names(study, diagnosis, enough, drawn):
+    """What was added, where that explains enough; not what leads in the little that is left."""
+    task, c = study
+    left = dataclasses.replace(
+        diagnosis, verdict=Verdict.NOT_IN_LIBRARY, explanations=(), leading=Leading(("weight",), 0.1, 1.0, 1.0)
+    )
+    first, last = two_steps(c, diagnosis)
+    stages = [first, dataclasses.replace(last, verdict="not in the library", diagnosis=left)]
+    models = models_of(c, left, stages)
+    said = top.head(models[-1], models, task, enough)
+    assert [drawn in meaning.name for meaning in said.meanings] == [True]
+    assert said.verdict.startswith("⟦coulomb_friction⟧ explain") is (enough == 1.0)
 
 
 def test_steps_of_which_one_is_not_known_are_no_models_to_choose(study, diagnosis):

@@ -11,6 +11,7 @@ from fitting.errors import InputError
 from fitting.report.page.diagnosis import ABSORBED, DETECTABLE, TERMS, UNEXPLAINED, UNIT, meanings
 from fitting.report.page.names import PageNames
 from fitting.report.page.parts import pictures_style
+from fitting.report.page.similar_groups import named_by
 from fitting.report.pictures.fall import fall_html
 from fitting.report.pictures.muscle_drawing import DRAWN, model_html
 from fitting.report.text.amounts import amount
@@ -123,7 +124,7 @@ def headline(session: Session) -> str:
     lines = [f'<p class="about">{named(about)}</p>']
     lines.append(f'<p class="verdict">{named(where_we_are(session))}</p>')
     if step.diagnosis is not None:
-        told = meanings(step.diagnosis, step.task)
+        told = meanings(named_by(step.diagnosis), step.task)
         lines += [
             f"<p><b>{named(each.name)}</b>: {html.escape(each.words)}{_law(each.law)}{each.drawing}</p>"
             for each in told

@@ -1,6 +1,6 @@
 """The parts of the page that show a diagnosis: what was named, the evidence for each effect, who looks like whom."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -66,9 +66,9 @@ class Meaning(NamedTuple):
     drawing: str
 
 
-def meanings(d: Diagnosis, task: Task) -> list[Meaning]:
-    """What the effects are that the verdict names."""
-    known = [name for name in named_by(d) if name in task.library][: SHOWN.explained]
+def meanings(names: Sequence[str], task: Task) -> list[Meaning]:
+    """What the first of these effects are."""
+    known = [name for name in names if name in task.library][: SHOWN.explained]
     return [_meaning(name, task.library[name]) for name in known]
 
 

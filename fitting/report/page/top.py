@@ -9,6 +9,7 @@ from fitting.diagnosis.record import Diagnosis
 from fitting.recordings.records import NoiseSource
 from fitting.report.page.diagnosis import Meaning, meanings
 from fitting.report.page.models import ShownModel
+from fitting.report.page.similar_groups import named_by
 from fitting.report.settings import ERROR_TEXT
 from fitting.report.text.amounts import amount, percent
 from fitting.report.text.attempts import attempt_text
@@ -35,7 +36,7 @@ class Head:
     number: int
     effects: str
     verdict: str
-    meanings: tuple[Meaning, ...]  # what the effects are that the verdict names
+    meanings: tuple[Meaning, ...]  # what the effects are that the headline or the verdict names
     lead: tuple[str, ...]
     cards: tuple[tuple[str, str], ...]  # numbers as text, and what each is
     warnings: tuple[str, ...]
@@ -43,12 +44,11 @@ class Head:
 
 def head(model: ShownModel, models: Sequence[ShownModel], task: Task, enough: float) -> Head:
     """The top of the page for one of its models; `enough` is the share of full scale that may be left."""
-    diagnosed = _diagnosed(model, models)
     return Head(
         model.number,
         effect_set(model.effects),
         verdict(model, models, enough),
-        () if diagnosed is None else tuple(meanings(diagnosed, task)),
+        tuple(meanings(_in_headline(model, models, enough), task)),
         tuple(lead(model, models, enough)),
         tuple(cards(model)),
         (*fit_warnings(model.comparison.fit), *comparison_warnings(model.comparison)),
@@ -70,6 +70,14 @@ def verdict(model: ShownModel, models: Sequence[ShownModel], enough: float) -> s
         return f"{explained_text(practice(model.stages, model.comparison, enough))}."
     before = "With" if _is_of_its_own(model, models) else "Before"
     return f"{before} {added} added: {said[:1].lower()}{said[1:]}"
+
+
+def _in_headline(model: ShownModel, models: Sequence[ShownModel], enough: float) -> Sequence[str]:
+    """The effects that a reader meets first: what was added where that is the answer, else what a diagnosis names."""
+    if _is_explained(model, models, enough):
+        return added_by(model.stages)
+    diagnosed = _diagnosed(model, models)
+    return () if diagnosed is None else named_by(diagnosed)
 
 
 def _is_of_its_own(model: ShownModel, models: Sequence[ShownModel]) -> bool:
