@@ -173,7 +173,7 @@ def tried_table(d: Diagnosis) -> Grid:
                 amount(e.rmse, UNIT),
                 amount(e.held_out_rmse, UNIT),
                 _shown(e.p_value),
-                why_text(e.why),
+                why_text(e.why, e.unexplained),
             )
         )
         for e in d.tried

@@ -62,7 +62,7 @@ def remark(e: Evidence) -> str:
     """
     if e.why is not None and e.why.reason is Reason.NOT_SEEN:
         return "a small amount of it would not show"
-    return why_text(e.why) or ("explains the data" if e.adequate else "")
+    return why_text(e.why, e.unexplained) or ("explains the data" if e.adequate else "")
 
 
 def verdict_text(d: Diagnosis) -> str:
@@ -238,7 +238,7 @@ def _evidence(d: Diagnosis, unit: str) -> list[RenderableType]:
 def _nearest_text(e: Explanation, unit: str) -> str:
     """What a set leaves that does not explain the data, and why it does not: it may need an absurd instrument."""
     left = f"{amount(e.rmse, unit)}, of which {amount(e.unexplained, unit, 2)} is unexplained"
-    why = "" if e.why is None or e.why.reason is Reason.FAR_WORSE else f"; {why_text(e.why)}"
+    why = "" if e.why is None or e.why.reason is Reason.FAR_WORSE else f"; {why_text(e.why, e.unexplained)}"
     return f"{effect_set(e.effects)}: {left}{why}"
 
 

@@ -34,8 +34,11 @@ def _needed(names: Sequence[str]) -> str:
     return " and ".join(f"{' and '.join(some)} {place}" for some, place in places if some)
 
 
-def why_text(why: Why | None) -> str:
-    """A reason as part of a sentence; empty where there is none."""
+def why_text(why: Why | None, unexplained: float | None = None) -> str:
+    """A reason as part of a sentence; empty where there is none.
+
+    `unexplained` is what a set leaves beyond noise and instruments: where that is nothing, nothing large is missing.
+    """
     if why is None:
         return ""
     names = marked(why.names)
@@ -50,7 +53,8 @@ def why_text(why: Why | None) -> str:
         Reason.FAINT: f"only a large amount of each of these would show: {names}",
     }
     if why.p_value is not None:
-        return f"something is still missing (p = {why.p_value:.2g})"
+        said = "something is still missing" if unexplained != 0 else "what is left is small but no mere chance"
+        return f"{said} (p = {why.p_value:.2g})"
     return about.get(why.reason) or SENTENCES[why.reason]
 
 
