@@ -12,7 +12,7 @@ from folders import folder_of, loop_columns, model_beside, table
 
 from fitting.cli.main import main
 from fitting.diagnosis.course import Step
-from fitting.least_squares.uncertainty import beside_stated, covariances
+from fitting.least_squares.uncertainty import beside_stated, clusters, covariances
 from fitting.model_files.model_file import read_model
 from fitting.model_files.writer import model_text
 from fitting.problem.estimate import ParameterState
@@ -21,7 +21,7 @@ from fitting.report.text.study import opening, step_report
 from fitting.study import discovering
 from fitting.study.request import Request
 from fitting.study.task import fit_task, task_of
-from mckibben_jax.effects import LinearSpring
+from mckibben_jax.effects import CoulombFriction, IdealCylinder, LinearSpring
 
 DATA = Path(__file__).parents[1] / "data"
 
@@ -185,3 +185,22 @@ def test_what_a_confined_size_leaves_of_a_value_is_what_was_stated_of_it():
         assert found[0, 1] == found[1, 0] == pytest.approx(-moved * 0.2)
     only = beside_stated(data[:, 1:], rows, priors[:, 1:], cluster, np.array([True]))
     assert [float(one[0, 0]) for one in only] == pytest.approx([0.04, 0.04])
+
+
+def test_the_same_muscle_is_predicted_however_wrong_its_caliper_is(folder):
+    """A size that a fit may not deny is known to no better than was stated; the forces fitted beside it are."""
+    fitted = fit_task(
+        held(folder, radius="7.2 mm")().with_effects([IdealCylinder(), CoulombFriction(), LinearSpring()])
+    )
+    stated = [fitted.layout.entry(name).is_confined for name in fitted.free]
+    assert any(stated)
+    assert not all(stated)
+    assert not fitted.repeatable[stated].any()
+    spread = lambda covariance: np.sqrt(np.einsum("ri,ij,rj->r", slopes, covariance, slopes)).max()  # noqa: E731
+    slopes = fitted.slopes[: len(fitted.samples)]
+    assert 0 < spread(fitted.repeatable) < 0.6 * spread(fitted.robust)
+    count, varies = len(fitted.samples), ~np.array(stated)
+    own = fitted.slopes[:, varies]
+    cluster = clusters(fitted.samples, fitted.slopes)
+    expected = covariances(own[:count], fitted.residual / fitted.samples.sigma, own[count:], cluster)[1]
+    np.testing.assert_allclose(fitted.repeatable[np.ix_(varies, varies)], expected, rtol=1e-9)

@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import partial
 
 import jax.numpy as jnp
 import numpy as np
@@ -12,7 +11,7 @@ from fitting.least_squares.run_differences import as_runs_show
 from fitting.least_squares.search import Evaluated
 from fitting.least_squares.subset import Subset
 from fitting.least_squares.summary import Failure, SearchSummary
-from fitting.least_squares.uncertainty import at_bound, spread_of_values, ties
+from fitting.least_squares.uncertainty import at_bound, repeatable_spread, spread_of_values, ties
 from fitting.problem.estimate import Estimate, ParameterState
 from fitting.problem.residuals import Problem, Samples
 from fitting.problem.unknowns import Unknowns
@@ -36,7 +35,7 @@ class Fit:
     errors: InstrumentErrors  # what instruments within their accuracy can do to the rows, as `samples`
     covariance: np.ndarray  # were samples independent
     robust: np.ndarray  # to what a loop or a run shares, and to errors of instruments
-    repeatable: np.ndarray  # the same without errors of instruments: of readings on the same rig
+    repeatable: np.ndarray  # the same for more readings of this muscle on this rig: nothing errs anew
     at_bound: tuple[str, ...]
     tied: dict[str, tuple[str, ...]]
     converged: bool
@@ -114,9 +113,9 @@ def record_fit(
     place, rows, slopes = map(np.asarray, at)
     count, per_unit = len(samples), slopes / np.asarray(subset.slope(place))
     errors = InstrumentErrors.none(samples.run) if errors is None else errors
-    spread = partial(spread_of_values, layout, names, samples, rows, per_unit)
+    parts = layout, names, samples, rows, per_unit
     shown = as_runs_show(errors, samples.dataset, per_unit[:count], rows, per_unit[count:])
-    (covariance, robust), (_, repeatable) = spread(shown), spread()
+    covariance, robust = spread_of_values(*parts, shown)
     return Fit(
         layout=layout,
         problem=given,
@@ -130,7 +129,7 @@ def record_fit(
         errors=errors,
         covariance=covariance,
         robust=robust,
-        repeatable=repeatable,
+        repeatable=repeatable_spread(*parts),
         at_bound=at_bound(names, place),
         tied=ties(names, slopes),
         converged=converged,

@@ -61,6 +61,22 @@ def spread_of_values(
     return beside_stated(*parts, stated, errors) if stated.any() else covariances(*parts, errors)
 
 
+def repeatable_spread(
+    layout: Unknowns, names: Sequence[str], samples: Samples, rows: np.ndarray, slopes: np.ndarray
+) -> np.ndarray:
+    """Robust covariance of the named unknowns for more readings of this muscle on this rig; as `spread_of_values`.
+
+    Instruments then err as they did before. A size that is confined to what was stated stays where it is, however far
+    it is from the true one: the other parameters were fitted beside it.
+    """
+    count, cluster = len(samples), clusters(samples, slopes)
+    varies = np.array([not layout.entry(name).is_confined for name in names], dtype=bool)
+    _, robust = covariances(slopes[:count][:, varies], rows[:count], slopes[count:][:, varies], cluster)
+    whole = np.zeros((len(names), len(names)))
+    whole[np.ix_(varies, varies)] = robust
+    return whole
+
+
 @np.errstate(over="ignore", invalid="ignore")  # of what changes readings by 1e-140 the error is infinite or no number
 def covariances(
     data: np.ndarray,
