@@ -34,6 +34,52 @@ def test_a_row_of_units_still_stands_below_the_header(tmp_path):
     assert read_heads(written(tmp_path / "a.csv", *LABVIEW, heads=heads, units=units)) == GERMAN
 
 
+@pytest.mark.parametrize(
+    "above",
+    [
+        ["Key;Value"] + [f"Setting {k};{k}" for k in range(9)],  # more rows than the table has
+        ["Prüfstand 3;;;", "Datum;17.06.2025;;"],  # as spreadsheets save them
+        ["Prüfstand 3", "Kanal;A;B;C"],  # as wide as the table
+        ["Length;260"],  # with a word that heads a column elsewhere
+    ],
+)
+def test_whatever_stands_above_the_header_is_passed_over(tmp_path, above):
+    table = read_table(written(tmp_path / "a.csv", *above), CALLED)
+    assert table.header_row == len(above) + 1
+    assert len(table["force"]) == len(ROWS)
+
+
+def test_a_first_row_that_is_wider_than_the_table_is_its_header(tmp_path):
+    """A slow sensor or a remark stands in the last column of a few rows."""
+    heads, rows = [*GERMAN, "Temp [C]"], [[*map(str, row), ""] for row in ROWS]
+    rows[0][-1] = "20.1"
+    path = tmp_path / "a.csv"
+    path.write_text("\n".join(";".join(cells) for cells in (heads, *rows, *rows[1:])))
+    assert read_heads(path) == heads
+
+
+def test_separators_inside_quotes_cut_no_head_in_two(tmp_path):
+    path = tmp_path / "a.csv"
+    path.write_text('"Zeit, gemessen","Druck, p"\ns,bar\n0,1\n1,1\n2,1\n')
+    assert read_heads(path) == ["Zeit, gemessen [s]", "Druck, p [bar]"]
+
+
+@pytest.mark.parametrize("ending", ["csv", "xlsx"])
+def test_readings_above_the_header_are_not_lost_in_silence(tmp_path, ending):
+    heads, path = ["time [s]", "pressure [bar]", "displacement [mm]", "force [N]"], tmp_path / f"a.{ending}"
+    rows = [*ROWS, heads, *ROWS]
+    if ending == "csv":
+        path.write_text("\n".join(",".join(map(str, cells)) for cells in rows))
+    else:
+        book = openpyxl.Workbook()
+        for cells in rows:
+            book.active.append(cells)
+        book.save(path)
+    with pytest.raises(InputError, match="there are readings above the header") as refused:
+        read_table(path)
+    assert "row 4" in str(refused.value)
+
+
 def test_heads_that_the_program_knows_are_found_whatever_stands_above(tmp_path):
     """Even rows with as many cells as the table has."""
     heads = ["time [s]", "pressure [bar]", "displacement [mm]", "force [N]"]

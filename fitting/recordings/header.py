@@ -1,12 +1,13 @@
 """Which row of a table is its header: many loggers write rows about the rig and the day above it."""
 
-import re
+import csv
+from collections import Counter
 from collections.abc import Callable, Sequence
-from statistics import multimode
 
+from fitting.recordings.cells import NUMBER, filled
 from fitting.recordings.settings import TABLES
+from fitting.recordings.units_row import with_units
 
-NUMBER = re.compile(r"\s*[+-]?(?:\d+[.,]?\d*|[.,]\d+)(?:[eE][+-]?\d+)?\s*")
 SEPARATORS = ";\t,"  # a comma may be a decimal mark where another one separates
 FEWEST = 2  # cells of a table, and numbers in a row of readings
 Rows = Sequence[Sequence[str]]
@@ -15,42 +16,58 @@ Rows = Sequence[Sequence[str]]
 def header_at(rows: Rows, is_head: Callable[[str], bool]) -> int:
     """The place of the header among rows of cells that are no comments.
 
-    It is the first with heads that the program knows (`is_head` of a cell). Where there is none, it is the first row,
-    unless that has fewer or more cells than most rows: then it is the row above the first readings, or above a row of
-    units.
+    It is the first with two heads or more that the program knows (`is_head` of a cell). Where there is none, it is the
+    first row, unless that has fewer cells than the table: then it is the row above the first readings, or above a row
+    of units.
     """
     first = [filled(cells) for cells in rows[: TABLES.lines_before_header]]
-    known = [sum(map(is_head, cells)) for cells in first]
-    if known[0]:
-        return 0
-    found = next((at for at, count in enumerate(known) if count >= FEWEST), None)
-    if found is not None:
-        return found
-    width = _most(rows)
-    return 0 if width < FEWEST or len(first[0]) == width else _above_readings(first, width)
+    known = next((at for at, cells in enumerate(first) if sum(map(is_head, cells)) >= FEWEST), None)
+    if known is not None:
+        return known
+    width = _most(rows)[0]
+    return 0 if len(first[0]) >= width else _above_readings(first, width)
+
+
+def readings_above(rows: Rows, header: int) -> int | None:
+    """The place of the first row above the header that holds nothing but numbers, as readings do; None: there is none.
+
+    They would be lost.
+    """
+    above = (filled(cells) for cells in rows[:header])
+    return next((at for at, cells in enumerate(above) if len(cells) >= FEWEST and _numbers(cells) == len(cells)), None)
 
 
 def rows_of(lines: Sequence[str]) -> Rows:
-    """The first lines of a CSV as cells, by whatever separates them in most lines; quotes are dropped."""
-    some = [line.replace('"', "") for line in lines[: TABLES.lines_looked_at]]
-    cut = ([line.split(separator) for line in some] for separator in SEPARATORS)
-    return next((rows for rows in cut if _most(rows) >= FEWEST), [[line] for line in some])
+    """The first lines of a CSV as cells, by whatever separates most lines into equally many."""
+    some = lines[: TABLES.lines_looked_at]
+    return max((_split(some, separator) for separator in SEPARATORS), key=lambda rows: _most(rows)[1])
 
 
-def _most(rows: Rows) -> int:
-    """How many cells most rows have."""
-    return max(multimode(len(filled(cells)) for cells in rows))
+def _split(lines: Sequence[str], separator: str) -> Rows:
+    try:
+        return [next(csv.reader([line], delimiter=separator, skipinitialspace=True), []) for line in lines]
+    except csv.Error:  # said in words by whoever reads the whole table
+        return [line.split(separator) for line in lines]
 
 
-def filled(cells: Sequence[str]) -> Sequence[str]:
-    """The cells up to the last that is not empty: a row may end with separators."""
-    return cells[: max((at + 1 for at, cell in enumerate(cells) if cell.strip()), default=0)]
+def _most(rows: Rows) -> tuple[int, int]:
+    """How many cells the table has, which are at least two, and how many rows have them; 1 and 0 where none has.
+
+    The later half tells, for the table may have fewer rows than stand above it.
+    """
+    widths = Counter(len(filled(cells)) for cells in rows[len(rows) // 2 :])
+    tables = [(count, width) for width, count in widths.items() if width >= FEWEST]
+    count, width = max(tables, default=(0, 1))
+    return width, count
 
 
 def _above_readings(rows: Rows, width: int) -> int:
     """The row above the first readings of so many cells; the first of all where there are none."""
-    numbers = [sum(map(bool, map(NUMBER.fullmatch, cells))) for cells in rows]
-    begin = next((at for at, cells in enumerate(rows) if len(cells) == width and numbers[at] >= FEWEST), 0)
-    if begin > 1 and len(rows[begin - 1]) == len(rows[begin - 2]) == width:
+    begin = next((at for at, cells in enumerate(rows) if len(cells) == width and _numbers(cells) >= FEWEST), 0)
+    if begin > 1 and len(rows[begin - 2]) == width and with_units(rows[begin - 2], rows[begin - 1]) is not None:
         return begin - 2
     return begin - 1 if begin > 0 and len(rows[begin - 1]) >= FEWEST else begin
+
+
+def _numbers(cells: Sequence[str]) -> int:
+    return sum(NUMBER.fullmatch(cell) is not None for cell in cells)

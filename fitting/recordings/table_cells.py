@@ -10,7 +10,8 @@ import numpy as np
 import pandas as pd
 
 from fitting.errors import InputError
-from fitting.recordings.header import NUMBER, header_at, rows_of
+from fitting.recordings.cells import NUMBER
+from fitting.recordings.header import header_at, readings_above, rows_of
 
 _SAYS_SEPARATOR = re.compile(r"\s*\"?sep=.\"?\s*", re.IGNORECASE)  # what spreadsheets put there
 NO_ROW = "there is a header but no row of readings"
@@ -30,7 +31,13 @@ def lines_of(text: str, path: Path, is_head: Callable[[str], bool]) -> tuple[int
         del kept[0]
     if not kept:
         raise InputError("the file is empty", path, cure="begin with a header: 'time [s],pressure [kPa],...'")
-    (header_row, header), *body = kept[header_at(rows_of([line for _, line in kept]), is_head) :]
+    rows = rows_of([line for _, line in kept])
+    at = header_at(rows, is_head)
+    if readings_above(rows, at) is not None:
+        number, line = kept[at]
+        cure = "delete what stands above it, or begin those lines with '#'"
+        raise InputError("there are readings above the header", path, number, value=line[:60], cure=cure)
+    (header_row, header), *body = kept[at:]
     if not body:
         raise InputError(NO_ROW, path, header_row, cure="export the readings too")
     return header_row, header, [line for _, line in body], np.array([number for number, _ in body])

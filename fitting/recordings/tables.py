@@ -11,7 +11,7 @@ import pandas as pd
 
 from fitting import units
 from fitting.errors import InputError, alike, nearest, unknown_name
-from fitting.recordings.header import NUMBER
+from fitting.recordings.cells import NUMBER
 from fitting.recordings.kinds import open_source
 from fitting.recordings.settings import TABLES
 from fitting.recordings.source import FAILED, Source

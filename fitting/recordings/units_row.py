@@ -3,7 +3,7 @@
 import re
 from collections.abc import Sequence
 
-from fitting.recordings.header import NUMBER, filled
+from fitting.recordings.cells import NUMBER, filled
 from fitting.units import is_unit
 
 _NAMED = re.compile(r".*(\[[^\]]*\]|\([^)]*\))\s*", re.DOTALL)  # a head that has a unit already

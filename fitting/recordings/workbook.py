@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from fitting.errors import InputError, unknown_name
-from fitting.recordings.header import header_at
+from fitting.recordings.header import header_at, readings_above
 from fitting.recordings.settings import TABLES
 from fitting.recordings.source import FAILED, Source, printable, series_of
 from fitting.recordings.table_cells import NO_ROW
@@ -139,7 +139,13 @@ def _without_remarks(rows: Rows, is_head: Callable[[str], bool], path: Path) -> 
     kept = [(number, cells) for number, cells in rows if not _is_remark(cells[0])]
     if not kept:
         raise InputError("the sheet is empty", path, cure="begin with a header: 'time [s]', 'pressure [kPa]', ...")
-    kept = kept[header_at([[*map(_text, cells)] for _, cells in kept[: TABLES.lines_looked_at]], is_head) :]
+    texts = [[*map(_text, cells)] for _, cells in kept[: TABLES.lines_looked_at]]
+    at = header_at(texts, is_head)
+    if readings_above(texts, at) is not None:
+        cure = "delete the rows above it, or begin the first cell of each with '#'"
+        shown = ", ".join(texts[at])[:60]
+        raise InputError("there are readings above the header", path, kept[at][0], value=shown, cure=cure)
+    kept = kept[at:]
     if not any(isinstance(cell, str) for cell in kept[0][1]):
         cure = "begin with a header: 'time [s]', 'pressure [kPa]', ..."
         raise InputError("there is no header, the sheet begins with numbers", path, kept[0][0], cure=cure)
