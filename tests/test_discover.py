@@ -22,10 +22,11 @@ from fitting.diagnosis.judging import Judged
 from fitting.diagnosis.next_model import next_model
 from fitting.diagnosis.outcomes import NOTHING_MISSING
 from fitting.diagnosis.step_rules import RULES
+from fitting.problem.varying import Varying
 from fitting.recordings.experiment import read_experiment
 from fitting.report.text.amounts import amount
 from fitting.report.text.stages import fall_text, stage_text
-from fitting.study.stages import Stage, first_of_fall
+from fitting.study.stages import Stage, begin_of_fall
 from mckibben_jax.effect import name_of
 from mckibben_jax.effects import (
     BladderMooneyRivlin,
@@ -40,6 +41,7 @@ from mckibben_jax.effects import (
 
 DATA = Path(__file__).parents[1] / "data"
 BASE = (IdealCylinder(), CoulombFriction())
+CONFINED = SimpleNamespace(confined=True)  # a fit whose sizes are confined
 
 
 # -------------------------------------------------------------------------------------------------------- measured data
@@ -67,15 +69,59 @@ def test_sizes_that_stand_in_for_what_is_missing_are_confined(denying):
     assert with_tip.rmse < confined.rmse / 3
 
 
+@pytest.fixture
+def denies(monkeypatch):
+    """The way of a discovery at a model that denies its radius, and which searches were begun from there."""
+
+    def at(free, adequate=False, larger=None):
+        monkeypatch.setattr(discovering, "denials", lambda *_: (Objection(Fault.DENIES, "muscle.radius", 9.0),))
+        monkeypatch.setattr(discovering, "with_sizes_confined", lambda _, fit: fit)
+        monkeypatch.setattr(discovering, "values_of", lambda *_: {})
+        world = SimpleNamespace(from_stated=lambda _: {"muscle.radius": 9.0, "muscle.length": 0.0})
+        way = discovering._Way([], BASE, [], Varying(), 0, RULES, None, None)
+        search = lambda confined: SimpleNamespace(  # noqa: E731
+            world=world, base=SimpleNamespace(confined=confined, free=free, vector=None), run=lambda: None
+        )
+        monkeypatch.setattr(way, "begin", lambda *_: search(True))
+        found = SimpleNamespace(rmse=1.0, held_out_rmse=1.0, verdict="not in the library")
+        monkeypatch.setattr(way, "_larger", lambda here: (found, adequate, larger if here.held else None, ()))
+        monkeypatch.setattr(way, "_beside", lambda *_: None)
+        ended = way.forward(ModelOnTheWay(("baseline",), list(BASE), search(False)))
+        return [step.held for step in way.steps], ended
+
+    return at
+
+
+def test_sizes_that_do_not_vary_are_not_confined(denies):
+    """Somebody fixed the radius where the fit denies it; or all of it is explained."""
+    for free, adequate in ((("muscle.length",), False), (("muscle.length", "muscle.radius"), True)):
+        told, (last, lacks_nothing) = denies(free, adequate)
+        assert (told, last.added, lacks_nothing) == ([()], ("baseline",), adequate)
+
+
+def test_a_muscle_as_it_was_measured_that_nothing_explains_better_is_no_step(denies):
+    told, (last, _) = denies(("muscle.length", "muscle.radius"))
+    assert (told, last.held) == ([()], ())
+
+
+def test_what_can_be_added_to_the_muscle_as_it_was_measured_is_added(denies):
+    with_tip = on_the_way([*BASE, Tip()], ("tip",))
+    told, (last, _) = denies(("muscle.radius",), larger=with_tip)
+    assert told == [(), ("muscle.radius",), ()]
+    assert last is with_tip
+
+
 def test_what_fell_is_the_error_in_the_muscle_that_was_measured(denying):
     """Not that of a muscle that nobody measured, which was small before anything was added."""
     stages = [Stage("" if k else s.effect, s.rmse, s.held_out_rmse, added=s.added * bool(k), held=s.held)
               for k, s in enumerate(denying)]  # fmt: skip
-    assert first_of_fall(stages) is stages[1]
+    assert begin_of_fall(stages) == 1
     assert stage_text(stages[1]) == "sizes of the muscle kept to what was measured"
     text = fall_text(stages, stages[-1].rmse, "N")
     assert f"fell from {amount(stages[1].rmse, 'N')} to {amount(stages[-1].rmse, 'N')}, with the sizes" in text
-    assert f"erred by {amount(stages[0].rmse, 'N')}" in text
+    assert f"that model erred by {amount(stages[0].rmse, 'N')}" in text
+    alone = fall_text(stages[:2], stages[1].rmse, "N")
+    assert alone.startswith("With the sizes of the muscle kept to what was measured, the error is")
     assert (
         fall_text(stages[1:], 1.0, "N") == f"The error fell from {amount(stages[1].rmse, 'N')} to {amount(1.0, 'N')}."
     )
@@ -162,8 +208,8 @@ def test_what_is_missing_is_added_though_its_gain_hides_behind_instruments(tiers
     tried = [SimpleNamespace(effects=(name,), adequate=name == "tip") for name in ("tip", "weight")]
     told = SimpleNamespace(tried=tried, explanations=(("tip",),), verdict=verdict)
     known = {"tip": Tip(), "weight": Weight()}
-    begin = lambda *_: SimpleNamespace(world=world, base=None)  # noqa: E731
-    here = SimpleNamespace(world=world, base=None)
+    begin = lambda *_: SimpleNamespace(world=world, base=CONFINED)  # noqa: E731
+    here = SimpleNamespace(world=world, base=CONFINED)
     larger, attempts = next_model(here, [IdealCylinder()], tiers, told, known, begin, RULES)
     assert (larger and larger.added) == taken
     assert taken not in [attempt.effects for attempt in attempts]
@@ -183,8 +229,8 @@ def test_an_earlier_effect_gives_way_only_where_nothing_stands_beside_it(adequat
     world = SimpleNamespace(settings=SimpleNamespace(workers=1), layout=SimpleNamespace(names=()))
     tried = [SimpleNamespace(effects=("tip",), adequate=adequate)]
     told = SimpleNamespace(tried=tried, explanations=(), verdict="not in the library")
-    known, here = {"tip": Tip(), "weight": Weight()}, SimpleNamespace(world=world, base=None)
-    begin = lambda *_: SimpleNamespace(world=world, base=None)  # noqa: E731
+    known, here = {"tip": Tip(), "weight": Weight()}, SimpleNamespace(world=world, base=CONFINED)
+    begin = lambda *_: SimpleNamespace(world=world, base=CONFINED)  # noqa: E731
     present = [IdealCylinder(), LinearSpring()]
     larger, _ = next_model(here, present, [[("tip",)], [("weight",)]], told, known, begin, RULES)
     assert larger.added == (taken,)
@@ -197,11 +243,13 @@ def course(monkeypatch):
 
     def run(candidates, adequate=False, rules=RULES, **happens):
         found = SimpleNamespace(rmse=1.0, held_out_rmse=1.0, verdict="missing", p_value=0.001)
-        search = SimpleNamespace(run=lambda: SimpleNamespace(base_is_adequate=adequate), world=None, base=None)
+        search = SimpleNamespace(
+            run=lambda: SimpleNamespace(base_is_adequate=adequate), world=None, base=SimpleNamespace(confined=True)
+        )
         stubs = {
             "prepared": lambda *_, **__: search, "concluded": lambda _: found, "worth_judging": lambda *_: [],
             "plain_step": lambda *_: (None, None, ()), "without_idle": lambda *_: None, "exchanged": lambda *_: None,
-            "smaller_models": lambda *_: [], "denials": lambda *_: (),
+            "smaller_models": lambda *_: [],
         }  # fmt: skip
         for name, stub in (stubs | happens).items():
             monkeypatch.setattr(discovering, name, stub)
@@ -212,7 +260,9 @@ def course(monkeypatch):
 
 def on_the_way(present, added=(), **how):
     """A model on the way that nobody searches."""
-    search = SimpleNamespace(run=lambda: SimpleNamespace(base_is_adequate=False), world=None, base=None)
+    search = SimpleNamespace(
+        run=lambda: SimpleNamespace(base_is_adequate=False), world=None, base=SimpleNamespace(confined=True)
+    )
     return ModelOnTheWay(added, list(present), search, **how)
 
 
@@ -220,7 +270,9 @@ def on_the_way(present, added=(), **how):
 def test_a_rejected_model_is_asked_for_what_does_not_pay_and_the_path_goes_on(adequate, course):
     """Tip, spring, then a weight; the first two go, and after them an end stop comes."""
     present, coming = list(BASE), [Tip(), LinearSpring(), Weight(), None, EndStop(), None]
-    told = SimpleNamespace(run=lambda: SimpleNamespace(base_is_adequate=adequate), world=None, base=None)
+    told = SimpleNamespace(
+        run=lambda: SimpleNamespace(base_is_adequate=adequate), world=None, base=SimpleNamespace(confined=True)
+    )
 
     def larger(*_):
         new = coming.pop(0)

@@ -72,6 +72,14 @@ def test_rounding_is_no_direction_to_look_along(kind):
     assert with_it.ratio_p == pytest.approx(without.ratio_p)
 
 
+def test_where_parameters_take_every_direction_nothing_is_seen_in_any():
+    free = replace(BY, prior_rows=np.zeros(0), prior_slopes=np.zeros((0, 5)))
+    found = projected(E, J, Z, Basis(J @ np.ones((5, 1)), np.zeros((ROWS, 0))), free)
+    assert found.o.shape == (ROWS, 0)
+    assert found.ratio_p == 1.0
+    assert np.all(found.explained == np.inf)
+
+
 def test_a_statement_that_is_wrong_sways_scores_as_said(found):
     """The change of a candidate's score with each statement, over the score's spread by noise of size one."""
     scores = lambda at: at.z.T @ at.e  # noqa: E731

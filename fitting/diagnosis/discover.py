@@ -10,8 +10,8 @@ from fitting.diagnosis.findings import Attempt
 from fitting.diagnosis.next_model import next_model, plain_step
 from fitting.diagnosis.record import Diagnosis
 from fitting.diagnosis.search import Search
-from fitting.diagnosis.stated_sizes import believable
-from fitting.diagnosis.step_rules import RULES, StepRules, denials
+from fitting.diagnosis.stated_sizes import with_sizes_confined
+from fitting.diagnosis.step_rules import RULES, StepRules, denials, denied_sizes
 from fitting.diagnosis.tiers import worth_judging
 from fitting.problem.varying import Varying
 from fitting.recordings.records import Experiment
@@ -37,9 +37,9 @@ def discover(
     Whatever the verdict, an effect that leads is added; two at once only where neither is kept alone. Every fit begins
     at the optimum of the model before, so that no step raises the error. Where a step denies a stated size, all stated
     sizes are confined to what was stated (`stated_sizes`) from that step on. Where a model denies one and nothing can
-    be added, the next step is the same model with its sizes confined, which errs more. In the end, what does not pay
-    any more beside what was added later, or what an adequate model does not need, is dropped; what another effect
-    explains better is exchanged for that.
+    be added, the next step is the same model with its sizes confined, if something can be added to that. In the end,
+    what does not pay any more beside what was added later, or what an adequate model does not need, is dropped; what
+    another effect explains better is exchanged for that.
     `candidates` as in `diagnose`; `start` gives values (SI, by full name) that were fitted before; `on_step` is called
     with every step as soon as it is made, with all that was tried after it.
     """
@@ -94,14 +94,17 @@ class _Way:
 
     def forward(self, here: ModelOnTheWay) -> tuple[ModelOnTheWay, bool]:
         """The last model that steps lead to from here, each of them told, and whether nothing is missing from it."""
+        before = here, False
         while True:
             self.seen.append(_names(here))
             found, adequate, larger, attempts = self._larger(here)
+            if here.held and not here.added and larger is None and not adequate:
+                return before  # nothing can be added with the measured sizes either: they explain no more, and err more
             self.tell(here.step(found, attempts))
             other = larger or self._beside(here, adequate) or self._with_believed_sizes(here, adequate)
             if other is None:
                 return here, adequate
-            here = other
+            before, here = (here, adequate), other
 
     def _larger(self, here: ModelOnTheWay) -> tuple[Diagnosis, bool, ModelOnTheWay | None, tuple[Attempt, ...]]:
         """What a model lacks, whether that is nothing, the next model with more effects, and what was tried beside."""
@@ -134,13 +137,16 @@ class _Way:
     def _with_believed_sizes(self, here: ModelOnTheWay, adequate: bool) -> ModelOnTheWay | None:
         """The same model with the stated sizes confined, where it denies one, lacks something, and nothing is added.
 
-        Wrong sizes may stand in for what is missing so well that nothing beside them shows it.
+        Wrong sizes may stand in for what is missing so well that nothing beside them shows it. A size that does not
+        vary was fixed by the user.
         """
-        world, fit = here.search.world, here.search.base
-        if adequate or not self._is_short or not denials(world, fit, self.rules) or fit.confined:
+        if adequate or not self._is_short or here.search.base.confined:
             return None
-        search = self.begin(here.present, values_of(world, believable(world, fit).vector), True)
-        return ModelOnTheWay((), here.present, search, held=tuple(world.from_stated(search.base)))
+        world, fit = here.search.world, here.search.base
+        if not any(denied in fit.free for denied in denied_sizes(denials(world, fit, self.rules))):
+            return None
+        search = self.begin(here.present, values_of(world, with_sizes_confined(world, fit).vector), True)
+        return ModelOnTheWay((), here.present, search, held=tuple(n for n in world.from_stated(fit) if n in fit.free))
 
     @property
     def _is_short(self) -> bool:

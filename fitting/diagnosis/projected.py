@@ -46,14 +46,18 @@ class Projected:
 
     @property
     def ratio_p(self) -> np.ndarray:
-        """The p-value of the likelihood ratio of the basis, were the noise model right."""
+        """The p-value of the likelihood ratio of the basis, were the noise model right; 1 where there is no basis."""
+        if not self.o.shape[1]:
+            return np.ones_like(self.unexplained)
         taken = np.sum((self.o.T @ self.e) ** 2, axis=0)
         ratio = (taken / self.o.shape[1]) / (self.unexplained / self.freedom)
         return stats.f.sf(ratio, self.o.shape[1], self.freedom)
 
     @property
     def explained(self) -> np.ndarray:
-        """The amount of each candidate whose likelihood ratio would be beyond its bound."""
+        """The amount of each candidate whose likelihood ratio would be beyond its bound; infinite without a basis."""
+        if not self.o.shape[1]:
+            return np.full(self.z.shape[1], np.inf)
         taken = np.linalg.norm(self.o.T @ self.z, axis=0)
         return np.sqrt(enough(self.o.shape[1], self.misfit_p_bound)) / np.maximum(taken, 1e-300)
 

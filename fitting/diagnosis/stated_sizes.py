@@ -13,9 +13,12 @@ from fitting.diagnosis.universe import Universe
 
 def believable(world: Universe, fit: CandidateFit) -> CandidateFit:
     """The same effects fitted with the stated sizes confined, if the fit denies any of them; else the fit."""
-    if not world.contradicted(fit):
-        return fit
+    return with_sizes_confined(world, fit) if world.contradicted(fit) else fit
+
+
+def with_sizes_confined(world: Universe, fit: CandidateFit) -> CandidateFit:
+    """The same effects fitted with the stated sizes confined; those that do not vary stay where they are."""
     begin, there = fit.vector.copy(), world.confined()
-    stated = world.layout.at(list(world.from_stated(fit)))
+    stated = world.layout.at([name for name in world.from_stated(fit) if name in fit.free])
     begin[stated] = world.start[stated]
     return min((there.fit(fit.effects, place) for place in (begin, fit.vector)), key=lambda end: end.cost)

@@ -57,9 +57,9 @@ def added_by(stages: Iterable[Stage]) -> tuple[str, ...]:
     return tuple(here)
 
 
-def first_of_fall(stages: Sequence[Stage]) -> Stage:
-    """The step from which the error fell: the first, or the last that only confines sizes of the muscle.
+def begin_of_fall(stages: Sequence[Stage]) -> int:
+    """The place of the step from which the error fell: the first, or the last that only confines sizes of the muscle.
 
     Before that step the sizes stood in for what was missing, and the error was too small.
     """
-    return next((stage for stage in reversed(stages) if stage.confines_alone), stages[0])
+    return max((at for at, stage in enumerate(stages) if stage.confines_alone), default=0)

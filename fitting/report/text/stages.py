@@ -7,7 +7,7 @@ import numpy as np
 from fitting.library.library import library
 from fitting.report.text.amounts import amount
 from fitting.report.text.names import marked
-from fitting.study.stages import Stage, first_of_fall
+from fitting.study.stages import Stage, begin_of_fall
 
 
 def stage_text(stage: Stage) -> str:
@@ -20,15 +20,15 @@ def stage_text(stage: Stage) -> str:
 
 
 def fall_text(stages: Sequence[Stage], last: float, unit: str) -> str:
-    """From where to where the error fell."""
-    first = first_of_fall(stages)
-    fell = f"The error fell from {amount(first.rmse, unit)} to {amount(last, unit)}"
-    if first is stages[0]:
-        return f"{fell}."
-    return (
-        f"{fell}, with the sizes of the muscle kept to what was measured. With sizes that deny it, the model at the "
-        f"beginning erred by {amount(stages[0].rmse, unit)}."
-    )
+    """From where to where the error fell; of a model whose sizes alone were confined, what it was before."""
+    at = begin_of_fall(stages)
+    now, first = amount(last, unit), amount(stages[at].rmse, unit)
+    if at == 0:
+        return f"The error fell from {first} to {now}."
+    before = f"With sizes that deny it, that model erred by {amount(stages[at - 1].rmse, unit)}."
+    if at == len(stages) - 1:
+        return f"With the sizes of the muscle kept to what was measured, the error is {now}. {before}"
+    return f"The error fell from {first} to {now}, with the sizes of the muscle kept to what was measured. {before}"
 
 
 def stage_verdict(stage: Stage) -> str:
