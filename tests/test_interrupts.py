@@ -60,6 +60,7 @@ def test_a_stopped_posterior_says_what_is_kept(tmp_path, monkeypatch, kept):
     assert result.exit_code == 1
     assert "Stopped." in result.stderr
     assert (f"kept in {chains}" if kept else "No chains are kept") in result.stderr
+    assert "Aborted" not in result.stderr  # which sounds like a crash
     assert "Traceback" not in result.output
     assert "params:" not in result.output
 

@@ -197,7 +197,7 @@ def test_instruments_are_allowed_for_where_runs_are_left_out(world, base):
     errors = np.column_stack([30.0 * (group[:, None] == np.unique(group)), gain])
     seen = world.seen_through(errors)
     fit = seen.settled(base.effects, base.vector)
-    expected = fit.rows.copy()
+    expected, whitened = fit.rows.copy(), fit.rows.copy()
     for run in np.unique(group):
         others = group != run
         cause = np.linalg.inv(np.eye(others.sum()) + errors[others] @ errors[others].T)
@@ -206,11 +206,14 @@ def test_instruments_are_allowed_for_where_runs_are_left_out(world, base):
         pull = slopes @ fit.rows[others] + fit.prior_slopes.T @ fit.prior_rows
         free = [name not in fit.at_bound for name in fit.free]
         step = np.linalg.lstsq(curvature[np.ix_(free, free)], pull[free], rcond=1e-12)[0]
-        expected[~others] -= fit.slopes[~others][:, free] @ step
+        at_others = fit.rows - fit.slopes[:, free] @ step
+        expected[~others], whitened[~others] = at_others[~others], seen.as_seen(at_others)[~others]
     rms = lambda rows: float(np.sqrt(np.mean(rows**2)))  # noqa: E731
     moved = rms(expected - fit.rows)
     assert rms(seen.left_out(fit, group) - expected) < 0.2 * moved
     assert rms(world.left_out(fit, group) - expected) > 0.5 * moved
+    apart = rms(seen.as_seen(expected) - whitened)  # where every fit has errors of its own
+    assert rms(seen.left_out(fit, group, whitened=seen.as_seen) - whitened) < 0.2 * apart
 
 
 # ----------------------------------------------------------------------- what stands at the end of its range, and why

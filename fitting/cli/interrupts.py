@@ -7,8 +7,21 @@ import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from threading import Timer
+from typing import NoReturn
+
+import click
 
 AGAIN = 0.05  # s, after which a lost Ctrl-C is sent again: the callback that lost it has returned; chosen
+
+
+class SaidStopped(KeyboardInterrupt):
+    """Ctrl-C of which the user has been told what is kept."""
+
+
+def stopped(kept: str) -> NoReturn:
+    """Tell whoever typed Ctrl-C what is `kept`, and end."""
+    click.echo(f"\nStopped. {kept}".rstrip(), err=True)
+    raise SaidStopped
 
 
 @contextmanager

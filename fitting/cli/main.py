@@ -12,7 +12,7 @@ from typing import Any
 
 import click
 
-from fitting.cli.interrupts import interruptible
+from fitting.cli.interrupts import SaidStopped, interruptible
 from fitting.errors import InputError
 from fitting.writing import FULL
 
@@ -76,7 +76,11 @@ class Program(click.Group):
             raise Stop(f"{error.format_message()} Cure: '{asked} --help' says what it takes") from None
         except RecursionError:
             raise
-        except (BrokenPipeError, KeyboardInterrupt):
+        except KeyboardInterrupt as stop:
+            if not isinstance(stop, SaidStopped):
+                click.echo("\nStopped.", err=True)
+            raise click.exceptions.Exit(1) from None
+        except BrokenPipeError:
             raise
         except OSError as error:
             cure = " Cure: make room, then give the same command again" if error.errno in FULL else ""

@@ -37,7 +37,8 @@ class Examiner:
         self.trusting: dict[frozenset[str], CandidateFit] = {}  # sets, fitted as if no instrument erred
         self._noise: dict[CandidateFit, Noise] = {}
         self._errors: dict[CandidateFit, tuple[InstrumentErrors, InstrumentErrors]] = {}
-        self._left_out: dict[tuple[CandidateFit, bool, bool], np.ndarray] = {}
+        self._left_out: dict[tuple[CandidateFit, bool], np.ndarray] = {}
+        self._beyond: dict[CandidateFit, np.ndarray] = {}
         self._left: dict[CandidateFit, float] = {}
         # of the latest two alone, for two are tested at a time: their factors are large
         self._grounds: deque[tuple[CandidateFit, Ground]] = deque(maxlen=2)
@@ -229,7 +230,9 @@ class Examiner:
         """
         few = len(self.world.samples) <= held_out.HELD_OUT.refit_below
         if few and not glance:
-            return self.without_instruments(self._refitted(fit, self.seen))
+            if fit not in self._beyond:
+                self._beyond[fit] = self.seen.left_out(fit, self.groups, whitened=self.without_instruments)
+            return self._beyond[fit]
         rows, slopes = self.without_instruments(fit.rows), self.without_instruments(fit.slopes)
         whole, target = np.vstack([slopes, fit.prior_slopes]), np.concatenate([rows, fit.prior_rows])
         at_best = target - whole @ lstsq(whole, target, 1e-12)
@@ -259,11 +262,7 @@ class Examiner:
 
     def left_out(self, fit: CandidateFit, glance: bool = False) -> np.ndarray:
         """The rows of a fit on runs left out; at a glance, without refitting."""
-        return self._refitted(fit, self.world, glance)
-
-    def _refitted(self, fit: CandidateFit, world: Universe, glance: bool = False) -> np.ndarray:
-        """The rows of a fit on runs left out, by fits in this universe."""
-        key = (fit, world.allows_for_instruments, glance)
+        key = (fit, glance)
         if key not in self._left_out:
-            self._left_out[key] = world.left_out(fit, self.groups, glance)
+            self._left_out[key] = self.world.left_out(fit, self.groups, glance)
         return self._left_out[key]

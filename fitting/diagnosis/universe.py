@@ -1,6 +1,6 @@
 """Every effect at once, switched: any subset of them is fitted by the same compiled function."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import islice, product
@@ -261,15 +261,26 @@ class Universe:
         """How far each stated size of the muscle is from what was stated, in standard errors of the statement."""
         return dict(zip(self._stated, map(float, fit.prior_rows), strict=True))
 
-    def left_out(self, fit: CandidateFit, group: np.ndarray, glance: bool = False) -> np.ndarray:
-        """The rows of a fit on groups of rows left out: refitted where there are few, else in one step from the fit."""
+    def left_out(
+        self,
+        fit: CandidateFit,
+        group: np.ndarray,
+        glance: bool = False,
+        whitened: Callable[[np.ndarray], np.ndarray] = lambda rows: rows,
+    ) -> np.ndarray:
+        """The rows of a fit on groups of rows left out: refitted where there are few, else in one step from the fit.
+
+        Those of each group are taken from all rows at the parameters fitted without it, once these are `whitened`: what
+        an instrument did to all of them is the same error for all, and fits without this or that differ in it.
+        """
         if glance or len(self.samples) > HELD_OUT.refit_below:
             plain = fit.plain
             return left_out_rows(plain.rows, plain.slopes, plain.prior_rows, plain.prior_slopes, group)
         world, rows = self.confined() if fit.confined else self, fit.rows.copy()
 
         def refitted(left_out: np.ndarray) -> np.ndarray:
-            return world.without(left_out).fit(fit.effects, fit.vector, decide=False).rows[left_out] * LIGHT
+            rest = world.without(left_out).fit(fit.effects, fit.vector, decide=False)
+            return whitened(rest.rows * np.where(left_out, LIGHT, 1.0))[left_out]
 
         masks = [group == g for g in np.unique(group)]
         for mask, left in zip(masks, at_once(self.settings.workers, refitted, masks), strict=True):

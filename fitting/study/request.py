@@ -6,6 +6,7 @@ derived from the fields of `Request`. Loads nothing heavy.
 
 from collections.abc import Iterator
 from dataclasses import Field, dataclass, field, fields
+from pathlib import Path
 from typing import Any
 
 MODEL_FILE = "model.toml"  # beside the data, unless another is named
@@ -98,7 +99,7 @@ class Request:
     @property
     def model_file(self) -> str:
         """The model file of these data: the one that was named, else that beside the first data set."""
-        return self.model or (f"{self.data[0]}/{MODEL_FILE}" if self.data else MODEL_FILE)
+        return self.model or str(Path(*self.data[:1], MODEL_FILE))
 
     @property
     def data_again(self) -> tuple[str, ...]:

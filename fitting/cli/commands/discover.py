@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from fitting.cli.interrupts import stopped
 from fitting.cli.options import (
     Command,
     candidate_options,
@@ -113,10 +114,10 @@ def _last_step_is_saved(run: CommandRun, made: "Sequence[Stage]") -> Iterator[No
         from fitting.recordings.records import force_was_measured
 
         last = made[-1].comparison if len(made) > 1 and force_was_measured(run.task.experiments) else None
-        click.echo("\nStopped. " + ("No step is kept." if last is None else "The last step is kept."), err=True)
-        if last is not None:
-            run.print(save(run, last.fit))
-        raise
+        if last is None:
+            stopped("No step is kept.")
+        run.print(save(run, last.fit))
+        stopped("The last step is kept.")
 
 
 def _share(text: str) -> float:

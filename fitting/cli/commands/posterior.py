@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from fitting.cli.interrupts import stopped
 from fitting.cli.options import Command, data_argument, fit_options, output_options, study_options
 from fitting.cli.run import CommandRun, check_place, check_places, start
 from fitting.study.request import CHAINS
@@ -67,12 +68,8 @@ def _what_is_kept(chains: str | None) -> Iterator[None]:
         yield
     except KeyboardInterrupt:
         if chains and os.path.exists(chains):
-            click.echo(
-                f"\nStopped. The chains so far are kept in {chains}: the same command goes on from there.", err=True
-            )
-        else:
-            click.echo("\nStopped. No chains are kept.", err=True)
-        raise
+            stopped(f"The chains so far are kept in {chains}: the same command goes on from there.")
+        stopped("No chains are kept.")
 
 
 def _sampled(

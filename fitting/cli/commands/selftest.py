@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from fitting.cli.interrupts import stopped
 from fitting.cli.options import (
     Command,
     NamesOption,
@@ -69,13 +70,9 @@ def _kept(place: "Log | None") -> "Iterator[None]":
     try:
         yield
     except KeyboardInterrupt:
-        where = (
-            "Nothing is kept."
-            if place is None
-            else f"What was found is kept in {place.path}: the same command goes on."
-        )
-        click.echo(f"\nStopped. {where}", err=True)
-        raise
+        if place is None:
+            stopped("Nothing is kept.")
+        stopped(f"What was found is kept in {place.path}: the same command goes on.")
 
 
 def _place(run: CommandRun, log: str | None, again: bool) -> "Log | None":
