@@ -159,7 +159,7 @@ def test_the_page_can_be_read_by_everybody_and_follows_a_click(study, diagnosis,
         expect(shown.locator(".overview .broad g.m1")).to_have_css("opacity", "0.3")  # pale, once it has faded
         expect(shown.locator(".overview .broad g.m0")).to_have_css("opacity", "1")
         shown.set_viewport_size({"width": 390, "height": 844})
-        assert shown.evaluate("document.documentElement.scrollWidth") <= 390
+        shown.wait_for_function("document.documentElement.scrollWidth <= 390")  # pictures follow a frame later
         assert shown.evaluate(WIDER_THAN_SHOWN) == []
         small = shown.evaluate(SMALL_LABELS)
         assert small == []
