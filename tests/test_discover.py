@@ -95,7 +95,7 @@ def denies(monkeypatch):
 def test_sizes_that_do_not_vary_are_not_confined(denies):
     """Somebody fixed the radius where the fit denies it; or all of it is explained."""
     for free, adequate in ((("muscle.length",), False), (("muscle.length", "muscle.radius"), True)):
-        told, (last, lacks_nothing) = denies(free, adequate)
+        told, (last, lacks_nothing) = denies(free, adequate, larger=on_the_way([*BASE, Tip()], ("tip",)))
         assert (told, last.added, lacks_nothing) == ([()], ("baseline",), adequate)
 
 

@@ -38,9 +38,9 @@ def command(**options: Any) -> None:
     An effect that leads is added whatever the verdict. A step is kept if it lowers the error on held-out runs by more
     than its standard error and by a tenth, and raises no error; if no parameter ends at its bound and no value is
     smaller than its error by the readings alone (instruments and stated sizes make the errors of the last table
-    larger). Where a step would deny a stated size, or the model denies one and nothing can be added, all of them stay
-    within two standard errors of what was stated. What is not kept is said. In the end, what a model that lacks nothing
-    does not need any more is dropped.
+    larger). Where a step would deny a stated size, all of them stay within two standard errors of what was stated; so
+    too where the model denies one and only then something can be added. What is not kept is said. In the end, what a
+    model that lacks nothing does not need any more is dropped.
     """
     enough = _share(options["enough"])
     run = start(options)
