@@ -8,6 +8,7 @@ import numpy as np
 from fitting import showing
 from fitting.recordings.readings import FEWEST_SAMPLES
 from fitting.recordings.records import FORCE_TESTS, Experiment, Recording, Run
+from fitting.recordings.settings import CUT_SHORT
 
 TURNED_BY = {"loop": "length", "isometric": "pressure", "isotonic": "pressure"}
 AT_ONE_PRESSURE = ("loop", "static")  # tests in which a pressure is set and kept
@@ -34,7 +35,32 @@ def _limits_of(recordings: Sequence[Recording]) -> list[str]:
             f"one pressure only, {showing.show(float(np.median(pressures)), 'Pa')}: how anything depends on the "
             "pressure is the model's word; record a second one"
         )
+    return [*notes, *_cut_short(recordings)]
+
+
+def _cut_short(recordings: Sequence[Recording]) -> list[str]:
+    """A note on each run that ends long before all others of its kind of test, which last equally long."""
+    notes = []
+    for test in TURNED_BY:
+        lasting = {name: lasts for each in recordings if each.test == test for name, lasts in _durations(each)}
+        if len(lasting) < CUT_SHORT.fewest:
+            continue
+        usual = float(np.median([*lasting.values()]))
+        short = {name: lasts for name, lasts in lasting.items() if lasts < CUT_SHORT.short * usual}
+        if any(abs(lasts - usual) > CUT_SHORT.alike * usual for name, lasts in lasting.items() if name not in short):
+            continue  # durations differ by plan
+        others = f"each of the others {showing.show(usual, 's', digits=2)}"
+        notes += [
+            f"{name} lasts {showing.show(lasts, 's', digits=2)}, {others}: if it was cut off, record it again"
+            for name, lasts in short.items()
+        ]
     return notes
+
+
+def _durations(recording: Recording) -> list[tuple[str, float]]:
+    """What each run of a recording is called, and how long it lasts, s."""
+    file, several = recording.file, len(recording.runs) > 1
+    return [(f"run {run.name} of {file}" if several else file, float(np.ptp(run.time))) for run in recording.runs]
 
 
 def _one_way(recordings: Sequence[Recording]) -> list[str]:

@@ -40,7 +40,7 @@ def check_plausible(parts: Sequence[Run], table: Table, test: str, muscle: Muscl
         _opposed(parts, table, ideal)
         if test == "loop":
             _tiny_stroke(used, table)
-            notes += _too_fast(used, muscle)
+            notes += [*_short_stroke(used, muscle), *_too_fast(used, muscle)]
     else:
         _at_rest(used, table)
     return notes
@@ -148,6 +148,30 @@ def _tiny_stroke(parts: Sequence[Run], table: Table) -> None:
             value=f"contraction {100 * max(strokes):.2g} %",
             cure="check the unit of this column, and the muscle's length in muscle.toml",
         )
+
+
+def _short_stroke(parts: Sequence[Run], muscle: Muscle) -> list[str]:
+    """A length that is ten times too large: in every run the force falls far more than the ideal muscle's would.
+
+    Where the pressure is low rubber and friction are as large as the pull, and nothing is asked.
+    """
+    falls, ideal, strokes = [], [], []
+    pressures = [float(np.max(part.pressure[part.usable])) for part in parts]
+    for part, pressure in zip(parts, pressures, strict=True):
+        if 2 * pressure >= max(pressures):
+            place, force = part.contraction[part.usable], part.measured[part.usable]
+            pull = ideal_pull(place, pressure, muscle)
+            falls.append(float(np.ptp(force) / np.max(np.abs(force))))
+            ideal.append(float(np.ptp(pull) / np.max(np.abs(pull))))
+            strokes.append(float(np.ptp(place)))
+    if min(falls) < PLAUSIBLE.falls or any(f < PLAUSIBLE.steeper * i for f, i in zip(falls, ideal, strict=True)):
+        return []
+    at = int(np.argmin(falls))
+    return [
+        f"the force falls by {100 * falls[at]:.0f} % while the muscle shortens by {100 * strokes[at]:.2g} %, on which "
+        f"the ideal muscle's force falls by {100 * ideal[at]:.2g} % only: is the muscle's length of "
+        f"{showing.show(float(muscle.length), 'm')} right, and the unit of the position?"
+    ]
 
 
 def _too_fast(parts: Sequence[Run], muscle: Muscle) -> list[str]:

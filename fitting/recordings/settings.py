@@ -54,6 +54,15 @@ class GapSettings:
 
 
 @dataclass(frozen=True)
+class CutShortSettings:
+    """Runs that end long before the others do."""
+
+    fewest: int = 3  # runs, of which one may be cut short: of two nobody knows which is odd; chosen
+    alike: float = 0.05  # share by which the durations of the others differ at most; chosen
+    short: float = 0.8  # of the others' duration: a shorter run may have been cut off; chosen
+
+
+@dataclass(frozen=True)
 class JumpSettings:
     """Jumps of a signal, which no smooth course makes: such samples carry no weight."""
 
@@ -80,6 +89,8 @@ class PlausibleSettings:
 
     beyond: float = 30.0  # times the ideal force, or one part in as many: a wrong unit or a dead sensor; chosen
     odd: float = 4.0  # times the ideal force: worth a word; whole numbers of that size are a converter's counts; chosen
+    falls: float = 0.5  # of the largest force, that it falls along a stroke of which a word is said; chosen
+    steeper: float = 4.0  # times the ideal force's fall: worth a word; muscles of any make reach 1.3; measured
     fast: float = 2.0  # m/s on average over a loop: worth a word; 75 mm in a tenth of a second is 0.75; chosen
     standstill: float = 1e-4  # contraction; chosen
     fewest: int = 5  # readings from which something is said of how they go together; chosen
@@ -120,4 +131,4 @@ class CycleSettings:
 
 TABLES, SIGNALS, JUMPS = TableSettings(), MotionSignalSettings(), JumpSettings()
 PLAUSIBLE, DYNAMICS, CYCLES = PlausibleSettings(), InverseDynamicsSettings(), CycleSettings()
-ACCURACY, SPIKES, GAPS = AccuracySettings(), SpikeSettings(), GapSettings()
+ACCURACY, SPIKES, GAPS, CUT_SHORT = AccuracySettings(), SpikeSettings(), GapSettings(), CutShortSettings()
