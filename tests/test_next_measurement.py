@@ -170,7 +170,13 @@ def test_the_proposed_loops_leave_one_explanation(tmp_path, name):
     """At one pressure and speed three kinds of loss look the same; after the proposed loops one is left."""
     truth, experiment = recorded(tmp_path, {name: FRICTIONS[name]})
     tied = left_tied(experiment, *FRICTIONS)
-    found = nm.next_measurement(tied, [experiment])
+    told = list[tuple[str, float]]()
+    found = nm.next_measurement(tied, [experiment], progress=lambda words, share: told.append((words, share)))
+    assert [words for words, _ in told] == [
+        *(f"predicting with {n}" for n in FRICTIONS),
+        "choosing recording 1 of 1 at most",
+    ]
+    assert [share for _, share in told] == pytest.approx([0.0, 0.4 / 3, 0.8 / 3, 0.4])
     assert found is not None
     assert found.power >= 0.9
     assert needs_text(found.protocol) == "a drive 3 times as fast as in these data (10 mm/s)"

@@ -18,7 +18,7 @@ from fitting.designs.settings import SWEEP
 from fitting.designs.sweep_file import Order
 from fitting.designs.sweep_files import PARQUET
 from fitting.designs.sweep_store import open_store
-from fitting.progress import Progress
+from fitting.progress import Progress, unwatched
 from mckibben_jax.design.batch import Batch, Engine, Histogram, Picked, Tally
 
 Work = Callable[[Order, Iterable[int], int, Callable[[], float]], Iterator[tuple[int, Any]]]
@@ -39,7 +39,7 @@ class Swept:
 
 
 def sweep(
-    order: Order, folder: Path | str, work: Work | None = None, progress: Progress = lambda *_: None,
+    order: Order, folder: Path | str, work: Work | None = None, progress: Progress = unwatched,
     piece: int = SWEEP.piece, kind: str = PARQUET,
 ) -> Swept:  # fmt: skip
     """Do a sweep, or what is left of it, and write its files, Parquet or Zarr (`kind`), into a folder."""

@@ -30,7 +30,7 @@ from fitting.problem.residuals import problem
 from fitting.problem.thinning import thinned
 from fitting.problem.unknowns import unknowns
 from fitting.problem.varying import AS_DECLARED, Varying
-from fitting.progress import Progress
+from fitting.progress import Progress, unwatched
 from fitting.recordings.envelopes import without_envelopes
 from fitting.recordings.inverse_dynamics import as_force
 from fitting.recordings.noted import notes_of
@@ -101,7 +101,7 @@ def prepared(
     `confine`: no stated size leaves what was stated by more than a few of its standard errors (`stated_sizes`).
     """
     require_x64()
-    progress = progress or (lambda *_: None)
+    progress = progress or unwatched
     tested, set_aside = of_force(experiments)
     whole = [without_envelopes(experiment) for experiment in tested]
     light = [thinned(experiment, settings.samples // len(whole)) for experiment in whole]

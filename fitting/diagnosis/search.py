@@ -19,7 +19,7 @@ from fitting.diagnosis.search_result import SearchResult
 from fitting.diagnosis.trusting import begun_again, fit_trusting
 from fitting.diagnosis.universe import Universe
 from fitting.least_squares.record import Fit
-from fitting.progress import Progress
+from fitting.progress import Progress, unwatched
 from fitting.threads import at_once
 
 LEVELS = {2: "pairs", 3: "triples"}
@@ -53,7 +53,7 @@ class Search:
     @classmethod
     def resumed(cls, result: SearchResult) -> "Search":
         """A search that goes on from what another came to."""
-        search = cls(result.world, result.base, result.examiner, result.baseline, lambda *_: None)
+        search = cls(result.world, result.base, result.examiner, result.baseline, unwatched)
         search.fits.update(result.fits)
         return search
 

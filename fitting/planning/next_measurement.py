@@ -19,6 +19,7 @@ from fitting.planning.prospect import Prospect, prospect
 from fitting.planning.protocols import Demand, Protocol
 from fitting.planning.settings import CHOICE, GRID
 from fitting.problem.varying import AS_DECLARED, Varying
+from fitting.progress import Progress, part_of, unwatched
 from fitting.recordings.records import Experiment
 from mckibben_jax.effect import Effect
 
@@ -78,12 +79,13 @@ def next_measurement(
     known: Sequence[Effect] = (),
     varying: Varying = AS_DECLARED,
     seed: int = 0,
+    progress: Progress = unwatched,
 ) -> NextMeasurement | None:
     """The recording that would separate what a diagnosis leaves; None where nothing is left to separate.
 
     `experiments` and `varying` as they were diagnosed; `known` are effects that the library does not have.
     """
-    steps = measurements(diagnosis, experiments, known=known, varying=varying, seed=seed, most=1)
+    steps = measurements(diagnosis, experiments, known=known, varying=varying, seed=seed, most=1, progress=progress)
     return steps[0] if steps else None
 
 
@@ -95,13 +97,14 @@ def measurements(
     varying: Varying = AS_DECLARED,
     seed: int = 0,
     most: int = 3,
+    progress: Progress = unwatched,
 ) -> tuple[NextMeasurement, ...]:
     """Recordings in the order in which to make them: each for the pairs that those before it leave tied."""
     rivals = remaining(diagnosis)
     if len(rivals) < 2:
         return ()
     with threadpool_limits(1, "blas"):  # small matrices: more threads only wait for each other
-        return _measurements(diagnosis, experiments, rivals, known, varying, seed, most)
+        return _measurements(diagnosis, experiments, rivals, known, varying, seed, most, progress)
 
 
 def _measurements(
@@ -112,11 +115,15 @@ def _measurements(
     varying: Varying,
     seed: int,
     most: int,
+    progress: Progress,
 ) -> tuple[NextMeasurement, ...]:
-    first = prospect(diagnosis, experiments, rivals, varying, known=known, seed=seed)
+    first = prospect(
+        diagnosis, experiments, rivals, varying, known=known, seed=seed, progress=part_of(progress, 0.0, 0.4)
+    )
     pairs = list(combinations(range(len(rivals)), 2))
     steps: list[NextMeasurement] = []
     while pairs and len(steps) < most:
+        progress(f"choosing recording {len(steps) + 1} of {most} at most", 0.4 + 0.6 * len(steps) / most)
         step = _best(first, pairs)
         if step is None or step.power < CHOICE.enough_power - CHOICE.worth_more:
             step = _better(step, _on_others(diagnosis, experiments, rivals, first, known, varying, pairs))

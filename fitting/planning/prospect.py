@@ -15,6 +15,7 @@ from fitting.planning.separation import Outlook, Readings, noise_of_test
 from fitting.planning.settings import CHOICE
 from fitting.problem.thinning import thinned
 from fitting.problem.varying import Varying
+from fitting.progress import Progress, unwatched
 from fitting.recordings.records import Experiment
 from mckibben_jax.effect import Effect, name_of
 from mckibben_jax.effects import LIBRARY
@@ -49,6 +50,7 @@ def prospect(
     known: Sequence[Effect] = (),
     other_muscles: bool = False,
     seed: int = 0,
+    progress: Progress = unwatched,
 ) -> Prospect:
     """Fit each explanation to the data and let it predict every candidate."""
     tested = of_force(experiments)[0]
@@ -59,8 +61,11 @@ def prospect(
     else:
         plan = [(light[0], grid(can), can)]
     planned = candidates(light, plan)
-    told = tuple(_explained(diagnosis, planned, added, known, varying) for added in rivals)
-    outlook = Outlook(planned, told, noise_of_test(told[0], planned), _readings(light, can))
+    told = list[Explained]()
+    for added in rivals:
+        progress(f"predicting with {' + '.join(added) or 'the model'}", len(told) / len(rivals))
+        told.append(_explained(diagnosis, planned, added, known, varying))
+    outlook = Outlook(planned, tuple(told), noise_of_test(told[0], planned), _readings(light, can))
     return Prospect(outlook, can, _usable(planned, told, can), seed)
 
 

@@ -13,6 +13,7 @@ from fitting.planning.predictions import Explained, explain
 from fitting.planning.prospect import Prospect, prospect
 from fitting.planning.settings import CHOICE, SHARPEN
 from fitting.problem.varying import AS_DECLARED, Varying
+from fitting.progress import Progress, part_of, unwatched
 from fitting.recordings.records import Experiment
 from mckibben_jax.effect import Effect, name_of
 from mckibben_jax.effects import LIBRARY
@@ -47,6 +48,7 @@ def sharper(
     known: Sequence[Effect] = (),
     varying: Varying = AS_DECLARED,
     seed: int = 0,
+    progress: Progress = unwatched,
 ) -> NextMeasurement | None:
     """The recording that makes the effects of `blind` visible, as many of the worst as one recording can."""
     wanted = blind(diagnosis)[: 2 * SHARPEN.effects]
@@ -54,10 +56,15 @@ def sharper(
         return None
     present = diagnosis.explanations[0] if diagnosis.verdict == "missing" else ()
     with threadpool_limits(1, "blas"):
-        first = prospect(diagnosis, experiments, [present], varying, known=known, seed=seed)
+        first = prospect(
+            diagnosis, experiments, [present], varying, known=known, seed=seed, progress=part_of(progress, 0.0, 0.2)
+        )
         kinds = {name_of(effect): effect for effect in (*(kind() for kind in LIBRARY), *known)}
         missing = [name for name in wanted if name not in present]
-        found = [_signature(first, [*(kinds[n] for n in present), kinds[name]], varying) for name in missing]
+        found = list[Signature]()
+        for name in missing:
+            progress(f"what each recording would show of {name}", 0.2 + 0.8 * len(found) / len(missing))
+            found.append(_signature(first, [*(kinds[n] for n in present), kinds[name]], varying))
         return _chosen(first, [s for s in found if s.gains().max() > SHARPEN.least_gain][: SHARPEN.effects])
 
 

@@ -15,7 +15,7 @@ from fitting.diagnosis.outcomes import Verdict
 from fitting.diagnosis.record import Diagnosis
 from fitting.diagnosis.search import Search
 from fitting.errors import unknown_name
-from fitting.progress import Progress
+from fitting.progress import Progress, unwatched
 from fitting.recordings.envelopes import without_envelopes
 from fitting.recordings.records import Experiment, force_was_measured
 from fitting.selftest.hide import Hidden, Hiding
@@ -66,7 +66,7 @@ def selftest(
     candidates: Sequence[Effect] | None = None,
     hide: Sequence[str] = (),
     log: Log | None = None,
-    progress: Progress = lambda *_: None,
+    progress: Progress = unwatched,
     on_effect: Callable[[Sought], None] = lambda _: None,
 ) -> SelfTest:
     """Hide each effect (or those named in `hide`) in the task's own recordings, and diagnose them.

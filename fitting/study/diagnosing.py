@@ -10,7 +10,7 @@ from fitting.errors import InputError
 from fitting.least_squares.evaluate import evaluate
 from fitting.library.library import effects_named
 from fitting.planning.next_measurement import NextMeasurement, next_measurement
-from fitting.progress import Progress
+from fitting.progress import Progress, part_of
 from fitting.recordings.records import force_was_measured
 from fitting.study.task import Task
 from mckibben_jax.effect import Effect
@@ -48,9 +48,11 @@ def following(task: Task, found: Diagnosis, progress: Progress) -> NextMeasureme
     """The recording that would tell apart what a verdict "one of" leaves; None with any other verdict."""
     if found.verdict != "one of":
         return None
-    progress("which recording would tell them apart", 0.95)
     extra = [kind() for kind in task.library.values()]
-    return next_measurement(found, task.experiments, known=extra, varying=task.varying, seed=task.seed)
+    watched = part_of(progress, 0.9, 1.0)
+    return next_measurement(
+        found, task.experiments, known=extra, varying=task.varying, seed=task.seed, progress=watched
+    )
 
 
 def diagnose_task(task: Task, candidates: Sequence[Effect] | None, progress: Progress) -> tuple[Diagnosis, Comparison]:

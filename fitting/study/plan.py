@@ -12,6 +12,7 @@ from fitting.planning.likes import with_likes_apart
 from fitting.planning.next_measurement import NextMeasurement, measurements, remaining
 from fitting.planning.sharper import sharper
 from fitting.problem.varying import Varying
+from fitting.progress import Progress, unwatched
 from fitting.recordings.records import Experiment
 from fitting.study.settings import STUDY
 from fitting.study.task import Task
@@ -45,9 +46,10 @@ class Plan:
         return len(self.rivals) > 1
 
 
-def plan_of(task: Task, diagnosis: Diagnosis) -> Plan:
+def plan_of(task: Task, diagnosis: Diagnosis, progress: Progress = unwatched) -> Plan:
     """The plan for a task: it knows the effects of the user's own file too."""
-    return plan(diagnosis, task.experiments, known=[kind() for kind in task.library.values()], **task.asked)
+    known = [kind() for kind in task.library.values()]
+    return plan(diagnosis, task.experiments, known=known, progress=progress, **task.asked)
 
 
 def plan(
@@ -59,6 +61,7 @@ def plan(
     free: Sequence[str] = (),
     own: Sequence[str] = (),
     seed: int = 0,
+    progress: Progress = unwatched,
 ) -> Plan:
     """What to record: to separate explanations where several are left, else to see what is still unseen.
 
@@ -70,10 +73,10 @@ def plan(
     tie = with_likes_apart(diagnosis, tested, varying) if of_likes else diagnosis
     rivals = remaining(tie)
     if len(rivals) > 1:
-        steps = measurements(tie, experiments, known=known, varying=varying, seed=seed)
+        steps = measurements(tie, experiments, known=known, varying=varying, seed=seed, progress=progress)
         tied = _still_tied(rivals, steps)
     else:
-        found = sharper(diagnosis, experiments, known=known, varying=varying, seed=seed)
+        found = sharper(diagnosis, experiments, known=known, varying=varying, seed=seed, progress=progress)
         steps, tied = ((found,) if found else ()), ()
     can = rig_abilities(next(e for e in experiments if e.name == tested[0].name))
     sources = {name_of(effect): effect.source for effect in (*LIBRARY, *known)}

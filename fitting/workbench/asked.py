@@ -22,8 +22,7 @@ def plan(session: Session, progress: Progress) -> Session:
     step = session.last
     if step.diagnosis is None:
         raise InputError("there is no diagnosis yet", cure="run it first: the plan separates what it leaves tied")
-    progress("planning", 0.1)
-    plan = plan_of(step.task, step.diagnosis)
+    plan = plan_of(step.task, step.diagnosis, progress)
     words = as_text(plan_report(plan, session.request.model_file), Names(step.task.library))
     return told(session, Answer(NEXT, words))
 

@@ -6,6 +6,7 @@ import click
 
 from fitting.cli.options import Command, candidate_options, data_argument, output_options, study_options
 from fitting.cli.run import start
+from fitting.progress import part_of
 
 
 @click.command("plan", cls=Command)
@@ -24,9 +25,8 @@ def command(**options: Any) -> None:
 
     candidates = candidates_of(run.task, run.request.candidates, run.request.rivals)
     with run.progress("diagnosing") as progress:
-        found, _ = diagnose_task(run.task, candidates, progress)
-        progress("planning", 0.95)
-        plan = plan_of(run.task, found)
+        found, _ = diagnose_task(run.task, candidates, part_of(progress, 0.0, 0.5))
+        plan = plan_of(run.task, found, part_of(progress, 0.5, 1.0))
     report = [line("VERDICT", verdict_text(found)), *plan_report(plan, run.request.model_file)]
     run.print(report)
     run.write(plan_result(plan, run.request.model_file))

@@ -7,6 +7,7 @@ import click
 
 from fitting.cli.options import Command, output_options
 from fitting.cli.run import errors_for_machines, progress_bar
+from fitting.progress import unwatched
 
 USUAL = ("muscle_a", "martens2017_dmsp10")  # shipped: loops, and a map of points
 
@@ -51,4 +52,4 @@ def _first_diagnosis(task: Any) -> None:
     from fitting.study.task import fit_task
 
     compare(fit_task(task), task.experiments)
-    diagnose_task(task, None, lambda *_: None)
+    diagnose_task(task, None, unwatched)

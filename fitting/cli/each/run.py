@@ -9,7 +9,7 @@ from typing import Any
 from fitting.cli.each.folder import Folder, mark
 from fitting.cli.each.work import FIT, Found, Order, do, do_packed, failure
 from fitting.errors import InputError
-from fitting.progress import Progress
+from fitting.progress import Progress, unwatched
 from fitting.report.text.each import row
 from fitting.showing import own_units
 from fitting.study.data_sets import DataSet
@@ -33,7 +33,7 @@ class All:
 
 def each(
     sets: Sequence[DataSet], request: Request, order: Order, place: Path, work: Work | None = None,
-    progress: Progress = lambda *_: None,
+    progress: Progress = unwatched,
 ) -> All:  # fmt: skip
     """Do with every data set what is ordered, unless it is done already, and write what comes of it."""
     folder, results, marks = Folder(place, models=not request.no_save), {}, {}

@@ -14,6 +14,7 @@ import jax
 from fitting.cli.settings import WORK
 from fitting.compiled.store import keep_compiled
 from fitting.errors import InputError
+from fitting.progress import unwatched
 from fitting.report.results import comparison_result, diagnosis_result, fit_result, provenance
 from fitting.showing import own_units, spoken
 from fitting.study.task import Task, fit_task
@@ -93,16 +94,12 @@ def _diagnose(order: Order, task: Task) -> Found:
     from fitting.study.diagnosing import candidates_of, diagnose_task, following
 
     candidates = candidates_of(task, order.candidates, order.rivals)
-    found, compared = diagnose_task(task, candidates, _silently)
-    planned = following(task, found, _silently)
+    found, compared = diagnose_task(task, candidates, unwatched)
+    planned = following(task, found, unwatched)
     return Found(diagnosis_result(found, compared, planned) | {"converged": found.baseline.converged})
 
 
 _COMMANDS: dict[str, Callable[[Order, Task], Found]] = {FIT: _fit, DIAGNOSE: _diagnose}
-
-
-def _silently(words: str, share: float) -> None:
-    """Progress within one data set: nobody looks."""
 
 
 def _make_room() -> None:
