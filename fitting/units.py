@@ -37,6 +37,7 @@ _GAUGE = re.compile(r"(bar|mbar|Pa|hPa|kPa|MPa|psi) ?\((?:g|gauge|rel)\)")  # as
 _ABSOLUTE = {"bara": "bar", "psia": "psi", "kpaa": "kPa", "mbara": "mbar"}  # say in their name that they are absolute
 _CASES = {"kpa": "kPa", "hpa": "hPa", "gpa": "GPa", "kgf": "kgf", "degs": "deg"}  # not mpa: it could be mPa or MPa
 _ANGLES = ("radian", "degree", "turn", "arcminute", "arcsecond")
+PULL_OF_MASS = {"kg": "kgf", "g": "gf", "lb": "lbf", "lbs": "lbf"}  # what hangs on a muscle, by the unit of its mass
 _COUNTS = ("count", "bit", "byte")  # plain numbers to the library, but no share of anything
 
 

@@ -13,6 +13,7 @@ with app.setup(hide_code=True):
     use_64_bit()
 
     READINGS, STEPS = 1000, 1000  # thinned to so many readings, sampled by so many steps at most
+    FEW_READINGS = 300  # enough to show that a model is wrong
 
 
 @app.cell(hide_code=True)
@@ -86,7 +87,7 @@ def _(known):
 
 @app.cell
 def _(muscle):
-    wrong = sample(fit([muscle], [IdealCylinder(), CoulombFriction()]), [muscle], rows=READINGS, max_steps=STEPS)
+    wrong = sample(fit([muscle], [IdealCylinder(), CoulombFriction()]), [muscle], rows=FEW_READINGS, max_steps=STEPS)
     return (wrong,)
 
 

@@ -62,7 +62,9 @@ REFUSED = {
         ("stays the same", "force and pressure are exchanged"),
     ),
     "pulling counted negative": (with_force(-FORCE), ("rises where that of a muscle falls", "force_sign = -1")),
-    "the wrong way round": (with_force(240 - FORCE), ("rises where that of a muscle falls", "positive is shorter")),
+    "the wrong way round": (
+        with_force(240 - FORCE), ("rises where that of a muscle falls", "Cure: if it counts lengthening as positive")
+    ),
 }  # fmt: skip
 
 

@@ -119,3 +119,32 @@ def test_a_load_cell_that_reads_kilograms_is_one_of_force(tmp_path):
     (tmp_path / "muscle.toml").write_text(filled.replace('"? deg"', '"20 deg"', 1))
     (run,) = read_experiment(tmp_path).recordings[0].runs
     assert run.measured == pytest.approx(9.80665 * loop_columns()["force [N]"])
+
+
+def test_the_extension_of_a_tensile_machine_is_a_position_that_lengthens(tmp_path):
+    """It is no tension, whatever letters are in it, and it falls while the muscle shortens."""
+    columns = loop_columns()
+    way = -0.06 * np.broadcast_to(columns.pop("contraction [%]"), 202)
+    (tmp_path / "cyclic.csv").write_text(table({**columns, "Extension [in]": way}))
+    told = CliRunner().invoke(main, ["init", str(tmp_path)]).output
+    assert "displacement ('Extension [in]'), lengthening positive," in " ".join(told.split())
+    described = tmp_path / "muscle.toml"
+    assert 'columns = { displacement = "Extension [in]" }' in described.read_text()
+    assert "\nposition_sign = -1" in described.read_text()
+
+
+@pytest.mark.parametrize("falls", [False, True])
+def test_a_muscle_that_pulls_a_spring_shortens_while_its_force_rises(tmp_path, falls):
+    """Only at a held pressure does a rising force say that lengthening is positive."""
+    columns = loop_columns()
+    way = np.broadcast_to(columns.pop("contraction [%]"), 202)
+    shown = {"displacement [mm]": way, "force [N]": 5 * way, "pressure [bar]": 2.0 if falls else 0.1 * way}
+    (tmp_path / "rig.csv").write_text(table({**columns, **shown}))
+    assert ("\nposition_sign = -1" in muscle_file(tmp_path)) is falls
+
+
+def test_weights_that_are_hung_on_without_a_time_are_static_points(tmp_path):
+    heads = "mass [kg],pressure [bar],length [mm],branch"
+    rows = [f"{mass},{p},{300 - 8 * p - 2 * mass:.1f},contraction" for mass in (1, 2, 5) for p in (1, 2, 3)]
+    (tmp_path / "weights.csv").write_text("\n".join([heads, *rows]) + "\n")
+    assert 'test = "static"' in muscle_file(tmp_path)

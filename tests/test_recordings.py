@@ -183,6 +183,22 @@ force_sign = -1"""
     assert run.pressure == pytest.approx(2e5)
 
 
+@pytest.mark.parametrize(("head", "unit"), [("contraction [%]", 1.0), ("displacement [mm]", 3.0)])
+def test_a_position_that_counts_lengthening_as_positive(tmp_path, head, unit):
+    columns = loop_columns()
+    columns[head] = -unit * columns.pop("contraction [%]")
+    _, run = only_run(folder_of(tmp_path, table(columns), more="position_sign = -1"))
+    assert run.contraction == pytest.approx(loop_columns()["contraction [%]"] / 100)
+
+
+def test_weights_that_hang_at_rest_are_the_force(tmp_path):
+    columns = {"load [kg]": [1.0, 2.0, 5.0, 7.0, 9.0, 10.0], "pressure [bar]": 2.0, "length [mm]": 280.0}
+    folder = folder_of(tmp_path, table(columns), test="static")
+    _, run = only_run(folder)
+    assert run.measured == pytest.approx(9.80665 * np.array(columns["load [kg]"]))
+    assert read_experiment(folder).units["N"] == "kgf"
+
+
 @pytest.mark.parametrize(
     ("head", "more"),
     [

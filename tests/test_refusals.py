@@ -229,6 +229,7 @@ BAD_TABLES = {
     "valid: a list": (loop_csv, "valid = 3", ("valid is not a table",)),
     "pressure option": (loop_csv, 'pressure = "abs"', ("neither gauge nor absolute", "'abs'")),
     "force sign": (loop_csv, 'force_sign = "-"', ("neither 1 nor -1",)),
+    "position sign": (loop_csv, "position_sign = 2", ("position_sign is neither 1 nor -1", "lengthening as positive")),
     "noise unit": (loop_csv, 'noise = "0.5 mm"', ("noise: 'mm' cannot be the unit of a force",)),
     "noise zero": (loop_csv, 'noise = "0 N"', ("muscle.toml, row 10", "noise is not positive")),
     "unknown option": (loop_csv, 'noize = "1 N"', ("'noize'", "did you mean 'noise'?")),

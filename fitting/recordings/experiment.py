@@ -21,7 +21,7 @@ from fitting.recordings.limits import TURNED_BY, slack_notes, with_limits
 from fitting.recordings.muscle_file import muscle_of, name_of, read_muscle, read_toml, source_of
 from fitting.recordings.noise import one_load_cell
 from fitting.recordings.plausible import check_plausible, without_copies
-from fitting.recordings.readings import POSITIONS, read_runs
+from fitting.recordings.readings import POSITIONS, read_runs, with_hung_load
 from fitting.recordings.records import FORCE_TESTS, TESTS, Experiment, Recording, Run
 from fitting.recordings.tables import COLUMNS, Table, read_table
 from fitting.recordings.toml_rows import row_in_recording
@@ -31,7 +31,8 @@ __all__ = ["read_experiment", "read_muscle", "read_recording", "read_single"]
 
 MOST_NAMED = 8  # data sets in a message
 OWN_UNITS = ("set_pressure", "pressure", "length", "displacement", "force")  # columns that say what units people use
-OPTIONS = ("file", "test", "noise", "columns", "units", "valid", "pressure", "force_sign", "accuracy", *INSIDE)
+SIGNS = {"force_sign": "pulling as negative", "position_sign": "lengthening as positive"}  # why each may be -1
+OPTIONS = ("file", "test", "noise", "columns", "units", "valid", "pressure", *SIGNS, "accuracy", *INSIDE)
 
 
 def read_experiment(folder: Path | str) -> Experiment:
@@ -126,7 +127,7 @@ def _read(path: Path, test: str, muscle: Muscle, options: dict[str, Any], name: 
     _check_options(options)
     accuracy = accuracy_of(options.get("accuracy"), test, float(muscle.length), _noise(options.get("noise"), test))
     inside = {key: options[key] for key in INSIDE if key in options}
-    table = read_table(path, options.get("columns"), options.get("units"), inside)
+    table = with_hung_load(read_table(path, options.get("columns"), options.get("units"), inside), test)
     with showing.spoken(showing.own_units([_stated(table)])):  # what is wrong is said as the owner of the data would
         runs, notes, found = _checked_runs(table, test, muscle, options, accuracy)
     position = next(column for column in POSITIONS if column in table)
@@ -228,13 +229,13 @@ def _check_pressure(key: str, value: Any) -> None:
 
 def _check_sign(key: str, value: Any) -> None:
     if isinstance(value, bool) or value not in (1, -1):
-        cure = f"write {key} = -1 where the rig counts pulling as negative"
-        raise InputError("force_sign is neither 1 nor -1", value=value, cure=cure)
+        cure = f"write {key} = -1 where the rig counts {SIGNS[key]}"
+        raise InputError(f"{key} is neither 1 nor -1", value=value, cure=cure)
 
 
 CHECKS: dict[str, Callable[[str, Any], None]] = {
     "columns": _check_texts, "units": _check_texts, "valid": _check_table, "pressure": _check_pressure,
-    "force_sign": _check_sign, **dict.fromkeys(INSIDE, _check_text),
+    **dict.fromkeys(SIGNS, _check_sign), **dict.fromkeys(INSIDE, _check_text),
 }  # fmt: skip
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from fitting.errors import InputError, nearest
 from fitting.recordings.kinds import parts_of, recordings_in
 from fitting.recordings.tables import COLUMNS, Table, plain_name, read_heads, read_table, split_head
-from fitting.units import dimension, is_unit
+from fitting.units import PULL_OF_MASS, dimension, is_unit
 
 # words in a header that betray what a column is, in English and in what loggers write
 WORDS = {
@@ -19,7 +19,7 @@ WORDS = {
     "load": ("load", "mass", "weight", "last"),
     "time": ("time", "zeit", "stamp"),
     "contraction": ("contraction", "strain", "shortening ratio"),
-    "displacement": ("displacement", "shortening", "stroke", "travel", "weg"),
+    "displacement": ("displacement", "shortening", "stroke", "travel", "weg", "extension", "crosshead", "elongation"),
     "length": ("length", "position", "laser"),
     "run": ("run", "trial", "experiment", "cycle no"),
     "branch": ("branch", "direction"),
@@ -27,9 +27,10 @@ WORDS = {
 LETTERS = {"t": "time", "p": "pressure", "f": "force", "l": "length", "eps": "contraction", "x": "displacement"}
 FILE_WORDS = (("release", "quick release"), ("isotonic", "isotonic"), ("isometri", "isometric"), ("step", "step"),
          ("static", "static"), ("loop", "loop"))  # fmt: skip
-OF_MASSES = {"kg": "kgf", "g": "gf", "lb": "lbf", "lbs": "lbf"}  # the unit of a force that is read as that of a mass
 HUNG_LOADS = 20  # different readings of a load at most, where weights are hung on
 HELD_LENGTHS = 30  # different readings of the length at most, in an isometric test without noise
+SIGNED = ("displacement", "contraction")  # positions that have a sign
+RISES, HELD_PRESSURE = 0.8, 0.2  # correlation of force and such a position, share of the pressure it may change by
 STRETCHES, STANDING = 50, 0.7  # of a recording; share of them in which an isometric test leaves the length as it was
 
 
@@ -46,6 +47,24 @@ class Guess:
     table: Table | None = None  # the readings, in N, m and Pa where no unit is given; None where they cannot be read
     problem: str = ""  # why they cannot be read
     reason: str = ""
+
+    @property
+    def position_sign(self) -> int:
+        """-1 where at a held pressure a force that pulls rises with the position: lengthening is positive there."""
+        position = next((name for name in SIGNED if name in (self.columns or {})), None)
+        if (
+            self.table is None
+            or self.test != "loop"
+            or position is None
+            or not {"force", "pressure"} <= {*self.table.columns}
+        ):
+            return 1
+        place, force, pressure = (self.table[name] for name in (position, "force", "pressure"))
+        pulls = np.ptp(place) > 0 and np.ptp(force) > 0 and np.nanmedian(force) > 0
+        if not pulls or np.ptp(np.nanquantile(pressure, [0.01, 0.99])) > HELD_PRESSURE * np.nanmax(np.abs(pressure)):
+            return 1  # where the pressure rises, the muscle may shorten against a spring
+        whole = np.isfinite(place) & np.isfinite(force)
+        return -1 if np.corrcoef(place[whole], force[whole])[0, 1] > RISES else 1
 
     @property
     def name(self) -> str:
@@ -78,7 +97,7 @@ def _guess(path: Path, inside: dict[str, str]) -> Guess:
         return Guess(path, inside, reason="none of its columns is known")
     if "load" in called and "force" not in called and _is_reading(path, called["load"], inside):
         called["force"] = called.pop("load")
-    weighed = OF_MASSES.get(split_head(called.get("force", ""))[1] or "")
+    weighed = PULL_OF_MASS.get(split_head(called.get("force", ""))[1] or "")
     unused = tuple(head for head in heads if head not in called.values())
     units = {name: "?" for name, head in called.items() if COLUMNS[name] is not None and not split_head(head)[1]}
     any_units = {name: {"load": "N"}.get(name, str(COLUMNS[name])) for name in units}  # only whether readings differ
@@ -116,8 +135,17 @@ def _by_name(head: str) -> str | None:
 
 
 def _by_word(head: str) -> str | None:
+    """By a word in it, unless its unit is one of something else: an extension in mm is no tension."""
     text = split_head(head)[0].lower().replace("_", " ")
-    return next((name for name, words in WORDS.items() if any(word in text for word in words)), None)
+    names = (name for name, words in WORDS.items() if any(word in text for word in words))
+    return next((name for name in names if not _has_another_unit(head, name)), None)
+
+
+def _has_another_unit(head: str, name: str) -> bool:
+    """Whether a column's unit is one of something else than this; a load may be a mass."""
+    unit, si = split_head(head)[1], COLUMNS[name]
+    kinds = {"load": ("N", "kg"), "force": ("N", "kg")}.get(name, (si,) if si else ())
+    return bool(unit and kinds and is_unit(unit) and dimension(unit) not in map(dimension, kinds))
 
 
 def _by_letter(head: str) -> str | None:
@@ -144,7 +172,7 @@ def _test(name: str, table: Table | None, names: set[str]) -> str:
         if word in words:
             return test
     if "load" in names and "force" not in names:
-        return "step" if "set_pressure" in names else "isotonic"
+        return "step" if "set_pressure" in names else "isotonic" if "time" in names else "static"
     if "time" not in names:
         return "static"
     return "isometric" if table is not None and _length_is_held(table) else "loop"

@@ -129,9 +129,17 @@ def _opposed(parts: Sequence[Run], table: Table, ideal: list[np.ndarray]) -> Non
             table.header_row,
             table.heads["force"],
             value=f"correlation {max(together):.2f} with the ideal force",
-            cure="if the rig counts pulling as negative write force_sign = -1; else check the sign of the position "
-            "(positive is shorter), and whether two columns are exchanged",
+            cure=_turned(parts, table),
         )
+
+
+def _turned(parts: Sequence[Run], table: Table) -> str:
+    """How a force or a position is turned that has the wrong sign, the likelier of the two first."""
+    force = "if the rig counts pulling as negative write force_sign = -1"
+    position = "if it counts lengthening as positive (positive is shorter) write position_sign = -1"
+    pulls = float(np.median(np.concatenate([part.measured[part.usable] for part in parts]))) > 0
+    signs = [force] if "length" in table else [position, force] if pulls else [force, position]
+    return f"{'; '.join(signs)}; else check whether two columns are exchanged"
 
 
 def _tiny_stroke(parts: Sequence[Run], table: Table) -> None:

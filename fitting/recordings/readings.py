@@ -1,6 +1,7 @@
 """From a table to the readings of each run: which columns a test needs, the program's conventions, runs."""
 
 from collections import Counter
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -25,6 +26,19 @@ NO_DIRECTION = (
 )
 TYPING_ERROR = 0.88  # likeness of a word to one that was meant
 FEWEST_SAMPLES = TABLES.fewest_samples  # of a run
+
+
+def with_hung_load(table: Table, test: str) -> Table:
+    """The table of a static test in which weights were hung on: at rest a muscle pulls with what hangs on it."""
+    if test != "static" or "force" in table or "load" not in table:
+        return table
+
+    def renamed(given: Mapping[str, Any]) -> dict[str, Any]:
+        return {"force" if name == "load" else name: value for name, value in given.items()}
+
+    unit = table.units["load"]
+    stated = renamed(table.units) | {"force": units.PULL_OF_MASS.get(unit, unit)}
+    return replace(table, columns=renamed(table.columns), heads=renamed(table.heads), units=stated)
 
 
 def read_runs(table: Table, test: str, muscle: Muscle, options: dict[str, Any], counts: Counter[str]) -> list[Run]:
@@ -92,6 +106,7 @@ def _all_readings(
             columns[name] = columns[name] - atmosphere
     if "force" in columns:
         columns["force"] = columns["force"] * options.get("force_sign", 1)
+    columns[position] = columns[position] * _position_sign(table, options, position)
     length = float(muscle.length)
     moved = columns[position]
     contraction = {"contraction": moved, "length": (length - moved) / length, "displacement": moved / length}[position]
@@ -109,6 +124,14 @@ def _all_readings(
         load=None if test in FORCE_TESTS else columns["load"],
         set_pressure=set_pressure,
     )
+
+
+def _position_sign(table: Table, options: dict[str, Any], position: str) -> int:
+    """-1 where the rig counts lengthening as positive, as a tensile machine's extension does; a length has no sign."""
+    if position == "length" and "position_sign" in options:
+        problem = "position_sign belongs to a displacement or a contraction, not to a length"
+        raise InputError(problem, table.file, table.header_row, table.heads[position], cure="leave position_sign out")
+    return options.get("position_sign", 1)
 
 
 def _usable(columns: dict[str, np.ndarray], valid: dict[str, Any], table: Table, counts: Counter[str]) -> np.ndarray:

@@ -104,6 +104,10 @@ def _recording_lines(guess: Guess) -> Iterator[str]:
     yield '# noise = "0.5 N"        # standard deviation of one reading, if known'
     yield '# pressure = "absolute"  # gauge is presumed'
     yield "# force_sign = -1        # where the rig counts pulling as negative"
+    if guess.position_sign < 0:
+        yield "position_sign = -1       # a guess: the force rises with this reading, so that lengthening is positive"
+    elif "length" not in (guess.columns or {}):
+        yield "# position_sign = -1     # where the rig counts lengthening as positive, as an extension"
     yield from accuracy_lines(guess.readable, guess.test, guess.columns or {})
 
 

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from fitting import units
-from fitting.recordings.guesses import Guess
+from fitting.recordings.guesses import SIGNED, Guess
 from fitting.recordings.tables import COLUMNS, Table
 from fitting.showing import counted
 
@@ -38,6 +38,7 @@ def _ranges(guess: Guess, table: Table) -> Iterator[str]:
             continue
         least, most, unit = _range(guess, table, name)
         called = "" if name not in guess.named else f" ('{head}')"
+        called += ", lengthening positive," if name in SIGNED and guess.position_sign < 0 else ""
         yield f"{name.replace('_', ' ')}{called} {least:.{FIGURES}g} to {most:.{FIGURES}g} {unit or '(which unit?)'}"
 
 
