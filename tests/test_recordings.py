@@ -196,7 +196,8 @@ def test_weights_that_hang_at_rest_are_the_force(tmp_path):
     folder = folder_of(tmp_path, table(columns), test="static")
     _, run = only_run(folder)
     assert run.measured == pytest.approx(9.80665 * np.array(columns["load [kg]"]))
-    assert read_experiment(folder).units["N"] == "kgf"
+    (stated,) = read_experiment(folder).units
+    assert stated["N"] == "kgf"
 
 
 @pytest.mark.parametrize(
