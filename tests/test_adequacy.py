@@ -27,7 +27,7 @@ def why(test, added=ADDED, base=20.0, gains=True, bettered=False, **fit):
         settings=DIAGNOSIS,
         base=SimpleNamespace(rows=np.full(50, base)),
         world=SimpleNamespace(contradicted=lambda fit: fitted.denied if hasattr(fit, "denied") else ()),
-        _gains=lambda _: gains,
+        _gains=lambda _, __: gains,
     )
     found = Examiner._why_not(examiner, added, fitted, test, bettered)
     return None if found is None else found.reason
@@ -58,6 +58,43 @@ def believed(monkeypatch):
 )
 def test_a_set_is_adequate_unless_one_of_these_holds(test, how, reason):
     assert why(test, **how) == reason
+
+
+def gains(monkeypatch, left_out, fall, added=ADDED):
+    """Whether a set gains that leaves so much (rms) of each of four runs left out, where the base leaves 1 of each.
+
+    `fall` is that of Schwarz's criterion; there are twenty candidates.
+    """
+    base, fit = "base", "fit"
+    groups = np.repeat(np.arange(4), 10)
+    rows = {base: np.ones(40), fit: np.asarray(left_out)[groups]}
+    monkeypatch.setattr("fitting.diagnosis.examine.free_of_noise", lambda ground: ground)
+    monkeypatch.setattr("fitting.diagnosis.examine.criterion", lambda set_, _: {base: fall, fit: 0.0}[set_])
+    examiner = SimpleNamespace(
+        settings=DIAGNOSIS, base=base, alone=base, groups=groups, world=SimpleNamespace(candidates=range(20)),
+        beyond_instruments=rows.__getitem__, ground=lambda _: None,
+    )  # fmt: skip
+    return Examiner._gains(examiner, added, fit)
+
+
+@pytest.mark.parametrize(
+    ("left_out", "fall", "gained"),
+    [
+        ((0.5, 0.5, 0.5, 0.6), -50.0, True),  # runs left out say so
+        ((1.5, 1.5, 1.5, 1.6), 50.0, False),
+        ((0.9, 0.9, 0.9, 1.3), 50.0, True),  # they do not decide, and readings are far likelier
+        ((0.9, 0.9, 0.9, 1.3), 2 * np.log(100 * 20) - 0.1, False),
+    ],
+)
+def test_a_set_gains_on_runs_left_out_or_where_they_do_not_decide_by_all_readings(monkeypatch, left_out, fall, gained):
+    assert gains(monkeypatch, left_out, fall) is gained
+
+
+def test_more_is_asked_of_the_likeliest_of_many_pairs(monkeypatch):
+    undecided, fall = (0.9, 0.9, 0.9, 1.3), 2 * np.log(100 * 20) + 0.1
+    assert gains(monkeypatch, undecided, fall)
+    assert not gains(monkeypatch, undecided, fall, frozenset({"tip", "weight"}))
+    assert gains(monkeypatch, undecided, 2 * np.log(100 * 190) + 0.1, frozenset({"tip", "weight"}))
 
 
 def test_a_limit_is_the_amount_that_is_found_times_what_is_left_of_one():

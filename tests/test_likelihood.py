@@ -11,7 +11,8 @@ import pytest
 import scipy.linalg
 
 from fitting.diagnosis.candidate_fit import CandidateFit
-from fitting.diagnosis.likelihood import criterion, likeliest, outdone
+from fitting.diagnosis.likelihood import likeliest, outdone
+from fitting.diagnosis.schwarz import criterion
 from fitting.diagnosis.settings import VERDICT
 
 COUNT = 200

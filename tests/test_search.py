@@ -119,6 +119,21 @@ def test_a_pair_that_stands_goes_where_a_third_effect_makes_the_readings_far_lik
     assert search.adequacy_tests[pair].why == Why(Reason.LESS_LIKELY)
 
 
+def test_a_pair_that_stands_goes_where_another_pair_that_does_not_is_far_likelier(three):
+    """The other is not the truth either, so the truth is larger than both."""
+    search = Search.resumed(three)
+    search.adequacy_tests |= three.adequacy_tests
+    best = search.best(2)[0]
+    search.adequate = [best]
+    search.drop_surpassed(2)
+    assert search.adequate == [best]
+    poor = max((added for added in three.adequacy_tests if len(added) == 2), key=search.left)
+    search.adequate = [poor, frozenset(THREE)]
+    search.drop_surpassed(2)
+    assert search.adequate == [frozenset(THREE)]
+    assert search.adequacy_tests[poor].why == Why(Reason.LESS_LIKELY)
+
+
 def test_what_stands_stays_where_no_larger_set_is_far_likelier(three):
     search, pair = search_with_a_pair_that_stands(three)
     assert search.not_outdone([[], [pair], []]) == [pair]

@@ -4,6 +4,7 @@ from collections import deque
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
+from math import comb
 
 import numpy as np
 
@@ -16,6 +17,7 @@ from fitting.diagnosis.flip_groups import flip_groups
 from fitting.diagnosis.missing_effect import Ground, MissingEffectTest, missing_effect_test
 from fitting.diagnosis.nuisance import Nuisance
 from fitting.diagnosis.outcomes import Reason, Why
+from fitting.diagnosis.schwarz import criterion, far_likelier, free_of_noise
 from fitting.diagnosis.settings import DIAGNOSIS, DiagnosisSettings
 from fitting.diagnosis.signatures import signatures
 from fitting.diagnosis.universe import Universe
@@ -175,14 +177,21 @@ class Examiner:
         doubted = unbelieved(self.world, added, fit, self.settings.verdict.most_blamed)
         if doubted:
             return Why(Reason.UNBELIEVED, doubted)
-        if added and not self._gains(fit):
+        if added and not self._gains(added, fit):
             return Why(Reason.NO_GAIN)
         return Why(Reason.BETTERED) if bettered else None
 
-    def _gains(self, fit: CandidateFit) -> bool:
-        """Whether the held-out error falls below the base's by more than its standard error."""
+    def _gains(self, added: frozenset[str], fit: CandidateFit) -> bool:
+        """Whether a set predicts runs left out better than the base, by more than the standard error of that gain.
+
+        Where they do not decide, for a few runs hardly ever do, all readings must make the set far likelier.
+        """
         fall, error = held_out.difference(self.beyond_instruments(self.base), self.beyond_instruments(fit), self.groups)
-        return fall > error
+        if abs(fall) > error:
+            return bool(fall > 0)
+        free, alone = free_of_noise(self.ground(fit)), self.alone
+        chosen_among = comb(len(self.world.candidates), len(added))
+        return far_likelier(criterion(alone, free) - criterion(fit, free), chosen_among, self.settings.verdict)
 
     def columns(
         self, fit: CandidateFit, fits: Mapping[frozenset[str], CandidateFit], glance: bool = False
@@ -247,6 +256,11 @@ class Examiner:
         """
         errors = self.errors(self.base)
         return self.world if errors.count > self.world.room else self.world.seen_through(errors.columns)
+
+    @cached_property
+    def alone(self) -> CandidateFit:
+        """The base fitted as the sets are, and to the end."""
+        return self.seen.settled(self.base.effects, self.base.vector)
 
     def without_instruments(self, columns: np.ndarray) -> np.ndarray:
         """Rows (rows,) or columns (rows, q) without what instruments within their accuracy can make of them."""

@@ -5,15 +5,14 @@ set is out of the question. Few loops make a test that sees little, for it rests
 stand that lacks a whole effect.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
 from fitting.diagnosis.candidate_fit import CandidateFit
 from fitting.diagnosis.examine import Examiner
-from fitting.diagnosis.missing_effect import Ground
+from fitting.diagnosis.schwarz import criterion, far_likelier, free_of_noise
 from fitting.diagnosis.settings import VERDICT, VerdictSettings
-from fitting.least_squares.decomposed import lstsq
 
 
 def criteria(
@@ -29,23 +28,6 @@ def criteria(
     best = min(sets, key=lambda added: examiner.left(fits[added]))
     free = free_of_noise(examiner.ground(fits[best]))
     return {added: criterion(fits[added], free) for added in sets}
-
-
-def free_of_noise(ground: Ground) -> Callable[[np.ndarray], np.ndarray]:
-    """What takes noise and the errors of instruments out of columns (rows, q), as a fit leaves them."""
-    instruments = ground.instruments()
-    return lambda columns: instruments(ground.without_noise(columns))
-
-
-def criterion(fit: CandidateFit, free: Callable[[np.ndarray], np.ndarray]) -> float:
-    """n log(left/n) + what stated sizes leave + k log n, of n readings and k parameters."""
-    both = free(np.column_stack([fit.rows, fit.slopes]))
-    whole = np.vstack([both[:, 1:], fit.prior_slopes])
-    target = np.concatenate([both[:, 0], fit.prior_rows])
-    squares = (target - whole @ lstsq(whole, target, 1e-12)) ** 2
-    count = len(fit.rows)
-    left, stated = float(np.sum(squares[:count])), float(np.sum(squares[count:]))
-    return count * np.log(left / count) + stated + len(fit.free) * np.log(count)
 
 
 def likeliest(
@@ -68,13 +50,9 @@ def outdone(
     examiner: Examiner,
     settings: VerdictSettings = VERDICT,
 ) -> bool:
-    """Whether a set with an effect more is so much likelier that none of these adequate ones can be the whole of it.
-
-    The effect more was chosen among all candidates, and the best of many always fits a little better: the ratio has to
-    be larger by their number (the extended criterion of Chen and Chen, Biometrika 95, 759, 2008).
-    """
+    """Whether a set with an effect more is so much likelier that none of these adequate ones can be the whole of it."""
     if not adequate or not larger:
         return False
     found = criteria([*adequate, *larger], fits, examiner)
     fall = min(found[added] for added in adequate) - min(found[added] for added in larger)
-    return fall > 2 * np.log(settings.likelier * len(examiner.world.candidates))
+    return far_likelier(fall, len(examiner.world.candidates), settings)

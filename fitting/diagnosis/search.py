@@ -122,6 +122,23 @@ class Search:
         if size > 1 and (standing := self.standing(size)):  # others that do as well as these
             self.fit_level([*self.grown(self.parts(standing)), *self.simpler(standing)])
             self.test_level(size, self.settings.tested)
+        self.drop_surpassed(size)
+
+    def drop_surpassed(self, size: int) -> None:
+        """Let none of a size stand where one that does not stand makes the readings far likelier than all that do.
+
+        The test may be blind to what a set lacks, the likelihood is not; whoever is far likelier is not the truth
+        either, so the truth is larger.
+        """
+        standing = self.standing(size)
+        if outdone(standing, self.best(size)[: self.settings.grown], self.fits, self.examiner):
+            self.adequate = [added for added in self.adequate if added not in standing]
+            self.are_less_likely(standing)
+
+    def are_less_likely(self, sets: Sequence[frozenset[str]]) -> None:
+        """Note of sets that passed their test that another makes the readings far likelier."""
+        for added in sets:
+            self.adequacy_tests[added] = replace(self.adequacy_tests[added], why=Why(Reason.LESS_LIKELY))
 
     def is_outdone(self, size: int) -> bool:
         """Whether a set with an effect more stands, too, and makes the readings far likelier than those of this size.
@@ -142,8 +159,7 @@ class Search:
         chosen: list[frozenset[str]] = []
         for larger in stood:
             if chosen and outdone(chosen, larger, self.fits, self.examiner):
-                for added in chosen:
-                    self.adequacy_tests[added] = replace(self.adequacy_tests[added], why=Why(Reason.LESS_LIKELY))
+                self.are_less_likely(chosen)
                 chosen = []
             chosen = chosen or list(larger)
         return chosen
@@ -158,10 +174,10 @@ class Search:
         """The universe in which sets are fitted."""
         return self.examiner.seen
 
-    @cached_property
+    @property
     def alone(self) -> CandidateFit:
         """The base fitted as the sets are, and to the end: each set begins there, and would else go on from there."""
-        return self.seen.settled(self.base.effects, self.base.vector)
+        return self.examiner.alone
 
     @cached_property
     def look(self) -> LinearLook:

@@ -24,6 +24,7 @@ class StepRules:
     share: float = 0.1  # of the held-out error that a step must remove: less is not worth a parameter to a mechanician
     plain: float = 0.5  # of the squared held-out error that a leading effect removes: it leaves less than it removes
     denied: float = 3.0  # standard errors from a stated size: one honest measurement in 370 lies farther away
+    absurd: float = 5.0  # standard errors from a stated size, of which nobody thinks that it was read so; chosen
     absent: float = 3.0  # standard errors from 0, from which a value is not 0 by chance, as above
     known: float = 1.0  # standard errors that a value must reach: a smaller one may as well be zero
     spare: int = 5  # readings more than fitted numbers; as for any verdict
@@ -104,9 +105,13 @@ def no_gain(before: Fitted, after: Fitted, rules: StepRules, adequate: bool) -> 
 
 
 def gain_is_hidden(before: Fitted, after: Fitted, why: Sequence[Objection], rules: StepRules) -> bool:
-    """Whether nothing speaks against a step but its gain, and that hides behind errors that instruments may make."""
+    """Whether nothing speaks against a step but that its gain hides behind errors that instruments may make.
+
+    Beyond those, runs left out may not be predicted worse; whether they or all readings together show the gain, the
+    verdict has seen.
+    """
     only_gain = {objection.reason for objection in why} == {Fault.NO_GAIN}
-    return only_gain and _falls(before.beyond(), after.beyond(), before, rules)
+    return only_gain and not _falls(after.beyond(), before.beyond(), before, rules)
 
 
 def _falls(worse: np.ndarray, better: np.ndarray, model: Fitted, rules: StepRules) -> bool:

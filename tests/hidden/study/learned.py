@@ -27,7 +27,7 @@ def learned(search: Any) -> list[str]:
 
 def learned_p(search: Any) -> float:
     """The p-value of the largest share that any of these functions foretells of groups left out."""
-    from fitting.diagnosis.likelihood import free_of_noise
+    from fitting.diagnosis.schwarz import free_of_noise
 
     base, samples = search.base, search.world.samples
     free = free_of_noise(search.examiner.ground(base))

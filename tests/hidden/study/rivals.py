@@ -74,7 +74,7 @@ def told(search: Any) -> Callable[[Any, Any], float]:
     The program compares sets by it that its tests let stand; as a method of its own no rival uses it today, and it
     shows what the tests add.
     """
-    from fitting.diagnosis.likelihood import criterion, free_of_noise
+    from fitting.diagnosis.schwarz import criterion, free_of_noise
 
     free = free_of_noise(search.examiner.ground(search.base))
     return lambda fit, _: criterion(fit, free)
