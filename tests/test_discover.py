@@ -41,6 +41,7 @@ from mckibben_jax.effects import (
 
 DATA = Path(__file__).parents[1] / "data"
 BASE = (IdealCylinder(), CoulombFriction())
+SIZES = ("muscle.radius", "muscle.length")
 CONFINED = SimpleNamespace(confined=True)  # a fit whose sizes are confined
 
 
@@ -73,8 +74,9 @@ def test_sizes_that_stand_in_for_what_is_missing_are_confined(denying):
 def denies(monkeypatch):
     """The way of a discovery at a model that denies its radius, and which searches were begun from there."""
 
-    def at(free, adequate=False, larger=None):
-        monkeypatch.setattr(discovering, "denials", lambda *_: (Objection(Fault.DENIES, "muscle.radius", 9.0),))
+    def at(free, adequate=False, larger=None, errors=9.0):
+        denied = lambda _, __, rules: (Objection(Fault.DENIES, "muscle.radius", errors),) * (errors > rules.denied)  # noqa: E731
+        monkeypatch.setattr(discovering, "denials", denied)
         monkeypatch.setattr(discovering, "with_sizes_confined", lambda _, fit: fit)
         monkeypatch.setattr(discovering, "values_of", lambda *_: {})
         world = SimpleNamespace(from_stated=lambda _: {"muscle.radius": 9.0, "muscle.length": 0.0})
@@ -93,15 +95,25 @@ def denies(monkeypatch):
 
 
 def test_sizes_that_do_not_vary_are_not_confined(denies):
-    """Somebody fixed the radius where the fit denies it; or all of it is explained."""
-    for free, adequate in ((("muscle.length",), False), (("muscle.length", "muscle.radius"), True)):
-        told, (last, lacks_nothing) = denies(free, adequate, larger=on_the_way([*BASE, Tip()], ("tip",)))
+    """Somebody fixed the radius where the fit denies it."""
+    for adequate in (False, True):
+        told, (last, lacks_nothing) = denies(("muscle.length",), adequate, on_the_way([*BASE, Tip()], ("tip",)))
         assert (told, last.added, lacks_nothing) == ([()], ("baseline",), adequate)
 
 
-def test_a_muscle_as_it_was_measured_that_nothing_explains_better_is_no_step(denies):
-    told, (last, _) = denies(("muscle.length", "muscle.radius"))
-    assert (told, last.held) == ([()], ())
+@pytest.mark.parametrize(("errors", "confines"), [(4.0, False), (9.0, True)])
+def test_a_model_that_lacks_nothing_may_deny_a_size_unless_that_is_absurd(denies, errors, confines):
+    """Four errors are a caliper that was read wrong, nine are not."""
+    told, (last, lacks_nothing) = denies(SIZES, True, on_the_way([*BASE, Tip()], ("tip",)), errors)
+    assert told == ([(), SIZES, ()] if confines else [()])
+    assert (last.added, lacks_nothing) == (("tip",) if confines else ("baseline",), True)
+
+
+@pytest.mark.parametrize("adequate", [False, True])
+def test_what_lacks_nothing_with_the_sizes_as_measured_is_kept_with_these(denies, adequate):
+    """With nothing to add, and the muscle as it was measured."""
+    told, (last, _) = denies(SIZES, adequate)
+    assert (told, last.held) == (([(), SIZES], SIZES) if adequate else ([()], ()))
 
 
 def test_what_can_be_added_to_the_muscle_as_it_was_measured_is_added(denies):

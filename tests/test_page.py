@@ -341,11 +341,11 @@ def test_a_posterior_of_this_model_stands_on_the_report_and_no_other(tmp_path):
     assert shown.exit_code == 0, shown.output
     text = (tmp_path / "r.html").read_text(encoding="utf-8")
     median = json.loads((tmp_path / "p.json").read_text())["parameters"]["coulomb_friction.f_s"]["median"]
-    assert "What is known" in text
+    assert "How well the values are known" in text
     assert f"{median:.3g}" in text
     other = page_of("--effects", "ideal_cylinder", "textile_friction")
     assert "holds no posterior of this model" in " ".join(other.output.split())
-    assert "What is known" not in (tmp_path / "r.html").read_text(encoding="utf-8")
+    assert "How well the values are known" not in (tmp_path / "r.html").read_text(encoding="utf-8")
 
 
 def test_the_page_speaks_in_the_units_of_the_data(tmp_path):

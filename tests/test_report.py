@@ -47,6 +47,15 @@ def command_after(*diagnosis, **options):
     return step and step.command
 
 
+def with_radius(diagnosis, times):
+    """The diagnosis with the sizes as they were measured, but for a radius of so many times that."""
+    fit = diagnosis.baseline
+    sizes = {entry.name: entry.prior[0] for entry in fit.layout.entries if entry.prior is not None}
+    vector = fit.vector.copy()
+    vector[fit.layout.at(list(sizes))] = [value * (times if "radius" in name else 1.0) for name, value in sizes.items()]
+    return dataclasses.replace(diagnosis, baseline=dataclasses.replace(fit, vector=vector))
+
+
 def text_of(shown):
     out = console()
     with out.capture() as captured:
@@ -117,7 +126,8 @@ def test_an_error_many_times_the_noise_that_no_flip_sees_says_so(diagnosis):
 
 def test_commands_can_be_pasted_whatever_the_folder_is_called(diagnosis):
     assert command_after(diagnosis, ["Müskel №1 – größe 20°"]) == "mckibben add 'Müskel №1 – größe 20°' linear_spring"
-    nobodys = dataclasses.replace(diagnosis, verdict="not in the library", leading=None, explanations=())
+    as_measured = with_radius(diagnosis, 1.0)
+    nobodys = dataclasses.replace(as_measured, verdict="not in the library", leading=None, explanations=())
     assert command_after(nobodys, ["here"]) == "mckibben diagnose here --propose"
     assert command_after(nobodys, ["here"], proposed=True) is None
     assert command_after(diagnosis, ["here"], proposed=True) == "mckibben add here linear_spring"
@@ -339,7 +349,8 @@ def test_what_an_effect_needs_is_said_with_its_place(needs, said):
 
 def test_a_lead_of_next_to_nothing_is_neither_told_nor_added_where_nothing_is_missing(diagnosis):
     nothing = Leading(("tip",), 0.01, 2, 2)
-    faint = dataclasses.replace(diagnosis, verdict="inconclusive", explanations=(), leading=nothing)
+    as_measured = with_radius(diagnosis, 1.0)
+    faint = dataclasses.replace(as_measured, verdict="inconclusive", explanations=(), leading=nothing)
     assert leading_text(faint) is None
     assert command_after(faint, ["here"]) == "mckibben plan here"
     whole = dataclasses.replace(faint, verdict="nothing detectable", leading=None)
@@ -348,6 +359,15 @@ def test_a_lead_of_next_to_nothing_is_neither_told_nor_added_where_nothing_is_mi
     assert command_after(some, ["here"]) == "mckibben diagnose here --propose"
     most = dataclasses.replace(some, leading=Leading(("tip",), 0.8, 2, 2))
     assert command_after(most, ["here"]) == "mckibben add here tip"
+
+
+def test_sizes_that_deny_what_was_measured_are_held_before_anything_else_is_asked(diagnosis):
+    """They may stand in for what is missing; an effect that is named is added all the same."""
+    denying, held = with_radius(diagnosis, 1.1), "muscle.radius muscle.braid_angle"
+    assert command_after(denying, ["here"]) == "mckibben add here linear_spring"
+    for verdict in ("inconclusive", "nothing detectable", "not in the library"):
+        faint = dataclasses.replace(denying, verdict=verdict, explanations=(), leading=None)
+        assert command_after(faint, ["here"]) == f"mckibben diagnose here --fix {held}"
 
 
 def test_what_helps_only_with_another_is_not_called_idle(diagnosis):

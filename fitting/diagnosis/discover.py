@@ -1,6 +1,7 @@
 """Diagnose and add one effect at a time, until nothing more can be said that a mechanician would sign."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 from fitting.diagnosis.course import ModelOnTheWay, OnStep, Step, values_of
 from fitting.diagnosis.diagnose import Progress, concluded, library_candidates, one_thread, prepared
@@ -135,15 +136,17 @@ class _Way:
         return other
 
     def _with_believed_sizes(self, here: ModelOnTheWay, adequate: bool) -> ModelOnTheWay | None:
-        """The same model with the stated sizes confined, where it denies one, lacks something, and nothing is added.
+        """The same model with the stated sizes confined, where it denies one and nothing is added.
 
-        Wrong sizes may stand in for what is missing so well that nothing beside them shows it. A size that does not
-        vary was fixed by the user.
+        Wrong sizes may stand in for what is missing so well that nothing beside them shows it. Where nothing else is
+        missing, a size is believed to have been read wrong unless that is absurd. A size that does not vary was fixed
+        by the user.
         """
-        if adequate or not self._is_short or here.search.base.confined:
+        if not self._is_short or here.search.base.confined:
             return None
         world, fit = here.search.world, here.search.base
-        if not any(denied in fit.free for denied in denied_sizes(denials(world, fit, self.rules))):
+        rules = replace(self.rules, denied=self.rules.absurd) if adequate else self.rules
+        if not any(denied in fit.free for denied in denied_sizes(denials(world, fit, rules))):
             return None
         search = self.begin(here.present, values_of(world, with_sizes_confined(world, fit).vector), True)
         return ModelOnTheWay((), here.present, search, held=tuple(n for n in world.from_stated(fit) if n in fit.free))

@@ -52,7 +52,7 @@ def posterior_sections(posterior: Posterior) -> list[Section]:
     note = "Sensitivity: how far a sharper or wider prior would move the parameter; above 0.05 the prior has a say."
     return [
         Section(
-            "What is known",
+            "How well the values are known",
             sentences=words,
             picture=figures.as_svg(pairs(posterior), "pairs"),
             caption="Dark places hold half of the draws, dark and light ones 90 %.",

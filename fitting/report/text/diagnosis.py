@@ -229,7 +229,8 @@ def _evidence(d: Diagnosis, unit: str) -> list[RenderableType]:
     about = f"unexplained is what neither noise nor instruments within their accuracy can make of the misfit: {now}."
     shown = [spaced(table), line("", about), Text()] if helping or several else []
     named = {name for names in d.explanations for name in names}
-    told = {*d.faint, *named, *(name for _, names in would_have_shown(d, unit) for name in names)}
+    near = {name for e in d.nearest for name in e.effects}
+    told = {*d.faint, *named, *near, *(name for _, names in would_have_shown(d, unit) for name in names)}
     others = listed([e.name for e in idle if e.name not in told])
     shown += [line("NOT IT", f"{others}: {_idle_text(d)}")] if others else []
     return [*shown, *lines("UNSEEN", (f"{listed(names)}: {why}" for why, names in blind.items()))]
@@ -245,8 +246,8 @@ def _nearest_text(e: Explanation, unit: str) -> str:
 def _idle_text(d: Diagnosis) -> str:
     """Why effects are said not to be it."""
     if d.p_value < d.level:
-        return "none of them explains a tenth of it"
-    return "none of them lowers the error on held-out runs"
+        return "alone none of them explains a tenth of it"
+    return "alone none of them lowers the error on held-out runs"
 
 
 def _evidence_cells(e: Evidence, unit: str) -> tuple[str, ...]:

@@ -4,15 +4,18 @@ import shlex
 from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
+from fitting import full_names
 from fitting.comparison.compare import Comparison
 from fitting.diagnosis.outcomes import NOTHING_MISSING, Verdict
 from fitting.diagnosis.record import Diagnosis
 from fitting.recordings.records import Experiment
 from fitting.report.text.comparison import fails
+from fitting.report.text.stated_sizes import denied, stated_and_free
 from fitting.report.text.warnings import unlikely_ratio
 from fitting.study.preview import suggested
 
 ADD = "Put it into the model:"
+HOLD = "Look again with the sizes of the muscle as they were measured:"
 
 
 def after_comparison(c: Comparison, experiments: Sequence[Experiment], data: Sequence[str]) -> str | None:
@@ -49,10 +52,15 @@ class NextStep(NamedTuple):
 def after_diagnosis(d: Diagnosis, data: Sequence[str], proposed: bool = False) -> NextStep | None:
     """The effect to add, a form for what none explains (unless one was `proposed` already), what to record where the
     data say too little, and the values of a model that lacks nothing.
+
+    Sizes that deny what was measured may stand in for what is missing: without an effect to add, they are held first.
     """
     names = suggested(d)
     if names:
         return NextStep(ADD, f"mckibben add {shell_words(data)} {' '.join(names)}")
+    if denied(d.baseline):
+        held = " ".join(dict.fromkeys(map(full_names.common, stated_and_free(d.baseline))))
+        return NextStep(HOLD, f"mckibben diagnose {shell_words(data)} --fix {held}")
     if d.verdict == Verdict.NOT_IN_LIBRARY:
         return (
             None if proposed else NextStep("Look for a form of it:", f"mckibben diagnose {shell_words(data)} --propose")

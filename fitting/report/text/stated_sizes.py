@@ -28,9 +28,19 @@ def denied_texts(fit: Fit) -> list[str]:
     return [*_denied_texts(fit), *_kept_texts(fit)]
 
 
+def stated_and_free(fit: Fit) -> tuple[str, ...]:
+    """The stated sizes that vary in a fit."""
+    return tuple(name for name in fit.free if fit.layout.entry(name).prior is not None)
+
+
+def denied(fit: Fit) -> list[str]:
+    """The stated sizes that a fit denies, the farthest first."""
+    far = (name for name in stated_and_free(fit) if _apart(fit, name) > WARNING_TEXT.apart)
+    return sorted(far, key=lambda name: -_apart(fit, name))
+
+
 def _denied_texts(fit: Fit) -> list[str]:
-    stated = [name for name in fit.free if fit.layout.entry(name).prior is not None]
-    far = sorted((name for name in stated if _apart(fit, name) > WARNING_TEXT.apart), key=lambda n: -_apart(fit, n))
+    far = denied(fit)
     sizes = [
         f"{mark(name)} = {amount(fit.values[name], fit.layout.entry(name).unit)} "
         f"({measured_cells(fit, name)[0]} was measured, {showing.figures(_apart(fit, name))} errors apart)"
@@ -95,7 +105,8 @@ def rests_on_texts(fit: Fit) -> list[str]:
         if total > STATED.most:
             found.append((total, rests_on_text(name, parts)))
     said = [text for _, text in sorted(found, key=lambda each: -each[0])]
-    return [*said, "Measure better what is named; more recordings hardly help."] if said else []
+    cure = "To know these values better, measure better what is named; more recordings of the same kind hardly help."
+    return [*said, cure] if said else []
 
 
 def runs_agree_texts(fit: Fit) -> list[str]:
