@@ -1,6 +1,7 @@
 """Ctrl-C: it stops a command wherever it falls, and the command says what is kept."""
 
 import ctypes
+import os
 import signal
 import sys
 import time
@@ -34,6 +35,14 @@ def test_ctrl_c_in_a_callback_of_compiled_code_is_not_lost():
             pytest.fail("the interrupt was lost")
     finally:
         signal.signal(signal.SIGINT, before)
+
+
+def test_a_scheduler_that_ends_a_job_stops_a_command_as_ctrl_c_does():
+    before = signal.getsignal(signal.SIGTERM)
+    with pytest.raises(KeyboardInterrupt), interruptible():  # noqa: PT012  it is raised a few steps after the call
+        os.kill(os.getpid(), signal.SIGTERM)
+        time.sleep(5.0)
+    assert signal.getsignal(signal.SIGTERM) is before
 
 
 def test_other_errors_in_callbacks_are_reported_as_before(monkeypatch):

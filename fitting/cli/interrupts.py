@@ -1,4 +1,4 @@
-"""Ctrl-C stops a command wherever it falls."""
+"""Ctrl-C, or a scheduler that ends a job, stops a command wherever it falls."""
 
 import atexit
 import os
@@ -6,7 +6,7 @@ import signal
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
-from threading import Timer
+from threading import Timer, current_thread, main_thread
 from typing import NoReturn
 
 import click
@@ -29,9 +29,12 @@ def interruptible() -> Iterator[None]:
     """A command that Ctrl-C stops, though it fall into a callback of compiled code.
 
     Python reports what is raised in such a callback and goes on: the command would run to its end. When all is written,
-    Ctrl-C comes too late to stop anything, and the end of the program is not interrupted.
+    Ctrl-C comes too late to stop anything, and the end of the program is not interrupted. `timeout` and schedulers send
+    a signal to terminate first: it stops a command as Ctrl-C does, or what was found so far would be lost.
     """
     before = sys.unraisablehook
+    in_main_thread = current_thread() is main_thread()
+    ended = signal.signal(signal.SIGTERM, signal.default_int_handler) if in_main_thread else None
 
     def raised(found: "sys.UnraisableHookArgs") -> None:
         if issubclass(found.exc_type, KeyboardInterrupt):
@@ -44,4 +47,6 @@ def interruptible() -> Iterator[None]:
         yield
     finally:
         sys.unraisablehook = before
+        if in_main_thread:
+            signal.signal(signal.SIGTERM, ended or signal.SIG_DFL)  # None where it was not set from Python
     atexit.register(signal.signal, signal.SIGINT, signal.SIG_IGN)  # the last to be registered is called first
