@@ -361,6 +361,19 @@ def test_a_lead_of_next_to_nothing_is_neither_told_nor_added_where_nothing_is_mi
     assert command_after(most, ["here"]) == "mckibben add here tip"
 
 
+def test_laws_of_rubber_that_could_not_be_tried_are_said_before_another_effect_is_added(diagnosis):
+    """Without the thickness of the wall a bending of strands leads where rubber is missing."""
+    lacking = Evidence("bladder_ogden", why=Why(Reason.NEEDS, ("wall_thickness",)))
+    told = lambda d: [text for text in text_of(diagnosis_report(d)).split("CHECK") if "Laws of the rubber" in text]  # noqa: E731
+    without = dataclasses.replace(diagnosis, effects={**diagnosis.effects, "bladder_ogden": lacking})
+    assert len(told(without)) == 1
+    assert "wall_thickness" in told(without)[0]
+    assert told(diagnosis) == []
+    assert told(dataclasses.replace(without, verdict="nothing detectable", explanations=())) == []
+    tried = {**without.effects, "bladder_ogden": dataclasses.replace(lacking, why=None, rmse=1.0, held_out_rmse=1.0)}
+    assert told(dataclasses.replace(diagnosis, effects=tried)) == []
+
+
 def test_sizes_that_deny_what_was_measured_are_held_before_anything_else_is_asked(diagnosis):
     """They may stand in for what is missing; an effect that is named is added all the same."""
     denying, held = with_radius(diagnosis, 1.1), "muscle.radius muscle.braid_angle"

@@ -33,6 +33,7 @@ from fitting.report.text.names import Names, mark, marked
 from fitting.report.text.side_by_side import side_by_side
 from fitting.report.text.stages import stage_text
 from fitting.report.text.study import data_text
+from fitting.report.text.untried import untried_texts
 from fitting.workbench.session import Answer, Session, Step, in_own_units, where_we_are
 from fitting.workbench.settings import WORKBENCH
 
@@ -132,7 +133,7 @@ def headline(session: Session) -> str:
     if step.diagnosis is not None and step.comparison is not None:
         found = step.diagnosis
         still = open_text(found, UNIT)
-        causes = (leading_text(found), *instrument_texts(found))
+        causes = (leading_text(found), *untried_texts(found), *instrument_texts(found))
         said = (*causes, p_value_text(found), *substitutes_text(found))
         said += (f"Still open: {still}",) if still else ()
         lines += [f"<p>{named(text)}</p>" for text in said if text]

@@ -20,6 +20,7 @@ from fitting.report.text.instrument_answers import instrument_texts
 from fitting.report.text.next_step import after_comparison, after_diagnosis
 from fitting.report.text.practice import explained_text, left_text, practice_text
 from fitting.report.text.stages import added_text, fall_text
+from fitting.report.text.untried import untried_texts
 from fitting.report.text.warnings import comparison_warnings
 from fitting.study.practice import practice
 from fitting.study.preview import suggested
@@ -165,7 +166,7 @@ def _refused(model: ShownModel) -> list[str]:
 
 def _of_diagnosis(d: Diagnosis, c: Comparison) -> list[str]:
     place = f"It fails most at {place_text(c)}." if fails(c) else ""
-    texts = (leading_text(d), *instrument_texts(d), judgement(c), place)
+    texts = (leading_text(d), *untried_texts(d), *instrument_texts(d), judgement(c), place)
     return [text for text in texts if text]
 
 

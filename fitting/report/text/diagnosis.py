@@ -22,6 +22,7 @@ from fitting.report.text.limits import limits_lines, open_text, would_have_shown
 from fitting.report.text.measurement import purpose_text, what_text
 from fitting.report.text.names import identifiers, listed, mark, marked
 from fitting.report.text.reasons import why_text
+from fitting.report.text.untried import untried_texts
 from fitting.showing import counted
 from fitting.study.preview import MOST
 
@@ -203,7 +204,7 @@ def diagnosis_report(d: Diagnosis, unit: str = "N", whole: "Comparison | None" =
     shown += [line("LEADING", leading)] if leading else []
     shown.append(line("TEST", p_value_text(d)))
     shown += lines("SAMPLES", samples_text(d, whole))
-    shown += lines("CHECK", [*odd_run_texts(d), *asked_texts(d)])
+    shown += lines("CHECK", [*untried_texts(d), *odd_run_texts(d), *asked_texts(d)])
     shown += lines("LIKELY", [text for text in (explaining_text(d),) if text])
     shown += lines("OR", [*rival_texts(d), *substitutes_text(d)])
     shown += lines("LIMITS", limits_lines(d, unit))
