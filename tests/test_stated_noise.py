@@ -2,9 +2,11 @@
 
 import numpy as np
 import pytest
+from folders import folder_of
 from small_muscle import loops, write
 
 from fitting import compare, fit, read_experiment
+from fitting.recordings.noise import noise_of
 from fitting.report.text.warnings import comparison_warnings
 from mckibben_jax import CoulombFriction, IdealCylinder
 
@@ -42,3 +44,39 @@ def test_a_gauge_is_not_blamed_for_its_steps(tmp_path, step):
         (warning,) = found
         assert "readings of the pressure scatter by 1" in warning
         assert "Correct the noise of the pressure in muscle.toml" in warning
+
+
+POINTS = "load [N],pressure [bar],length [mm],branch\n" + "".join(
+    f"{120 * p - 20 * k:g},{p:g},{300 - 6 * k:g},contraction\n" for p in (1.0, 2.0, 4.0) for k in range(6)
+)
+
+
+@pytest.mark.parametrize(
+    ("stated", "added"),
+    [
+        ('length = { noise = "0.5 mm" }', (0.5e-3, 0.0)),
+        ('length = { resolution = "1 mm" }', (1e-3 / 12**0.5, 0.0)),
+        ('pressure = { noise = "2 kPa" }', (0.0, 2e3)),
+        ('pressure = { noise = "2 kPa" }\nlength = { noise = "0.5 mm" }', (0.5e-3, 2e3)),
+        ('pressure = { zero = "2 kPa" }', (0.0, 0.0)),
+    ],
+)  # fmt: skip
+def test_a_point_of_a_map_errs_by_what_a_ruler_and_a_gauge_err_by(tmp_path, stated, added):
+    """Weights hang on and a ruler is read: the load is exact, the length is not. In the law (eq 10) of the textbook."""
+    folder = folder_of(tmp_path, POINTS, test="static", more=f'noise = "0.1 N"\n[recording.accuracy]\n{stated}')
+    experiment = read_experiment(folder)
+    (recording,) = experiment.recordings
+    (run,) = recording.runs
+    a, b, area = 3 / np.tan(np.pi / 9) ** 2, 1 / np.sin(np.pi / 9) ** 2, np.pi * 7e-3**2
+    left = 1 - run.contraction
+    by_length = run.pressure * area * 2 * a * left * added[0] / 0.3
+    by_pressure = area * (a * left**2 - b) * added[1]
+    wanted = np.sqrt(0.1**2 + np.mean(by_length**2 + by_pressure**2))
+    assert noise_of(recording) == pytest.approx(wanted, rel=1e-4)
+
+
+def test_a_loop_whose_length_is_smoothed_errs_as_its_load_cell_does(tmp_path):
+    folder = write(
+        tmp_path / "m", loops(), extra='noise = "0.3 N"\n[recording.accuracy]\nlength = { noise = "0.5 mm" }'
+    )
+    assert [noise_of(each) for each in read_experiment(folder).recordings] == [0.3]

@@ -23,8 +23,10 @@ def accuracy_lines(table: Table | None, test: str, names: Collection[str]) -> It
     if test in FORCE_TESTS:
         shares = _share(PRESUMED.force_gain_per_run), _share(PRESUMED.force_hysteresis)
         yield f'# force = {{ gain_per_run = "{shares[0]}", hysteresis = "{shares[1]}" }}'
+    ruler = ', noise = "0 mm"' if test == "static" else ""  # which nothing in the readings shows
     for position in (name for name in POSITIONS if name in names):
-        yield f'# {position} = {{ zero_per_run = "{_held(table, position, test)}" }}'
+        read_off = ruler if POSITIONS[position] == "m" else ""
+        yield f'# {position} = {{ zero_per_run = "{_held(table, position, test)}"{read_off} }}'
     if test != "static":
         yield f'# time = {{ skew = "{_skew(table)}" }}'
     yield f'# friction = {{ per_run = "{_share(PRESUMED.friction_per_run)}" }}   # by which it differs from run to run'

@@ -4,6 +4,7 @@ import hashlib
 import shlex
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +20,7 @@ from fitting.recordings.gaps import gap_notes
 from fitting.recordings.kinds import INSIDE, is_recording
 from fitting.recordings.limits import TURNED_BY, slack_notes, with_limits
 from fitting.recordings.muscle_file import muscle_of, name_of, read_muscle, read_toml, source_of
-from fitting.recordings.noise import one_load_cell
+from fitting.recordings.noise import noise_of_inputs, one_load_cell
 from fitting.recordings.plausible import check_plausible, without_copies
 from fitting.recordings.readings import POSITIONS, read_runs, with_hung_load
 from fitting.recordings.records import FORCE_TESTS, TESTS, Experiment, Recording, Run
@@ -133,6 +134,8 @@ def _read(path: Path, test: str, muscle: Muscle, options: dict[str, Any], name: 
     position = next(column for column in POSITIONS if column in table)
     noise = (accuracy.force if test in FORCE_TESTS else accuracy.position).noise
     read = Recording(name, test, runs, noise, notes, position, _stated(table), accuracy=accuracy, found=found)
+    if test == "static":
+        read = replace(read, noise_of_inputs=noise_of_inputs(runs, accuracy, muscle))
     return read, table.raw
 
 

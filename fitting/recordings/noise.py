@@ -5,22 +5,47 @@ from dataclasses import replace
 
 import numpy as np
 
+from fitting.recordings.accuracy import Accuracy, ChannelAccuracy
+from fitting.recordings.ideal import ideal_pull
 from fitting.recordings.records import FORCE_TESTS, NoiseSource, Recording, Run
+from mckibben_jax.muscle import Muscle
 
 STATIC_SHARE = 0.005  # of full scale: what one point of a static map is taken to be good for, if nothing is stated
+INPUTS = ("contraction", "pressure")
 THIRD = np.array([1.0, -3.0, 3.0, -1.0])
 
 
 def noise_of(recording: Recording) -> float:
-    """Standard deviation of one reading, N or m: as stated, else from the scatter of neighbouring readings."""
+    """Standard deviation of one reading, N or m: as stated, else from the scatter of neighbouring readings.
+
+    In a point of a static map the force also errs by what stated errors of pressure and position make of it.
+    """
+    if recording.test == "static":
+        own = STATIC_SHARE * full_scale(recording) if recording.noise is None else recording.noise
+        return float(np.hypot(own, recording.noise_of_inputs))
     if recording.noise is not None:
         return float(recording.noise)
     scale = full_scale(recording)
-    if recording.test == "static":
-        return STATIC_SHARE * scale
     scatter = [value for run in recording.runs for value in _third_differences(run)]
     estimate = 1.4826 * np.median(np.abs(scatter)) / np.sqrt(np.sum(THIRD**2)) if scatter else 0.0
     return float(max(estimate, resolution(recording) / np.sqrt(12), 1e-4 * scale, 1e-12))
+
+
+def noise_of_inputs(runs: Sequence[Run], accuracy: Accuracy, muscle: Muscle) -> float:
+    """Standard deviation, N, of a point's force for the noise and rounding that are stated of pressure and position.
+
+    Points stand alone: no course along time shows the true pressure and length, as that of a loop does. The slopes are
+    those of the ideal law (eq 10), in mean square over all points.
+    """
+    place, pressure = (np.concatenate([getattr(run, name)[run.usable] for run in runs]) for name in INPUTS)
+    steps = _white(accuracy.position) / float(muscle.length), _white(accuracy.pressure)
+    by_place = ideal_pull(place + steps[0], pressure, muscle) - ideal_pull(place - steps[0], pressure, muscle)
+    by_pressure = ideal_pull(place, pressure + steps[1], muscle) - ideal_pull(place, pressure - steps[1], muscle)
+    return float(np.sqrt(np.mean((by_place / 2) ** 2 + (by_pressure / 2) ** 2)))
+
+
+def _white(stated: ChannelAccuracy) -> float:
+    return float(np.hypot(stated.noise or 0.0, (stated.resolution or 0.0) / np.sqrt(12)))
 
 
 def source_of_noise(recording: Recording) -> NoiseSource:

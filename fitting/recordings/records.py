@@ -129,6 +129,7 @@ class Recording:
     noise_source: NoiseSource = NoiseSource.STATED  # where `noise` is known from, if it is given
     accuracy: Accuracy = NOTHING_STATED  # as muscle.toml states it; `presumed.allowed` fills what is missing
     found: Accuracy = NOTHING_STATED  # noise and resolution of its channels, as their readings show them
+    noise_of_inputs: float = 0.0  # N, that stated errors of pressure and position add to a point of a static map
 
     @property
     def unit(self) -> str:
