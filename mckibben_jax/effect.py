@@ -51,6 +51,9 @@ class Loss(eqx.Module):
         return dataclasses.replace(self, **changes)
 
 
+INSTRUMENT = "instrument"  # the source of an effect that is none of the muscle's
+
+
 class Effect(eqx.Module):
     """A physical effect. Subclass one of the four kinds, declare parameters, write the kind's one method.
 

@@ -237,8 +237,8 @@ f_s = "0.02"
 """
 
 
-def exported(folder, *arguments):
-    (folder / "model.toml").write_text(MODEL)
+def exported(folder, *arguments, more=""):
+    (folder / "model.toml").write_text(MODEL + more)
     return CliRunner().invoke(main, ["export", str(folder / "model.toml"), *arguments])
 
 
@@ -254,6 +254,18 @@ def test_a_table_is_a_recording_of_points_that_the_program_reads_back(tmp_path):
     expected = forces(whole_model, run.contraction, run.pressure, run.branch.astype(float))
     np.testing.assert_allclose(run.measured, expected, rtol=1e-8, atol=1e-6)
     assert set(run.branch) == {-1, 1}
+
+
+@pytest.mark.parametrize("form", ["table", "c"])
+def test_what_instruments_add_to_the_muscle_is_said(tmp_path, form):
+    """A controller pulls by the muscle's force, not by what a load cell with a wrong zero reads."""
+    of_load_cell = '[[effect]]\nname = "force_offset"\nF_off = "3 N"\n'
+    said = "belong to them, not to the muscle"
+    for more, left_out in (("", ()), (of_load_cell, ()), (of_load_cell, ("--without", "force_offset"))):
+        out = tmp_path / f"{form}{len(more)}{len(left_out)}"
+        told = exported(tmp_path, "--to", form, "--out", f"{out}.{'h' if form == 'c' else 'csv'}", *left_out, more=more)
+        assert told.exit_code == 0, told.output
+        assert (said in " ".join(told.output.split())) is bool(more and not left_out)
 
 
 def test_a_table_may_be_parquet(tmp_path):

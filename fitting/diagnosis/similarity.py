@@ -19,7 +19,7 @@ from fitting.problem.points import reached
 from fitting.problem.thinning import thinned
 from fitting.recordings.noise import noise_of
 from fitting.recordings.records import FORCE_TESTS, Experiment, Run
-from mckibben_jax.effect import Effect, name_of
+from mckibben_jax.effect import INSTRUMENT, Effect, name_of
 from mckibben_jax.model import Model
 from mckibben_jax.muscle import Muscle
 from mckibben_jax.state import State
@@ -279,7 +279,7 @@ def _opening(
     pair: tuple[str, str], traces: dict[str, np.ndarray], free: np.ndarray, priors: np.ndarray, more: _More
 ) -> Opening | None:
     """The measurement that tells a pair apart best; None where none of them does."""
-    of_instrument = [more.kinds[name].source == "instrument" for name in pair]
+    of_instrument = [more.kinds[name].source == INSTRUMENT for name in pair]
     if any(of_instrument) and not all(of_instrument):
         return Opening(pair, "the instruments calibrated by themselves", 0.0)
     best = Opening(pair, "", OPENED)

@@ -19,6 +19,7 @@ from fitting.library.library import library
 from fitting.model_files.model_file import read_model
 from fitting.recordings.settings import TABLES
 from fitting.study.stored_model import stored_model
+from mckibben_jax.effect import INSTRUMENT
 from mckibben_jax.model import Model
 
 WORDS = {
@@ -40,7 +41,7 @@ DEFAULT = {
 class Exported:
     """What was written: the file, the result for machines, what is in the file in words, and the bands of a new run.
 
-    `beware` says which rows of a table are a guess.
+    `beware` says which rows of a table are a guess, and which effects are none of the muscle's.
     """
 
     file: Path
@@ -63,14 +64,29 @@ def export_of(given: dict[str, Any]) -> Exported:
         export(whole, file, source=str(source), told=told, form=form)
         float_too = f", float with -D{file.stem.upper()}_FLOAT" if form == "c" else ""
         drawn = "" if told.draws is None else f", with {len(told.draws.values):,} draws of its parameters"
-        return Exported(file, result | {"use": use}, words + float_too + drawn, told.error.bands)
+        return Exported(file, result | {"use": use}, words + float_too + drawn, told.error.bands, _read_only(whole))
     contractions, pressures = _ends_of_table(whole, given)
     points = _counts(given["points"])
     rows = table(whole, grid(whole, contractions, pressures, points))
     write_table(file, rows, str(source), told.error)
     guessed = guessed_rows(rows, told.error.reach)
     result |= {"use": use, "rows": guessed.rows, "rows_beyond": guessed.beyond, "rows_below_zero": guessed.pushing}
-    return Exported(file, result, f"{guessed.rows:,} rows, {words}", told.error.bands, guessed.texts)
+    return Exported(
+        file, result, f"{guessed.rows:,} rows, {words}", told.error.bands, (*_read_only(whole), *guessed.texts)
+    )
+
+
+def _read_only(whole: Model) -> tuple[str, ...]:
+    """That a model holds errors of instruments, which a simulation of the muscle may not want."""
+    names = " ".join(
+        name for name, effect in zip(whole.names, whole.effects, strict=True) if effect.source == INSTRUMENT
+    )
+    if not names:
+        return ()
+    return (
+        f"The model tells what the instruments read: {' and '.join(names.split())} belong to them, not to the muscle. "
+        f"--without {' --without '.join(names.split())} leaves that out.",
+    )
 
 
 def _use(form: str, file: Path) -> str:

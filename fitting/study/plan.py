@@ -16,10 +16,8 @@ from fitting.progress import Progress, unwatched
 from fitting.recordings.records import Experiment
 from fitting.study.settings import STUDY
 from fitting.study.task import Task
-from mckibben_jax.effect import Effect, name_of
+from mckibben_jax.effect import INSTRUMENT, Effect, name_of
 from mckibben_jax.effects import LIBRARY
-
-INSTRUMENT = "instrument"  # the source of an effect that is none of the muscle's
 
 Sets = tuple[str, ...]
 

@@ -4,7 +4,7 @@ import jax
 import jax.numpy as jnp
 from scipy import constants
 
-from mckibben_jax.effect import Felt, Pull, measured
+from mckibben_jax.effect import INSTRUMENT, Felt, Pull, measured
 from mckibben_jax.effects.behind_spring import PLACE, near_by, standing
 from mckibben_jax.laws import braid, working_pressure
 from mckibben_jax.laws.shape import shape, volume_and_growth
@@ -21,7 +21,7 @@ class PressureOffset(Felt):
     title = "Wrong zero of the pressure gauge"
     part = "pressure gauge"
     formula = "P -> P - P_off"
-    source = "instrument"
+    source = INSTRUMENT
     misreads = ("pressure", "zero")
     suspect = "even misfit that follows the force per pressure; a vented muscle does not read zero"
     P_off: jax.Array = parameter(1e3, "Pa", "reading at zero pressure", range=(-5e4, 5e4), starts=(0.0,))
@@ -37,7 +37,7 @@ class PressureGain(Felt):
     title = "Wrong gain of the pressure gauge"
     part = "pressure gauge"
     formula = "P -> P/(1 + g)"
-    source = "instrument"
+    source = INSTRUMENT
     misreads = ("pressure", "gain")
     suspect = "even misfit proportional to the force of the gas; hides in the radius and the braid angle"
     g: jax.Array = parameter(0.01, "1", "relative error of the gauge", range=(-0.3, 0.3), starts=(0.0,))
@@ -53,7 +53,7 @@ class ContractionOffset(Felt):
     title = "Wrong zero of the rest length"
     part = "position gauge"
     formula = "eps -> eps - eps_off"
-    source = "instrument"
+    source = INSTRUMENT
     misreads = ("position", "zero")
     suspect = "even misfit proportional to pressure and to the slope of the force over contraction"
     eps_off: jax.Array = parameter(2e-3, "1", "reading at rest", range=(-0.05, 0.05), starts=(0.0,))

@@ -3,7 +3,7 @@
 import jax
 import jax.numpy as jnp
 
-from mckibben_jax.effect import Read
+from mckibben_jax.effect import INSTRUMENT, Read
 from mckibben_jax.memory import delayed
 from mckibben_jax.parameter import parameter
 
@@ -38,7 +38,7 @@ class ForceGain(Read):
     title = "Wrong gain of the load cell"
     part = "load cell"
     formula = "F -> F (1 + g)"
-    source = "instrument"
+    source = INSTRUMENT
     misreads = ("force", "gain")
     suspect = "misfit proportional to the whole force, friction included; hides in the radius"
     g: jax.Array = parameter(0.01, "1", "relative error of the load cell", range=(-0.3, 0.3), starts=(0.0,))
@@ -53,7 +53,7 @@ class ForceOffset(Read):
     title = "Wrong zero of the load cell"
     part = "load cell"
     formula = "F -> F + F_off"
-    source = "instrument"
+    source = INSTRUMENT
     misreads = ("force", "zero")
     suspect = "even misfit that is the same everywhere"
     F_off: jax.Array = parameter(2.0, "N", "reading at zero force", range=(-500.0, 500.0), starts=(0.0,))
@@ -68,7 +68,7 @@ class TimeDelay(Read):
     title = "Delay of the force channel"
     part = "load cell"
     formula = "F(t) -> F(t - tau)"
-    source = "instrument"
+    source = INSTRUMENT
     misreads = ("time", "skew")
     suspect = "loops that open with speed, their two branches crossing where the force turns"
     tau: jax.Array = parameter(0.01, "s", "delay of the force channel", range=(0.0, 1.0), starts=(2e-3, 0.03, 0.2))
