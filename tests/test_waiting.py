@@ -1,5 +1,7 @@
 """A command that takes minutes says so where no terminal shows its bar."""
 
+import time
+
 import pytest
 
 from fitting.cli import waiting
@@ -24,6 +26,14 @@ def test_a_line_a_minute_where_there_is_no_terminal(clock, capsys):
     said = capsys.readouterr()
     assert said.err == "mckibben: 1 min, pairs\nmckibben: 3 min, triples\n"
     assert said.out == ""
+
+
+def test_a_line_a_minute_though_the_work_says_nothing_new(clock, capsys, monkeypatch):
+    monkeypatch.setattr(waiting, "A_LOOK", 0.01)
+    with waiting.progress_bar("sampling", quiet=False):
+        clock.now = 130
+        time.sleep(0.2)
+    assert capsys.readouterr().err == "mckibben: 2 min, sampling\n"
 
 
 def test_what_is_printed_is_a_sign_of_life(clock, capsys):
