@@ -1,6 +1,7 @@
 """Bad input is reported once, completely: where it stands, the value met, what is wrong and what to do about it."""
 
 import difflib
+import re
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -106,6 +107,9 @@ def unknown_name(
 ) -> InputError:
     """The error for a name that nothing answers to: with the nearest known name, or all of them."""
     name, known = str(name), tuple(map(str, known))
+    several = re.split(r"[,;]\s*", name)
+    if len(several) > 1 and {*several} <= {*known}:
+        return InputError(f"unknown {what} '{name}'", file, cure=f"write spaces between: {' '.join(several)}", **place)
     like, inside = nearest(name, known), [k for k in known if name.lower() in k.lower()]
     meant = inside if len(inside) > 1 and len(name) > 2 else [like] if like else []
     cure = f"did you mean {' or '.join(repr(k) for k in meant)}?" if meant else f"known: {', '.join(known)}"

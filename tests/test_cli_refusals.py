@@ -19,6 +19,11 @@ def data(springy, tmp_path):
     ("args", "words"),
     [
         (["--effects", "ideal_cylinder", "tipp"], "did you mean 'tip'"),
+        (["--effects", "ideal_cylinder,tip"], "write spaces between: ideal_cylinder tip"),
+        (
+            ["--set", "muscle.radius=7 mm", "coulomb_friction.f_s=0.1"],
+            "--set takes one value: write it again before each",
+        ),
         (["--effects", "tip"], "no effect of the model pulls"),
         (["--set", "coulomb_friction.fs=1"], "did you mean 'coulomb_friction.f_s'"),
         (["--set", "coulomb_friction.f_s=7"], "outside its range"),

@@ -34,7 +34,7 @@ from fitting.report.text.next_step import after_diagnosis
 from fitting.report.text.plan import _expected
 from fitting.report.text.reasons import why_text
 from fitting.report.text.stages import stage_verdict
-from fitting.report.text.values import value_cells
+from fitting.report.text.values import range_cells, value_cells
 from fitting.report.text.warnings import comparison_warnings
 from fitting.study.plan import Plan
 from fitting.study.stages import Stage
@@ -207,6 +207,13 @@ def test_an_error_wider_than_the_range_is_unknown(study, monkeypatch):
     assert independent == amount(0.99 * width, "m", 2)
     monkeypatch.setattr(type(fit), "error", lambda *_, robust=True: 0.99 * width)
     assert "unknown" not in value_cells(fit, name)
+
+
+@pytest.mark.parametrize(("value", "ends"), [(4.5e5, ("1 kPa", "20000 kPa")), (4.5e6, ("0.001 MPa", "20 MPa"))])
+def test_a_range_has_one_unit_that_of_the_value(value, ends):
+    entry = SimpleNamespace(lower=1e3, upper=20e6, unit="Pa")
+    fit = SimpleNamespace(layout=SimpleNamespace(entry=lambda _: entry), values={"bladder.G": value})
+    assert range_cells(fit, "bladder.G") == ends
 
 
 def test_noise_has_no_kind(study):

@@ -149,7 +149,8 @@ def _read(path: Path, request: Request) -> Experiment:
     if path.is_dir() or path.name == "muscle.toml":
         return read_experiment(path)
     if not path.exists():
-        raise InputError("no such file or folder", path, cure="name a folder with muscle.toml, or a CSV file")
+        again = " (--set takes one value: write it again before each)" if "=" in str(path) else ""
+        raise InputError("no such file or folder", path, cure=f"name a folder with muscle.toml, or a CSV file{again}")
     muscle_file = Path(request.muscle) if request.muscle else path.parent / "muscle.toml"
     if not muscle_file.exists():
         raise InputError("a single file needs its muscle", path, cure=f"add --muscle muscle.toml ({muscle_file})")

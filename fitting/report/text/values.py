@@ -1,5 +1,6 @@
 """The cells of a table that say what a parameter's value is, how well it is known, and where it may lie."""
 
+from fitting import showing
 from fitting.least_squares.record import Fit
 from fitting.report.text.amounts import amount, with_error
 
@@ -20,6 +21,7 @@ def value_cells(fit: Fit, name: str) -> tuple[str, str, str]:
 
 
 def range_cells(fit: Fit, name: str) -> tuple[str, str]:
-    """The ends of a parameter's range."""
+    """The ends of a parameter's range, in the unit in which its value is read."""
     entry = fit.layout.entry(name)
-    return amount(entry.lower, entry.unit), amount(entry.upper, entry.unit)
+    unit, _ = showing.shown_in(entry.unit, abs(fit.values[name]))
+    return tuple(showing.show(end, entry.unit, unit=unit or None, digits=3) for end in (entry.lower, entry.upper))
