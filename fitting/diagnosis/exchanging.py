@@ -17,6 +17,7 @@ from fitting.diagnosis.findings import Fault
 from fitting.diagnosis.judging import fitted
 from fitting.diagnosis.likelihood import criteria
 from fitting.diagnosis.linear_look import LinearLook
+from fitting.diagnosis.next_sets import simpler_relatives
 from fitting.diagnosis.search import Search
 from fitting.diagnosis.settings import VERDICT, VerdictSettings
 from fitting.diagnosis.step_rules import Fitted, StepRules, unsound
@@ -84,7 +85,7 @@ def _in_place_of_one(search: Search, added: Sequence[str]) -> list[CandidateFit]
             best = [min(new) for new in sorted(promise, key=promise.__getitem__)]
             others = [(seen.with_added([new], rest), left.vector, [new]) for new in best]
             alone = [job for job in others if rest < job[0] and len(seen.free(job[0])) <= len(whole.free)]
-            simpler = search.simpler_relatives(old)
+            simpler = simpler_relatives(search.world, old)
             jobs += [
                 *alone[: search.settings.grown],
                 *(job for job in alone[search.settings.grown :] if job[2][0] in simpler),

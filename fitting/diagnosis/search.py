@@ -14,6 +14,7 @@ from fitting.diagnosis.examine import Examiner
 from fitting.diagnosis.larger_sets import is_hopeless
 from fitting.diagnosis.likelihood import outdone
 from fitting.diagnosis.linear_look import LinearLook
+from fitting.diagnosis.next_sets import pairs_with_needs, simpler
 from fitting.diagnosis.outcomes import Reason, Why
 from fitting.diagnosis.search_result import SearchResult
 from fitting.diagnosis.trusting import begun_again, fit_trusting
@@ -77,7 +78,7 @@ class Search:
     def fit_singles(self) -> None:
         """Every effect by itself, as far as it was not fitted yet."""
         singles = [frozenset([name]) for name in self.world.candidates]
-        new = [added for added in singles if added not in self.fits and added not in self.numberless]
+        new = [added for added in self.not_fitted(singles) if added not in self.numberless]
         self.fit_level(new, True)
         new = [added for added in new if added in self.fits]
         fit_trusting(self.examiner, self.fits, new)
@@ -112,7 +113,7 @@ class Search:
             for _ in range(self.settings.rounds):
                 self.fit_level(self.grown([*self.parts(self.best(size)), *self.best(size - 1)]))
         if size == 2:
-            self.fit_level(self.pairs_with_needs())
+            self.fit_level(self.not_fitted(pairs_with_needs(self.world)))
         self.hopeless = size == 2 and self.is_hopeless()
         if size < 3 and not self.hopeless:
             self.progress(LEVELS[size + 1], 0.25 * size + 0.1)
@@ -120,7 +121,7 @@ class Search:
         self.progress(f"testing sets of {size}", 0.25 * size + 0.2)
         self.test_level(size, self.settings.tested_at_a_look if self.hopeless else self.settings.tested)
         if size > 1 and (standing := self.standing(size)):  # others that do as well as these
-            self.fit_level([*self.grown(self.parts(standing)), *self.simpler(standing)])
+            self.fit_level([*self.grown(self.parts(standing)), *self.not_fitted(simpler(self.world, standing))])
             self.test_level(size, self.settings.tested)
         self.drop_surpassed(size)
 
@@ -202,6 +203,10 @@ class Search:
             else:
                 self.numberless.add(added)
 
+    def not_fitted(self, sets: Sequence[frozenset[str]]) -> list[frozenset[str]]:
+        """Those of these sets that were not fitted yet."""
+        return [added for added in sets if added not in self.fits]
+
     def beginning(self, added: frozenset[str]) -> tuple[np.ndarray, Sequence[str]]:
         """Where a set's fit starts: at the best smaller one inside it, with the rest as fitted alone."""
         inside = [self.fits[part] for part in self.fits if part < added]
@@ -225,19 +230,6 @@ class Search:
                 promise.append((self.look.together(group), frozenset(group)))
         return [added for _, added in sorted(promise, key=lambda p: p[0])[: self.settings.refitted]]
 
-    def pairs_with_needs(self) -> list[frozenset[str]]:
-        """Pairs of an effect that needs another and the simplest that give it, not fitted yet.
-
-        Neither may help by itself: rubber makes a muscle push that hangs slack, which without rubber nothing shows.
-        """
-        pairs = list[frozenset[str]]()
-        for name in self.world.candidates:
-            lacking = set(self.world.lacking(self.world.with_added([name])))
-            giving = [other for other in self.world.candidates if lacking & set(self.world.effects[other].gives)]
-            fewest = min((len(self.world.layout.of_effect(other)) for other in giving), default=0)
-            pairs += [frozenset({name, g}) for g in giving if len(self.world.layout.of_effect(g)) == fewest]
-        return [pair for pair in pairs if pair not in self.fits]
-
     def moves(self, added: frozenset[str]) -> bool:
         """Whether each effect of a fitted set changes what is predicted: a lag does nothing where nothing moves."""
         smaller = [self.fits.get(added - {name}) for name in added] if len(added) > 1 else [self.alone]
@@ -255,27 +247,13 @@ class Search:
         promise: dict[frozenset[str], float] = {}
         for promised in self._each(self.look.one_more, fresh):
             promise |= {added: min(cost, promise.get(added, np.inf)) for added, cost in promised.items()}
-        return [added for added in sorted(promise, key=promise.__getitem__) if added not in self.fits][
-            : self.settings.added
-        ]
+        return self.not_fitted(sorted(promise, key=promise.__getitem__))[: self.settings.added]
 
     def parts(self, sets: Sequence[frozenset[str]]) -> list[frozenset[str]]:
         """Sets without one of their members, as far as they can be fitted."""
         smaller = list(dict.fromkeys(added - {name} for added in sets[: self.settings.grown] for name in sorted(added)))
-        self.fit_level([added for added in smaller if added not in self.fits])
+        self.fit_level(self.not_fitted(smaller))
         return [added for added in smaller if added in self.fits]
-
-    def simpler(self, sets: Sequence[frozenset[str]]) -> list[frozenset[str]]:
-        """Sets with one member in place of a relative that has more numbers, not fitted yet."""
-        each = [(added, name) for added in sets for name in sorted(added)]
-        made = [added - {name} | {other} for added, name in each for other in self.simpler_relatives(name)]
-        return [added for added in dict.fromkeys(made) if added not in self.fits]
-
-    def simpler_relatives(self, name: str) -> list[str]:
-        """Candidates of an effect's family that have fewer numbers."""
-        family, count = self.world.effects[name].family, len(self.world.layout.of_effect(name))
-        relatives = [other for other in self.world.candidates if family and self.world.effects[other].family == family]
-        return [other for other in relatives if len(self.world.layout.of_effect(other)) < count]
 
     def best(self, size: int) -> list[frozenset[str]]:
         """Fitted sets of one size, the best first.
