@@ -60,19 +60,20 @@ def test_a_set_is_adequate_unless_one_of_these_holds(test, how, reason):
     assert why(test, **how) == reason
 
 
-def gains(monkeypatch, left_out, fall, added=ADDED):
+def gains(monkeypatch, left_out, fall, added=ADDED, numbers=4):
     """Whether a set gains that leaves so much (rms) of each of four runs left out, where the base leaves 1 of each.
 
-    `fall` is that of Schwarz's criterion; there are twenty candidates.
+    `fall` is that of Schwarz's criterion; there are twenty candidates, and 40 readings for so many fitted `numbers`.
     """
-    base, fit = "base", "fit"
+    base, fit = (SimpleNamespace(rows=np.zeros(40), free=("p",) * count) for count in (3, numbers))
     groups = np.repeat(np.arange(4), 10)
-    rows = {base: np.ones(40), fit: np.asarray(left_out)[groups]}
+    rows = {id(base): np.ones(40), id(fit): np.asarray(left_out)[groups]}
     monkeypatch.setattr("fitting.diagnosis.examine.free_of_noise", lambda ground: ground)
-    monkeypatch.setattr("fitting.diagnosis.examine.criterion", lambda set_, _: {base: fall, fit: 0.0}[set_])
+    monkeypatch.setattr("fitting.diagnosis.examine.criterion", lambda set_, _: fall if set_ is base else 0.0)
     examiner = SimpleNamespace(
         settings=DIAGNOSIS, base=base, alone=base, groups=groups, world=SimpleNamespace(candidates=range(20)),
-        beyond_instruments=rows.__getitem__, ground=lambda _: None,
+        beyond_instruments=lambda set_: rows[id(set_)], ground=lambda _: None,
+        has_plenty=lambda set_: Examiner.has_plenty(examiner, set_),
     )  # fmt: skip
     return Examiner._gains(examiner, added, fit)
 
@@ -123,3 +124,11 @@ def test_a_limit_is_the_amount_that_is_found_times_what_is_left_of_one():
 def test_a_verdict_is_strained_where_instruments_explain_it_only_far_beyond_their_accuracy(verdict, beyond, strained):
     given = SimpleNamespace(verdict=verdict, instruments=(SimpleNamespace(is_beyond=beyond),))
     assert Diagnosis.is_strained.fget(given) is strained
+
+
+def test_few_readings_do_not_decide_for_many_numbers(monkeypatch):
+    """Ten effects meet forty readings whatever these are; where runs left out say that a set helps, it does."""
+    undecided, better = (0.9, 0.9, 0.9, 1.3), (0.5, 0.5, 0.5, 0.6)
+    assert gains(monkeypatch, undecided, 50.0, numbers=4)
+    assert not gains(monkeypatch, undecided, 50.0, numbers=5)
+    assert gains(monkeypatch, better, 50.0, numbers=5)

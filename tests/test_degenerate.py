@@ -68,6 +68,24 @@ REFUSED = {
 }  # fmt: skip
 
 
+@pytest.mark.parametrize(
+    ("test", "more", "cure"),
+    [
+        ("loop", "", "Cure: if it counts lengthening as positive"),
+        ("loop", "position_sign = -1", "Cure: leave position_sign out"),
+        ("isometric", "", "Cure: if the rig counts pulling as negative"),
+    ],
+)
+def test_the_cure_for_a_force_that_rises_is_one_that_helps(tmp_path, test, more, cure):
+    """Not the sign that is written already, nor one of a length that is held."""
+    columns = loop_columns() if test == "loop" else isometric_columns()
+    if not more:  # else the position is turned, which was right
+        columns["force [N]"] = 240 - np.asarray(columns["force [N]"])
+    with pytest.raises(InputError, match="rises where that of a muscle falls") as caught:
+        read_experiment(folder_of(tmp_path, table(columns), test=test, more=more))
+    assert cure in str(caught.value)
+
+
 @pytest.mark.parametrize("case", REFUSED)
 def test_readings_that_no_muscle_gives_are_refused(tmp_path, case):
     csv, said = REFUSED[case]

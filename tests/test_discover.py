@@ -72,24 +72,30 @@ def test_sizes_that_stand_in_for_what_is_missing_are_confined(denying):
 
 @pytest.fixture
 def denies(monkeypatch):
-    """The way of a discovery at a model that denies its radius, and which searches were begun from there."""
+    """The steps of a discovery that begins at a model which denies its radius, as they are told, and where it ends."""
 
-    def at(free, adequate=False, larger=None, errors=9.0):
+    def at(free, adequate=False, larger=None, errors=9.0, ends_well=None):
+        """`adequate`: the first model lacks nothing; `ends_well`: nor do those after it (else as the first)."""
+        well = adequate if ends_well is None else ends_well
         denied = lambda _, __, rules: (Objection(Fault.DENIES, "muscle.radius", errors),) * (errors > rules.denied)  # noqa: E731
         monkeypatch.setattr(discovering, "denials", denied)
         monkeypatch.setattr(discovering, "with_sizes_confined", lambda _, fit: fit)
         monkeypatch.setattr(discovering, "values_of", lambda *_: {})
         world = SimpleNamespace(from_stated=lambda _: {"muscle.radius": 9.0, "muscle.length": 0.0})
-        way = discovering._Way([], BASE, [], Varying(), 0, RULES, None, None)
+        told = list[tuple[str, ...]]()
+        way = discovering._Way([], BASE, [], Varying(), 0, RULES, lambda step: told.append(step.held), None)
         search = lambda confined: SimpleNamespace(  # noqa: E731
             world=world, base=SimpleNamespace(confined=confined, free=free, vector=None), run=lambda: None
         )
         monkeypatch.setattr(way, "begin", lambda *_: search(True))
         found = SimpleNamespace(rmse=1.0, held_out_rmse=1.0, verdict="not in the library")
-        monkeypatch.setattr(way, "_larger", lambda here: (found, adequate, larger if here.held else None, ()))
+        lacks_nothing = lambda here: adequate if here.added == ("baseline",) else well  # noqa: E731
+        larger_of = lambda here: (found, lacks_nothing(here), larger if here.held else None, ())  # noqa: E731
+        monkeypatch.setattr(way, "_larger", larger_of)
         monkeypatch.setattr(way, "_beside", lambda *_: None)
         ended = way.forward(ModelOnTheWay(("baseline",), list(BASE), search(False)))
-        return [step.held for step in way.steps], ended
+        assert told == [step.held for step in way.steps]
+        return told, ended
 
     return at
 
@@ -103,10 +109,28 @@ def test_sizes_that_do_not_vary_are_not_confined(denies):
 
 @pytest.mark.parametrize(("errors", "confines"), [(4.0, False), (9.0, True)])
 def test_a_model_that_lacks_nothing_may_deny_a_size_unless_that_is_absurd(denies, errors, confines):
-    """Four errors are a caliper that was read wrong, nine are not."""
+    """Four errors are a caliper that was read wrong, nine hardly are."""
     told, (last, lacks_nothing) = denies(SIZES, True, on_the_way([*BASE, Tip()], ("tip",)), errors)
     assert told == ([(), SIZES, ()] if confines else [()])
     assert (last.added, lacks_nothing) == (("tip",) if confines else ("baseline",), True)
+
+
+def test_a_complete_model_is_left_only_for_another_that_is_complete(denies):
+    """Else the size was read wrong after all, and no effect makes up for it."""
+    told, (last, lacks_nothing) = denies(SIZES, True, on_the_way([*BASE, Tip()], ("tip",)), ends_well=False)
+    assert (told, last.added, lacks_nothing) == ([()], ("baseline",), True)
+
+
+def test_a_diameter_that_was_read_wrong_adds_nothing_to_a_muscle_that_lacks_nothing(tmp_path):
+    """Eight errors: with the radius as it was stated the model errs a hundred times as far, whatever is added."""
+    folder = write(tmp_path / "small", loops())
+    described = folder / "muscle.toml"
+    described.write_text(described.read_text().replace('"8.0 +/- 0.1 mm"', '"7.2 +/- 0.1 mm"'))
+    told = []
+    steps = discover([read_experiment(folder)], BASE, candidates=[Tip(), Weight(), LinearSpring()], on_step=told.append)
+    assert [step.added for step in steps] == [("baseline",)]
+    assert list(steps) == told
+    assert steps[0].diagnosis.verdict == "nothing detectable"
 
 
 @pytest.mark.parametrize("adequate", [False, True])

@@ -260,7 +260,7 @@ def test_a_table_is_a_recording_of_points_that_the_program_reads_back(tmp_path):
 def test_what_instruments_add_to_the_muscle_is_said(tmp_path, form):
     """A controller pulls by the muscle's force, not by what a load cell with a wrong zero reads."""
     of_load_cell = '[[effect]]\nname = "force_offset"\nF_off = "3 N"\n'
-    said = "belong to them, not to the muscle"
+    said = "what the instruments read, not what the muscle does alone: --without force_offset"
     for more, left_out in (("", ()), (of_load_cell, ()), (of_load_cell, ("--without", "force_offset"))):
         out = tmp_path / f"{form}{len(more)}{len(left_out)}"
         told = exported(tmp_path, "--to", form, "--out", f"{out}.{'h' if form == 'c' else 'csv'}", *left_out, more=more)

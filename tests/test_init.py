@@ -124,7 +124,8 @@ def test_a_load_cell_that_reads_kilograms_is_one_of_force(tmp_path):
 def test_the_extension_of_a_tensile_machine_is_a_position_that_lengthens(tmp_path):
     """It is no tension, whatever letters are in it, and it falls while the muscle shortens."""
     columns = loop_columns()
-    way = -0.06 * np.broadcast_to(columns.pop("contraction [%]"), 202)
+    way = [str(value) for value in -0.06 * np.broadcast_to(columns.pop("contraction [%]"), 202)]
+    way[17] = ""  # a reading that is missing
     (tmp_path / "cyclic.csv").write_text(table({**columns, "Extension [in]": way}))
     told = CliRunner().invoke(main, ["init", str(tmp_path)]).output
     assert "displacement ('Extension [in]'), lengthening positive," in " ".join(told.split())
@@ -133,14 +134,14 @@ def test_the_extension_of_a_tensile_machine_is_a_position_that_lengthens(tmp_pat
     assert "\nposition_sign = -1" in described.read_text()
 
 
-@pytest.mark.parametrize("falls", [False, True])
-def test_a_muscle_that_pulls_a_spring_shortens_while_its_force_rises(tmp_path, falls):
+@pytest.mark.parametrize("is_held", [False, True])
+def test_a_muscle_that_pulls_a_spring_shortens_while_its_force_rises(tmp_path, is_held):
     """Only at a held pressure does a rising force say that lengthening is positive."""
     columns = loop_columns()
     way = np.broadcast_to(columns.pop("contraction [%]"), 202)
-    shown = {"displacement [mm]": way, "force [N]": 5 * way, "pressure [bar]": 2.0 if falls else 0.1 * way}
+    shown = {"displacement [mm]": way, "force [N]": 5 * way, "pressure [bar]": 2.0 if is_held else 0.1 * way}
     (tmp_path / "rig.csv").write_text(table({**columns, **shown}))
-    assert ("\nposition_sign = -1" in muscle_file(tmp_path)) is falls
+    assert ("\nposition_sign = -1" in muscle_file(tmp_path)) is is_held
 
 
 def test_weights_that_are_hung_on_without_a_time_are_static_points(tmp_path):

@@ -45,6 +45,24 @@ def test_a_scheduler_that_ends_a_job_stops_a_command_as_ctrl_c_does():
     assert signal.getsignal(signal.SIGTERM) is before
 
 
+def test_the_end_of_a_job_in_a_callback_is_not_lost_where_ctrl_c_is_ignored():
+    """As in what a shell runs in the background."""
+    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+    @CALLBACK
+    def ended():
+        os.kill(os.getpid(), signal.SIGTERM)
+        time.sleep(0.01)
+
+    try:
+        with pytest.raises(KeyboardInterrupt), interruptible():  # noqa: PT012  it is raised a few steps after the call
+            ended()
+            time.sleep(5.0)
+            pytest.fail("the signal was lost")
+    finally:
+        signal.signal(signal.SIGINT, before)
+
+
 def test_other_errors_in_callbacks_are_reported_as_before(monkeypatch):
     seen = []
     monkeypatch.setattr(sys, "unraisablehook", seen.append)

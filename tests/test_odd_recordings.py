@@ -37,12 +37,34 @@ def test_durations_that_are_alike_or_differ_by_plan_get_no_word(tmp_path, rows):
     assert noted(of_durations(tmp_path, rows), "lasts") == []
 
 
+def test_a_whole_loop_that_was_faster_is_not_called_cut_off(tmp_path):
+    folder = of_durations(tmp_path, (202, 202, 202, 202))
+    fast = folder / "loop_3.csv"
+    head, *rows = fast.read_text().splitlines()
+    faster = [f"{float(row.split(',')[0]) / 3:.3f},{row.split(',', 1)[1]}" for row in rows]
+    fast.write_text("\n".join([head, *faster]) + "\n")
+    assert noted(folder, "lasts") == []
+
+
 def pulling(least):
     """A loop that shortens by 60 mm, on which the force falls from 200 N to `least`."""
     columns = {name: np.broadcast_to(values, 202) for name, values in loop_columns().items()}
     way = columns.pop("contraction [%]") / 20.0
     told = {**columns, "force [N]": 200.0 - (200.0 - least) * way, "displacement [mm]": 60.0 * way}
     return table(told)
+
+
+def test_stiff_rubber_at_low_pressure_and_a_run_without_force_are_not_asked_about(tmp_path):
+    columns = {name: np.broadcast_to(values, 202) for name, values in loop_columns().items()}
+    way = columns.pop("contraction [%]") / 20.0
+    stiff = {**columns, "contraction [%]": 20 * way, "pressure [bar]": 0.2, "force [N]": 60.0 - 55.0 * way}
+    assert noted(folder_of(tmp_path, table(stiff)), "is the muscle's length") == []
+    runs = [
+        {**columns, "contraction [%]": 20 * way, "run": k, "force [N]": f}
+        for k, f in enumerate((200 - 120 * way, 0 * way))
+    ]
+    both = {name: np.concatenate([np.broadcast_to(run[name], 202) for run in runs]) for name in runs[0]}
+    assert noted(folder_of(tmp_path, table(both)), "nan") == []
 
 
 @pytest.mark.parametrize(("length", "least", "odd"), [(10, 20.0, True), (1, 20.0, False), (10, 150.0, False)])

@@ -191,6 +191,19 @@ def test_a_position_that_counts_lengthening_as_positive(tmp_path, head, unit):
     assert run.contraction == pytest.approx(loop_columns()["contraction [%]"] / 100)
 
 
+@pytest.mark.parametrize(
+    ("unit", "newtons", "shown"), [("oz", 0.2780139, "N"), ("N", 1.0, "N"), ("lb", 4.4482216, "lbf")]
+)
+def test_weights_in_any_unit_and_limits_of_them(tmp_path, unit, newtons, shown):
+    columns = {f"load [{unit}]": [10.0, 20.0, 50.0, 70.0, 90.0, 100.0], "pressure [bar]": 2.0, "length [mm]": 280.0}
+    valid = f'valid = {{ load = ["5 {unit}", "95 {unit}"] }}'
+    folder = folder_of(tmp_path, table(columns), test="static", more=valid)
+    _, run = only_run(folder)
+    assert run.measured[run.usable] == pytest.approx(newtons * np.array([10, 20, 50, 70, 90]), rel=1e-6)
+    (stated,) = read_experiment(folder).units
+    assert stated["N"] == shown
+
+
 def test_weights_that_hang_at_rest_are_the_force(tmp_path):
     columns = {"load [kg]": [1.0, 2.0, 5.0, 7.0, 9.0, 10.0], "pressure [bar]": 2.0, "length [mm]": 280.0}
     folder = folder_of(tmp_path, table(columns), test="static")

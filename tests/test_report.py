@@ -382,12 +382,15 @@ def test_laws_of_rubber_that_could_not_be_tried_are_said_before_another_effect_i
 
 
 def test_sizes_that_deny_what_was_measured_are_held_before_anything_else_is_asked(diagnosis):
-    """They may stand in for what is missing; an effect that is named is added all the same."""
+    """They may stand in for what is missing; an effect that is named is added all the same, and to a complete model
+    nothing is."""
     denying, held = with_radius(diagnosis, 1.1), "muscle.radius muscle.braid_angle"
     assert command_after(denying, ["here"]) == "mckibben add here linear_spring"
     for verdict in ("inconclusive", "nothing detectable", "not in the library"):
         faint = dataclasses.replace(denying, verdict=verdict, explanations=(), leading=None)
-        assert command_after(faint, ["here"]) == f"mckibben diagnose here --fix {held}"
+        held_first = f"mckibben diagnose here --fix {held}"
+        after = "mckibben posterior here --quick" if verdict == "nothing detectable" else held_first
+        assert command_after(faint, ["here"]) == after
 
 
 def test_what_helps_only_with_another_is_not_called_idle(diagnosis):

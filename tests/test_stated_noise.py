@@ -6,7 +6,9 @@ from folders import folder_of
 from small_muscle import loops, write
 
 from fitting import compare, fit, read_experiment
-from fitting.recordings.noise import noise_of
+from fitting.recordings.noise import noise_of, source_of_noise
+from fitting.recordings.presumed import presumed
+from fitting.recordings.records import NoiseSource
 from fitting.report.text.warnings import comparison_warnings
 from mckibben_jax import CoulombFriction, IdealCylinder
 
@@ -80,3 +82,12 @@ def test_a_loop_whose_length_is_smoothed_errs_as_its_load_cell_does(tmp_path):
         tmp_path / "m", loops(), extra='noise = "0.3 N"\n[recording.accuracy]\nlength = { noise = "0.5 mm" }'
     )
     assert [noise_of(each) for each in read_experiment(folder).recordings] == [0.3]
+
+
+def test_a_ruler_that_is_read_badly_makes_no_zero_of_the_load_cell(tmp_path):
+    """What is presumed of the load cell goes by its own noise: a zero of 9 N would excuse what is missing."""
+    stated = 'noise = "0.1 N"\n[recording.accuracy]\nlength = { noise = "2 mm" }'
+    (recording,) = read_experiment(folder_of(tmp_path, POINTS, test="static", more=stated)).recordings
+    assert noise_of(recording) > 5.0
+    assert presumed(recording).force.zero_per_run == pytest.approx(0.1)
+    assert source_of_noise(recording) is NoiseSource.STATED_OF_ALL

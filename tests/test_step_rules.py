@@ -9,7 +9,7 @@ import pytest
 from fitting.diagnosis import step_rules
 from fitting.diagnosis.findings import Fault, Objection
 from fitting.diagnosis.judging import Judged, in_order
-from fitting.diagnosis.step_rules import RULES, Fitted, denied_sizes, gain_is_hidden, objections
+from fitting.diagnosis.step_rules import RULES, Fitted, denied_sizes, is_no_worse_beyond, objections
 from fitting.problem.estimate import Estimate
 
 
@@ -132,7 +132,7 @@ def test_the_rule_on_a_gain_that_hides_behind_errors_of_instruments(beyond, boun
     before, after = model(), model(rmse=5.0, left_out=10.5, beyond=beyond, bound=bound)
     why = objections(before, after, RULES, adequate=True)
     assert Fault.NO_GAIN in {objection.reason for objection in why}
-    assert gain_is_hidden(before, after, why, RULES) is hides
+    assert is_no_worse_beyond(before, after, why, RULES) is hides
 
 
 def test_the_rule_of_a_tenth_is_not_asked_of_what_is_identified():

@@ -32,13 +32,19 @@ def interruptible() -> Iterator[None]:
     Ctrl-C comes too late to stop anything, and the end of the program is not interrupted. `timeout` and schedulers send
     a signal to terminate first: it stops a command as Ctrl-C does, or what was found so far would be lost.
     """
-    before = sys.unraisablehook
+    before, came = sys.unraisablehook, signal.SIGINT
+
+    def terminated(number: int, _frame: object) -> NoReturn:
+        nonlocal came
+        came = signal.Signals(number)
+        raise KeyboardInterrupt
+
     in_main_thread = current_thread() is main_thread()
-    ended = signal.signal(signal.SIGTERM, signal.default_int_handler) if in_main_thread else None
+    ended = signal.signal(signal.SIGTERM, terminated) if in_main_thread else None
 
     def raised(found: "sys.UnraisableHookArgs") -> None:
         if issubclass(found.exc_type, KeyboardInterrupt):
-            Timer(AGAIN, os.kill, (os.getpid(), signal.SIGINT)).start()
+            Timer(AGAIN, os.kill, (os.getpid(), came)).start()
         else:
             before(found)
 

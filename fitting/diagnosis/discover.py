@@ -38,9 +38,10 @@ def discover(
     Whatever the verdict, an effect that leads is added; two at once only where neither is kept alone. Every fit begins
     at the optimum of the model before, so that no step raises the error. Where a step denies a stated size, all stated
     sizes are confined to what was stated (`stated_sizes`) from that step on. Where a model denies one and nothing can
-    be added, the next step is the same model with its sizes confined, if something can be added to that. In the end,
-    what does not pay any more beside what was added later, or what an adequate model does not need, is dropped; what
-    another effect explains better is exchanged for that.
+    be added, the next step is the same model with its sizes confined, if something can be added to that; from a model
+    that lacks nothing only where it denies one absurdly, and these steps end at a model that lacks nothing either. In
+    the end, what does not pay any more beside what was added later, or what an adequate model does not need, is
+    dropped; what another effect explains better is exchanged for that.
     `candidates` as in `diagnose`; `start` gives values (SI, by full name) that were fitted before; `on_step` is called
     with every step as soon as it is made, with all that was tried after it.
     """
@@ -102,10 +103,29 @@ class _Way:
             if here.held and not here.added and larger is None and not adequate:
                 return before  # nothing can be added with the measured sizes either: they explain no more, and err more
             self.tell(here.step(found, attempts))
-            other = larger or self._beside(here, adequate) or self._with_believed_sizes(here, adequate)
+            other = larger or self._beside(here, adequate)
+            if other is None and (other := self._with_believed_sizes(here, adequate)) is not None and adequate:
+                return self._complete_from(other) or (here, adequate)
             if other is None:
                 return here, adequate
             before, here = (here, adequate), other
+
+    def _complete_from(self, here: ModelOnTheWay) -> tuple[ModelOnTheWay, bool] | None:
+        """The complete model that steps lead to from here, told then; None where they lead to none.
+
+        What lacks nothing is left for another model only if that lacks nothing either: a size may have been read wrong.
+        """
+        told, first, self.on_step = self.on_step, len(self.steps), lambda _: None
+        try:
+            last, adequate = self.forward(here)
+        finally:
+            self.on_step = told
+        if not adequate:
+            del self.steps[first:]
+            return None
+        for step in self.steps[first:]:
+            told(step)
+        return last, adequate
 
     def _larger(self, here: ModelOnTheWay) -> tuple[Diagnosis, bool, ModelOnTheWay | None, tuple[Attempt, ...]]:
         """What a model lacks, whether that is nothing, the next model with more effects, and what was tried beside."""

@@ -184,14 +184,21 @@ class Examiner:
     def _gains(self, added: frozenset[str], fit: CandidateFit) -> bool:
         """Whether a set predicts runs left out better than the base, by more than the standard error of that gain.
 
-        Where they do not decide, for a few runs hardly ever do, all readings must make the set far likelier.
+        Where they do not decide, for a few runs hardly ever do, all readings must make the set far likelier; of a few
+        readings that says nothing, for as many numbers meet them.
         """
         fall, error = held_out.difference(self.beyond_instruments(self.base), self.beyond_instruments(fit), self.groups)
         if abs(fall) > error:
             return bool(fall > 0)
+        if not self.has_plenty(fit):
+            return False
         free, alone = free_of_noise(self.ground(fit)), self.alone
         chosen_among = comb(len(self.world.candidates), len(added))
         return far_likelier(criterion(alone, free) - criterion(fit, free), chosen_among, self.settings.verdict)
+
+    def has_plenty(self, fit: CandidateFit) -> bool:
+        """Whether there are so many readings for each fitted number that their likelihood decides."""
+        return len(fit.rows) >= self.settings.verdict.each * len(fit.free)
 
     def columns(
         self, fit: CandidateFit, fits: Mapping[frozenset[str], CandidateFit], glance: bool = False

@@ -12,7 +12,7 @@ from fitting.diagnosis.outcomes import Verdict
 from fitting.diagnosis.record import Diagnosis
 from fitting.diagnosis.search import Search
 from fitting.diagnosis.search_result import SearchResult
-from fitting.diagnosis.step_rules import StepRules, gain_is_hidden, objections
+from fitting.diagnosis.step_rules import StepRules, is_no_worse_beyond, objections
 from fitting.diagnosis.tiers import Tier
 from fitting.threads import at_once
 from mckibben_jax.effect import Effect, name_of
@@ -55,8 +55,8 @@ def next_model(
     """The best proposal of the first tier that has one which obeys the rules, and what was tried and does not.
 
     Where none does beside all that was added before, one beside which an earlier effect gives way is taken.
-    Where no tier has one, and the verdict is that one set is missing, it is kept if its gain only hides behind errors
-    of instruments: else a discovery would end with that verdict.
+    Where no tier has one, and the verdict is that one set is missing, it is kept unless it predicts runs left out
+    worse beyond errors of instruments: else a discovery would end with that verdict.
     """
     before, attempts, every = fitted(here.world, here.base, here), list[Attempt](), list[Judged]()
     adequate = {e.effects for e in found.tried if e.adequate}
@@ -67,7 +67,7 @@ def next_model(
         larger = begin(effects, values_of(here.world, fit.after.fit.vector), fit.after.fit.confined)
         after = fitted(larger.world, larger.base, larger)  # its own search may have ended in a lower valley
         why = objections(before, after, rules, fit.names in adequate, fit.alike)
-        if why and not (hidden and gain_is_hidden(before, after, why, rules)):
+        if why and not (hidden and is_no_worse_beyond(before, after, why, rules)):
             attempts.append(Attempt(fit.names, after.rmse, after.held_out_rmse, why, bool(fit.confined)))
             return None
         gone = tuple(each for each in map(name_of, present) if each not in map(name_of, effects))
@@ -92,7 +92,7 @@ def next_model(
             return larger, tuple(attempts)
     for names in found.explanations if found.verdict == Verdict.MISSING else ():
         fit = next((fit for fit in every if fit.names == names), None) or judged([names])[0]
-        hides = gain_is_hidden(fit.alike, fit.after, fit.why, rules)
+        hides = is_no_worse_beyond(fit.alike, fit.after, fit.why, rules)
         if hides and (larger := taken(fit, hidden=True)) is not None:
             return larger, tuple(each for each in attempts if each.effects != names)
     return None, tuple(attempts)

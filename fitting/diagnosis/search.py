@@ -126,13 +126,15 @@ class Search:
         self.drop_surpassed(size)
 
     def drop_surpassed(self, size: int) -> None:
-        """Let none of a size stand where one that does not stand makes the readings far likelier than all that do.
+        """Let none of a size stand where one that was refused makes the readings far likelier than all that do.
 
-        The test may be blind to what a set lacks, the likelihood is not; whoever is far likelier is not the truth
-        either, so the truth is larger.
+        The test may be blind to what a set lacks, the likelihood is not; what is far likelier is not the truth either,
+        so the truth is larger.
         """
         standing = self.standing(size)
-        if outdone(standing, self.best(size)[: self.settings.grown], self.fits, self.examiner):
+        tested = [added for added in self.best(size) if added in self.adequacy_tests][: self.settings.grown]
+        plenty = all(self.examiner.has_plenty(self.fits[added]) for added in tested)
+        if plenty and outdone(standing, tested, self.fits, self.examiner):
             self.adequate = [added for added in self.adequate if added not in standing]
             self.are_less_likely(standing)
 

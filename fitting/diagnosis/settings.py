@@ -101,6 +101,7 @@ class VerdictSettings:
     clearly: float = 2.0  # standard errors of a fall of the held-out error; the custom of two
     rivalled_p: float = 0.005  # p-value below which a rival is seen in what an adequate set leaves; study
     leads: float = 0.01  # of the squared held-out error, below which a single effect leads nowhere; chosen
+    each: int = 10  # readings for a fitted number, at least, where they alone decide: the criterion is for many; chosen
     likelier: float = 100.0  # times another set may be likelier than a named one; if larger, for each candidate; chosen
     worse: float = 3.0  # standard errors by which an adequate set may predict held-out runs worse than the best; study
     worse_share: float = 0.005  # of the squared error, by which it must be worse as well; chosen

@@ -104,11 +104,11 @@ def no_gain(before: Fitted, after: Fitted, rules: StepRules, adequate: bool) -> 
     return None
 
 
-def gain_is_hidden(before: Fitted, after: Fitted, why: Sequence[Objection], rules: StepRules) -> bool:
-    """Whether nothing speaks against a step but that its gain hides behind errors that instruments may make.
+def is_no_worse_beyond(before: Fitted, after: Fitted, why: Sequence[Objection], rules: StepRules) -> bool:
+    """Whether nothing speaks against a step but that runs left out do not show its gain, nor predict it worse.
 
-    Beyond those, runs left out may not be predicted worse; whether they or all readings together show the gain, the
-    verdict has seen.
+    The latter beyond errors that instruments may make, behind which a gain hides: whether they or all readings together
+    show it there, the verdict has seen.
     """
     only_gain = {objection.reason for objection in why} == {Fault.NO_GAIN}
     return only_gain and not _falls(after.beyond(), before.beyond(), before, rules)

@@ -78,15 +78,10 @@ def export_of(given: dict[str, Any]) -> Exported:
 
 def _read_only(whole: Model) -> tuple[str, ...]:
     """That a model holds errors of instruments, which a simulation of the muscle may not want."""
-    names = " ".join(
-        name for name, effect in zip(whole.names, whole.effects, strict=True) if effect.source == INSTRUMENT
-    )
-    if not names:
-        return ()
-    return (
-        f"The model tells what the instruments read: {' and '.join(names.split())} belong to them, not to the muscle. "
-        f"--without {' --without '.join(names.split())} leaves that out.",
-    )
+    names = [name for name, effect in zip(whole.names, whole.effects, strict=True) if effect.source == INSTRUMENT]
+    left_out = " ".join(f"--without {name}" for name in names)
+    told = "The model tells what the instruments read, not what the muscle does alone"
+    return (f"{told}: {left_out} leaves out what belongs to them.",) if names else ()
 
 
 def _use(form: str, file: Path) -> str:

@@ -156,7 +156,7 @@ def _checked_runs(
     """The runs of a table, every reading checked; notes on what was set aside; and what the readings err by."""
     counts: Counter[str] = Counter()
     parts = read_runs(table, test, muscle, options, counts)
-    odd = check_plausible(parts, table, test, muscle, options.get("valid"))
+    odd = check_plausible(parts, table, test, muscle, options)
     parts, runs, alone = runs_of(parts, test, muscle, stated)
     for run in runs:
         counts.update(run.without_weight)

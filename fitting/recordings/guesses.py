@@ -59,12 +59,13 @@ class Guess:
             or not {"force", "pressure"} <= {*self.table.columns}
         ):
             return 1
-        place, force, pressure = (self.table[name] for name in (position, "force", "pressure"))
-        pulls = np.ptp(place) > 0 and np.ptp(force) > 0 and np.nanmedian(force) > 0
-        if not pulls or np.ptp(np.nanquantile(pressure, [0.01, 0.99])) > HELD_PRESSURE * np.nanmax(np.abs(pressure)):
+        signals = np.stack([self.table[name] for name in (position, "force", "pressure")])
+        place, force, pressure = signals[:, np.isfinite(signals).all(axis=0)]
+        if not len(place) or not np.ptp(place) > 0 or not np.ptp(force) > 0 or np.median(force) <= 0:
+            return 1
+        if np.ptp(np.quantile(pressure, [0.01, 0.99])) > HELD_PRESSURE * np.max(np.abs(pressure)):
             return 1  # where the pressure rises, the muscle may shorten against a spring
-        whole = np.isfinite(place) & np.isfinite(force)
-        return -1 if np.corrcoef(place[whole], force[whole])[0, 1] > RISES else 1
+        return -1 if np.corrcoef(place, force)[0, 1] > RISES else 1
 
     @property
     def name(self) -> str:

@@ -39,28 +39,35 @@ def _limits_of(recordings: Sequence[Recording]) -> list[str]:
 
 
 def _cut_short(recordings: Sequence[Recording]) -> list[str]:
-    """A note on each run that ends long before all others of its kind of test, which last equally long."""
+    """A note on each run that ends on its way, long before all others of its kind of test, which last equally long."""
     notes = []
     for test in TURNED_BY:
-        lasting = {name: lasts for each in recordings if each.test == test for name, lasts in _durations(each)}
-        if len(lasting) < CUT_SHORT.fewest:
+        runs = [(each, run) for each in recordings if each.test == test for run in each.runs]
+        lasting = np.array([float(np.ptp(run.time)) for _, run in runs])
+        if len(runs) < CUT_SHORT.fewest:
             continue
-        usual = float(np.median([*lasting.values()]))
-        short = {name: lasts for name, lasts in lasting.items() if lasts < CUT_SHORT.short * usual}
-        if any(abs(lasts - usual) > CUT_SHORT.alike * usual for name, lasts in lasting.items() if name not in short):
+        usual = float(np.median(lasting))
+        short = lasting < CUT_SHORT.short * usual
+        if np.any(np.abs(lasting - usual) > CUT_SHORT.alike * usual, where=~short):
             continue  # durations differ by plan
         others = f"each of the others {showing.show(usual, 's', digits=2)}"
         notes += [
-            f"{name} lasts {showing.show(lasts, 's', digits=2)}, {others}: if it was cut off, record it again"
-            for name, lasts in short.items()
+            f"{_called(*runs[at])} lasts {showing.show(float(lasting[at]), 's', digits=2)}, {others}: if it was cut "
+            "off, record it again"
+            for at in np.flatnonzero(short)
+            if not _comes_back(runs[at][1], test)
         ]
     return notes
 
 
-def _durations(recording: Recording) -> list[tuple[str, float]]:
-    """What each run of a recording is called, and how long it lasts, s."""
-    file, several = recording.file, len(recording.runs) > 1
-    return [(f"run {run.name} of {file}" if several else file, float(np.ptp(run.time))) for run in recording.runs]
+def _called(recording: Recording, run: Run) -> str:
+    return f"run {run.name} of {recording.file}" if len(recording.runs) > 1 else recording.file
+
+
+def _comes_back(run: Run, test: str) -> bool:
+    """Whether a run ends near where it began: it is whole, and was faster."""
+    way = run.contraction if TURNED_BY[test] == "length" else run.pressure
+    return bool(abs(way[-1] - way[0]) < CUT_SHORT.back * np.ptp(way))
 
 
 def _one_way(recordings: Sequence[Recording]) -> list[str]:

@@ -20,12 +20,16 @@ def noise_of(recording: Recording) -> float:
 
     In a point of a static map the force also errs by what stated errors of pressure and position make of it.
     """
-    if recording.test == "static":
-        own = STATIC_SHARE * full_scale(recording) if recording.noise is None else recording.noise
-        return float(np.hypot(own, recording.noise_of_inputs))
+    return float(np.hypot(noise_of_cell(recording), recording.noise_of_inputs))
+
+
+def noise_of_cell(recording: Recording) -> float:
+    """The same of the measured channel alone, whatever the others err by."""
     if recording.noise is not None:
         return float(recording.noise)
     scale = full_scale(recording)
+    if recording.test == "static":
+        return STATIC_SHARE * scale
     scatter = [value for run in recording.runs for value in _third_differences(run)]
     estimate = 1.4826 * np.median(np.abs(scatter)) / np.sqrt(np.sum(THIRD**2)) if scatter else 0.0
     return float(max(estimate, resolution(recording) / np.sqrt(12), 1e-4 * scale, 1e-12))
@@ -51,7 +55,8 @@ def _white(stated: ChannelAccuracy) -> float:
 def source_of_noise(recording: Recording) -> NoiseSource:
     """How `noise_of` knows."""
     if recording.noise is not None:
-        return recording.noise_source
+        stated = recording.noise_source is NoiseSource.STATED
+        return NoiseSource.STATED_OF_ALL if stated and recording.noise_of_inputs else recording.noise_source
     return NoiseSource.ASSUMED if recording.test == "static" else NoiseSource.NEIGHBOURS
 
 

@@ -5,8 +5,9 @@ or twice as much, but not thirty times. What is refused here would be fitted wit
 knows better states `valid` limits of the force in muscle.toml; then no force is refused.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -22,9 +23,11 @@ from mckibben_jax.muscle import Muscle
 TINY_STROKE, LARGE_DROP = 0.005, 0.5  # a stroke of half a per cent does not take half of the force away
 
 
-def check_plausible(parts: Sequence[Run], table: Table, test: str, muscle: Muscle, valid: object) -> list[str]:
+def check_plausible(
+    parts: Sequence[Run], table: Table, test: str, muscle: Muscle, options: Mapping[str, Any]
+) -> list[str]:
     """Refuse readings that this muscle cannot give; what is merely odd is returned in words."""
-    column = "force" if test in FORCE_TESTS else "load"
+    column, valid = "force" if test in FORCE_TESTS else "load", options.get("valid")
     used = [part for part in parts if part.usable.any()]
     if not used or (isinstance(valid, dict) and column in valid):
         return []
@@ -37,7 +40,7 @@ def check_plausible(parts: Sequence[Run], table: Table, test: str, muscle: Muscl
         ideal = [np.maximum(ideal_pull(part.contraction, part.pressure, muscle), 0.0) for part in parts]
         _too_small(parts, table, ideal)
         _constant(parts, table, ideal)
-        _opposed(parts, table, ideal)
+        _opposed(parts, table, ideal, _turned(parts, table, test, options))
         if test == "loop":
             _tiny_stroke(used, table)
             notes += [*_short_stroke(used, muscle), *_too_fast(used, muscle)]
@@ -115,7 +118,7 @@ def _spread(values: np.ndarray) -> float:
     return float(np.ptp(np.quantile(values, [0.01, 0.99]))) if len(values) >= PLAUSIBLE.fewest else 0.0
 
 
-def _opposed(parts: Sequence[Run], table: Table, ideal: list[np.ndarray]) -> None:
+def _opposed(parts: Sequence[Run], table: Table, ideal: list[np.ndarray], cure: str) -> None:
     """A force that rises where every muscle's falls: a sign, or exchanged columns."""
     together = []
     for part, force in zip(parts, ideal, strict=True):
@@ -129,23 +132,34 @@ def _opposed(parts: Sequence[Run], table: Table, ideal: list[np.ndarray]) -> Non
             table.header_row,
             table.heads["force"],
             value=f"correlation {max(together):.2f} with the ideal force",
-            cure=_turned(parts, table),
+            cure=cure,
         )
 
 
-def _turned(parts: Sequence[Run], table: Table) -> str:
-    """How a force or a position is turned that has the wrong sign, the likelier of the two first."""
-    force = "if the rig counts pulling as negative write force_sign = -1"
-    position = "if it counts lengthening as positive (positive is shorter) write position_sign = -1"
-    pulls = float(np.median(np.concatenate([part.measured[part.usable] for part in parts]))) > 0
-    signs = [force] if "length" in table else [position, force] if pulls else [force, position]
+def _turned(parts: Sequence[Run], table: Table, test: str, options: Mapping[str, Any]) -> str:
+    """How a force or a position is turned that has the wrong sign, the likelier of the two first.
+
+    A length that is held, or that is read as one, has no sign that could be wrong.
+    """
+    signs = [f"leave {name} out" for name in ("position_sign", "force_sign") if options.get(name) == -1]
+    if not signs:
+        force = "if the rig counts pulling as negative write force_sign = -1"
+        position = "if it counts lengthening as positive (positive is shorter) write position_sign = -1"
+        pulls = float(np.median(np.concatenate([part.measured[part.usable] for part in parts]))) > 0
+        signs = [position, force] if pulls else [force, position]
+        signs = [force] if "length" in table or test == "isometric" else signs
     return f"{'; '.join(signs)}; else check whether two columns are exchanged"
+
+
+def _fall(force: np.ndarray) -> float:
+    """By which share of its largest size a force changes; 0 of none."""
+    return float(np.ptp(force) / max(np.max(np.abs(force)), 1e-300))
 
 
 def _tiny_stroke(parts: Sequence[Run], table: Table) -> None:
     """Millimetres for metres, 1 for per cent: the force falls by half while the muscle hardly moves."""
     strokes = [float(np.ptp(part.contraction[part.usable])) for part in parts]
-    drops = [float(np.ptp(part.measured[part.usable]) / np.max(np.abs(part.measured[part.usable]))) for part in parts]
+    drops = [_fall(part.measured[part.usable]) for part in parts]
     if max(strokes) < TINY_STROKE and min(drops) > LARGE_DROP:
         position = next(name for name in POSITIONS if name in table)
         raise InputError(
@@ -161,18 +175,19 @@ def _tiny_stroke(parts: Sequence[Run], table: Table) -> None:
 def _short_stroke(parts: Sequence[Run], muscle: Muscle) -> list[str]:
     """A length that is ten times too large: in every run the force falls far more than the ideal muscle's would.
 
-    Where the pressure is low rubber and friction are as large as the pull, and nothing is asked.
+    Where the pressure is low, or far below that of other runs, rubber and friction are as large as the pull, and
+    nothing is asked.
     """
     falls, ideal, strokes = [], [], []
     pressures = [float(np.max(part.pressure[part.usable])) for part in parts]
     for part, pressure in zip(parts, pressures, strict=True):
-        if 2 * pressure >= max(pressures):
-            place, force = part.contraction[part.usable], part.measured[part.usable]
-            pull = ideal_pull(place, pressure, muscle)
-            falls.append(float(np.ptp(force) / np.max(np.abs(force))))
-            ideal.append(float(np.ptp(pull) / np.max(np.abs(pull))))
+        place, force = part.contraction[part.usable], part.measured[part.usable]
+        if pressure >= max(PLAUSIBLE.pulls, max(pressures) / 2) and force.any():
+            falls.append(_fall(force))
+            ideal.append(_fall(ideal_pull(place, pressure, muscle)))
             strokes.append(float(np.ptp(place)))
-    if min(falls) < PLAUSIBLE.falls or any(f < PLAUSIBLE.steeper * i for f, i in zip(falls, ideal, strict=True)):
+    steep = [fall >= max(PLAUSIBLE.falls, PLAUSIBLE.steeper * of) for fall, of in zip(falls, ideal, strict=True)]
+    if not steep or not all(steep):
         return []
     at = int(np.argmin(falls))
     return [

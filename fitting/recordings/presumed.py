@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fitting.recordings.accuracy import Accuracy, ChannelAccuracy
-from fitting.recordings.noise import noise_of
+from fitting.recordings.noise import noise_of_cell
 from fitting.recordings.records import FORCE_TESTS, NoiseSource, Recording
 
 
@@ -34,7 +34,7 @@ def presumed(recording: Recording, settings: PresumedSettings = PRESUMED) -> Acc
     """
     of_force = recording.test in FORCE_TESTS and recording.noise_source is not NoiseSource.MOTION
     pressures = [float(np.max(np.abs(run.pressure))) for run in recording.runs]
-    scale, noise = max(pressures), noise_of(recording)
+    scale, noise = max(pressures), noise_of_cell(recording)
     reach = max(float(np.max(np.abs(run.measured))) for run in recording.runs) if of_force else 0.0
     held = settings.held_length if recording.test == "isometric" else 0.0
     return Accuracy(

@@ -37,7 +37,8 @@ def with_hung_load(table: Table, test: str) -> Table:
         return {"force" if name == "load" else name: value for name, value in given.items()}
 
     unit = table.units["load"]
-    stated = renamed(table.units) | {"force": units.PULL_OF_MASS.get(unit, unit)}
+    is_mass = units.dimension(unit) == units.dimension("kg")
+    stated = renamed(table.units) | {"force": units.PULL_OF_MASS.get(unit, "N") if is_mass else unit}
     return replace(table, columns=renamed(table.columns), heads=renamed(table.heads), units=stated)
 
 
@@ -143,11 +144,12 @@ def _usable(columns: dict[str, np.ndarray], valid: dict[str, Any], table: Table,
             np.count_nonzero(missing & usable)
         )
         usable &= ~missing
-    for name, limits in valid.items():
+    for written, limits in valid.items():
+        name = "force" if written == "load" and "load" not in columns else written  # weights that hang at rest
         if name not in columns:
             raise unknown_name("column in valid:", name, columns, table.file)
         with concerning("valid"):
-            low, high = _limits(name, limits)
+            low, high = _limits(written, limits)
         outside = usable & ~((columns[name] >= low) & (columns[name] <= high))
         counts[f"{name} outside {limits[0]} .. {limits[1]}"] += int(np.count_nonzero(outside))
         usable &= ~outside

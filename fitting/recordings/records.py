@@ -21,6 +21,7 @@ class NoiseSource(Enum):
     """Where the noise of one reading is known from."""
 
     STATED = "stated"  # by muscle.toml
+    STATED_OF_ALL = "stated of all"  # the same of a static point, whose pressure and position err, too
     NEIGHBOURS = "neighbours"  # from the scatter of neighbouring readings
     MOTION = "motion"  # the noise of a position, carried on to the force that moves the mass
     ASSUMED = "assumed"  # a share of full scale: nothing tells it

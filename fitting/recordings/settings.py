@@ -60,6 +60,7 @@ class CutShortSettings:
     fewest: int = 3  # runs, of which one may be cut short: of two nobody knows which is odd; chosen
     alike: float = 0.05  # share by which the durations of the others differ at most; chosen
     short: float = 0.8  # of the others' duration: a shorter run may have been cut off; chosen
+    back: float = 0.2  # of its way: a run that ends so near to where it began is whole; chosen
 
 
 @dataclass(frozen=True)
@@ -89,6 +90,7 @@ class PlausibleSettings:
 
     beyond: float = 30.0  # times the ideal force, or one part in as many: a wrong unit or a dead sensor; chosen
     odd: float = 4.0  # times the ideal force: worth a word; whole numbers of that size are a converter's counts; chosen
+    pulls: float = 1e5  # Pa: below, rubber may take more than the ideal muscle pulls with; chosen
     falls: float = 0.5  # of the largest force, that it falls along a stroke of which a word is said; chosen
     steeper: float = 4.0  # times the ideal force's fall: worth a word; muscles of any make reach 1.3; measured
     fast: float = 2.0  # m/s on average over a loop: worth a word; 75 mm in a tenth of a second is 0.75; chosen

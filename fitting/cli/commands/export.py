@@ -56,7 +56,7 @@ def command(**options: Any) -> None:
         from fitting.exporting.orders import export_of
 
         made = export_of(options)
-    result: dict[str, Any] = made.result | {"bands": bands_result(made.bands)}
+    result: dict[str, Any] = made.result | {"bands": bands_result(made.bands), "warnings": list(made.beware)}
     shown = [line("WRITTEN", f"{made.file}: {made.words}"), line("ERROR", result["force_error"])]
     shown += lines("WARNING", made.beware)
     shown += [*lines("NEW RUN", band_lines(made.bands)), line("USE", result["use"])]

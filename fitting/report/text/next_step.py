@@ -53,12 +53,13 @@ def after_diagnosis(d: Diagnosis, data: Sequence[str], proposed: bool = False) -
     """The effect to add, a form for what none explains (unless one was `proposed` already), what to record where the
     data say too little, and the values of a model that lacks nothing.
 
-    Sizes that deny what was measured may stand in for what is missing: without an effect to add, they are held first.
+    Sizes that deny what was measured may stand in for what is missing: without an effect to add, they are held first,
+    unless nothing is missing.
     """
     names = suggested(d)
     if names:
         return NextStep(ADD, f"mckibben add {shell_words(data)} {' '.join(names)}")
-    if denied(d.baseline):
+    if denied(d.baseline) and d.verdict not in NOTHING_MISSING:
         held = " ".join(dict.fromkeys(map(full_names.common, stated_and_free(d.baseline))))
         return NextStep(HOLD, f"mckibben diagnose {shell_words(data)} --fix {held}")
     if d.verdict == Verdict.NOT_IN_LIBRARY:
