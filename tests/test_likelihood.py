@@ -11,7 +11,7 @@ import pytest
 import scipy.linalg
 
 from fitting.diagnosis.candidate_fit import CandidateFit
-from fitting.diagnosis.likelihood import likeliest, outdone
+from fitting.diagnosis.likelihood import criteria, likeliest, outdone
 from fitting.diagnosis.schwarz import criterion
 from fitting.diagnosis.settings import VERDICT
 
@@ -124,3 +124,21 @@ def test_the_best_of_either_size_decides():
     far, near, worse, true = fits
     assert outdone([far], [worse, true], fits, examiner)
     assert not outdone([far, near], [worse, true], fits, examiner)
+
+
+def test_the_noise_is_that_of_the_smaller_of_two_sets_that_leave_as_little():
+    """A number more takes a little of the noise away; it does not make its set the best guess at what noise is."""
+    fits, examiner = sets_and_examiner({"small": 0.0, "large": 0.0})
+    small, large = fits
+    fits[large] = fit(0.999 * NOISE, RNG.standard_normal((COUNT, 4)))
+    asked = []
+    ground = examiner.ground(None)
+    criteria(
+        [large, small], fits, SimpleNamespace(left=examiner.left, ground=lambda mine: asked.append(mine) or ground)
+    )
+    assert asked == [fits[small]]
+    fits[large] = fit(0.8 * NOISE, fits[large].slopes)
+    criteria(
+        [large, small], fits, SimpleNamespace(left=examiner.left, ground=lambda mine: asked.append(mine) or ground)
+    )
+    assert asked[1:] == [fits[large]]

@@ -20,12 +20,18 @@ def criteria(
 ) -> dict[frozenset[str], float]:
     """Schwarz's criterion of each fitted set; half a difference is the logarithm of how much likelier the smaller is.
 
-    Noise and what instruments may err by are those of the set that leaves least: it is the best guess at what is no
-    misfit. Every set is moved to its optimum under them, to first order.
+    Noise and what instruments may err by are those of the set that leaves least for its numbers: it is the best guess
+    at what is no misfit. Every set is moved to its optimum under them, to first order.
     """
     if len(sets) < 2:
         return dict.fromkeys(sets, 0.0)
-    best = min(sets, key=lambda added: examiner.left(fits[added]))
+
+    def plainly(added: frozenset[str]) -> float:
+        """The criterion were every reading for itself: of two sets that leave the same the smaller is the better."""
+        count = len(fits[added].rows)
+        return count * np.log(examiner.left(fits[added])) + len(fits[added].free) * np.log(count)
+
+    best = min(sets, key=plainly)
     free = free_of_noise(examiner.ground(fits[best]))
     return {added: criterion(fits[added], free) for added in sets}
 

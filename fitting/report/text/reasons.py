@@ -14,7 +14,7 @@ SENTENCES = {
     Reason.FAR_WORSE: "not tested: others leave far less",
     Reason.LARGE_MISFIT: "leaves many times the noise",
     Reason.MOST_LEFT: "leaves most of the error, many times the noise",
-    Reason.NO_GAIN: "does not lower the error on held-out runs",
+    Reason.NO_GAIN: "does not clearly lower the error on held-out runs",
     Reason.BETTERED: "one more effect brings the error far down",
     Reason.PREDICTS_WORSE: "explains the data, but predicts held-out runs worse than others",
     Reason.RIVAL_SEEN: "explains the data, but others are seen in what it leaves",
