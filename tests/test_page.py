@@ -99,7 +99,7 @@ def test_a_size_that_the_caliper_denies_is_warned_of_and_stands_beside_the_measu
 
 
 def test_the_command_on_the_page_can_be_pasted(study, diagnosis):
-    """Quoted once, whatever the folder is called; a form is looked for where nothing is to be added."""
+    """Quoted once, whatever the folder is called; where nothing is to be added, the radius that was measured is held."""
     task, c = study
     folder = Path("my muscle №1")
     named = dataclasses.replace(task, experiments=[dataclasses.replace(task.experiments[0], folder=folder)])
@@ -111,8 +111,7 @@ def test_the_command_on_the_page_can_be_pasted(study, diagnosis):
     ]
     assert [shlex.split(html.unescape(one[2])) for one in told if one] == [
         ["mckibben", "add", str(folder), "linear_spring"],
-        ["mckibben", "diagnose", str(folder), "--propose"],
-        ["mckibben", "plan", str(folder)],
+        *[["mckibben", "diagnose", str(folder), "--fix", "muscle.radius", "muscle.braid_angle"]] * 2,
         ["mckibben", "diagnose", str(folder)],
     ]
     assert [one[1] for one in told if one] == [

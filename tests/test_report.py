@@ -20,11 +20,13 @@ from fitting.report.text.amounts import amount, with_error
 from fitting.report.text.comparison import comparison_report, judgement, kind_text, worst_text
 from fitting.report.text.diagnosis import (
     diagnosis_report,
+    headline_text,
     leading_text,
     measurement_text,
     motion_notes,
     p_value_text,
     remark,
+    undecided_text,
     verdict_text,
 )
 from fitting.report.text.evidence import sort_evidence
@@ -207,6 +209,16 @@ def test_an_error_wider_than_the_range_is_unknown(study, monkeypatch):
     assert independent == amount(0.99 * width, "m", 2)
     monkeypatch.setattr(type(fit), "error", lambda *_, robust=True: 0.99 * width)
     assert "unknown" not in value_cells(fit, name)
+
+
+def test_a_headline_that_nothing_is_decided_leaves_the_long_list_to_the_sentence_below(diagnosis):
+    names = ("tip", "weight", "force_offset", "end_stop", "linear_spring", "viscous_damping")
+    faint = dataclasses.replace(diagnosis, verdict="inconclusive", why=Why(Reason.FAINT, names), explanations=())
+    assert headline_text(faint) == "These data cannot say whether something is missing."
+    assert undecided_text(faint).startswith("Only a large amount of each of these would show: ")
+    assert undecided_text(faint).endswith(" and 2 more.")
+    assert verdict_text(faint) == f"{headline_text(faint)[:-1]}: o{undecided_text(faint)[1:]}"
+    assert (headline_text(diagnosis), undecided_text(diagnosis)) == (verdict_text(diagnosis), "")
 
 
 @pytest.mark.parametrize(("value", "ends"), [(4.5e5, ("1 kPa", "20000 kPa")), (4.5e6, ("0.001 MPa", "20 MPa"))])

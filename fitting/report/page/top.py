@@ -14,7 +14,7 @@ from fitting.report.settings import ERROR_TEXT
 from fitting.report.text.amounts import amount, percent
 from fitting.report.text.attempts import attempt_text
 from fitting.report.text.comparison import fails, judgement, place_text
-from fitting.report.text.diagnosis import effect_set, leading_text, verdict_text
+from fitting.report.text.diagnosis import effect_set, headline_text, leading_text, undecided_text
 from fitting.report.text.fit import fit_warnings
 from fitting.report.text.instrument_answers import instrument_texts
 from fitting.report.text.next_step import after_comparison, after_diagnosis
@@ -64,7 +64,7 @@ def verdict(model: ShownModel, models: Sequence[ShownModel], enough: float) -> s
         return _undiagnosed(model, _diagnosed(model, models), added)
     if _was_missing(d, model):
         return _found(d)
-    said = verdict_text(d)
+    said = headline_text(d)
     if not added:
         return said
     if _is_explained(model, models, enough):
@@ -152,7 +152,7 @@ def lead(model: ShownModel, models: Sequence[ShownModel], enough: float) -> list
     fell = fall_text(stages, stages[-1].rmse, c.unit)
     use, d = practice(stages, c, enough), model.diagnosis
     if d is not None and _is_explained(model, models, enough):
-        return [f"{left_text(use)} {fell}", *_refused(model), verdict_text(d), *said]
+        return [f"{left_text(use)} {fell}", *_refused(model), headline_text(d), *said]
     return [practice_text(use), *_refused(model), *said, fell]
 
 
@@ -166,7 +166,7 @@ def _refused(model: ShownModel) -> list[str]:
 
 def _of_diagnosis(d: Diagnosis, c: Comparison) -> list[str]:
     place = f"It fails most at {place_text(c)}." if fails(c) else ""
-    texts = (leading_text(d), *untried_texts(d), *instrument_texts(d), judgement(c), place)
+    texts = (undecided_text(d), leading_text(d), *untried_texts(d), *instrument_texts(d), judgement(c), place)
     return [text for text in texts if text]
 
 

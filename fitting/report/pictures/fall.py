@@ -10,13 +10,15 @@ from fitting.report.text.amounts import amount
 from fitting.report.text.stages import stage_text
 from fitting.study.stages import Stage
 
+ROOM = 1.75  # times the longest bar, that a track is long: its value, with that on held-out runs, stands behind it
+
 
 def fall_html(stages: Sequence[Stage], floor: float, unit: str, named: Callable[[str], str], choose: str = "") -> str:
     """The bars; with `choose`, each row is the label of the radio button of that name and the number of the step.
 
     `named` makes HTML of the names of effects.
     """
-    top = 1.45 * max(max(stage.rmse, _left(stage), floor) for stage in stages) or 1.0
+    top = ROOM * max(max(stage.rmse, _left(stage), floor) for stage in stages) or 1.0
     rows = "".join(_row(named(stage_text(s)), s, floor, top, unit, f"{choose}{k}" * bool(choose))
                    for k, s in enumerate(stages))  # fmt: skip
     name, size = showing.shown_in(unit, floor)

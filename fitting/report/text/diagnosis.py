@@ -10,7 +10,7 @@ from rich.text import Text
 
 from fitting import showing
 from fitting.diagnosis.flip_groups import rests_on_in_words, too_few_to_flip
-from fitting.diagnosis.outcomes import Reason, Why
+from fitting.diagnosis.outcomes import Reason, Verdict, Why
 from fitting.diagnosis.record import Diagnosis, Evidence, Explanation
 from fitting.recordings.records import FORCE_TESTS, MOVING_TESTS, Experiment
 from fitting.report.settings import ADVICE, SHOWN
@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     from fitting.planning.next_measurement import NextMeasurement
 
 SOME = 0.05  # of the squared error: what takes away less is not told
+UNDECIDED = "These data cannot say whether something is missing"
 FOUND = ("missing", "one of", "not in the library")
 
 
@@ -72,6 +73,21 @@ def verdict_text(d: Diagnosis) -> str:
     return _verdict(d) + size
 
 
+def headline_text(d: Diagnosis) -> str:
+    """The verdict for a headline: where nothing is decided without the reason, which may be a long list."""
+    return f"{UNDECIDED}." if _is_undecided(d) else verdict_text(d)
+
+
+def undecided_text(d: Diagnosis) -> str:
+    """Why nothing is decided, as a sentence of its own; empty where something is."""
+    why = _undecided(d.why) if _is_undecided(d) else ""
+    return f"{why[:1].upper()}{why[1:]}." if why else ""
+
+
+def _is_undecided(d: Diagnosis) -> bool:
+    return d.verdict == Verdict.INCONCLUSIVE and not d.is_strained
+
+
 def _verdict(d: Diagnosis) -> str:
     sets = [effect_set(names) + _in_place_of(d, names) for names in d.explanations]
     if d.verdict == "nothing detectable":
@@ -90,7 +106,7 @@ def _verdict(d: Diagnosis) -> str:
         return f"One of these is missing, and these data cannot tell which (the likeliest first): {'; '.join(sets)}."
     if d.verdict == "not in the library":
         return "Something is missing, and no effect of the library explains all of it."
-    return f"These data cannot say whether something is missing: {_undecided(d.why) or 'too little shows'}."
+    return f"{UNDECIDED}: {_undecided(d.why) or 'too little shows'}."
 
 
 def _in_place_of(d: Diagnosis, names: Sequence[str]) -> str:
