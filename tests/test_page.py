@@ -28,6 +28,7 @@ from fitting.report.results import shown_names
 from fitting.report.text.amounts import amount
 from fitting.report.text.attempts import attempt_text
 from fitting.report.text.diagnosis import verdict_text
+from fitting.report.text.next_step import HOLD
 from fitting.report.text.stages import stage_text
 from fitting.study.discovering import discover_task
 from fitting.study.stages import Stage
@@ -99,7 +100,7 @@ def test_a_size_that_the_caliper_denies_is_warned_of_and_stands_beside_the_measu
 
 
 def test_the_command_on_the_page_can_be_pasted(study, diagnosis):
-    """Quoted once, whatever the folder is called; where nothing is to be added, the radius that was measured is held."""
+    """Quoted once, whatever the folder is called; where nothing is to be added, the measured sizes are held."""
     task, c = study
     folder = Path("my muscle №1")
     named = dataclasses.replace(task, experiments=[dataclasses.replace(task.experiments[0], folder=folder)])
@@ -115,7 +116,7 @@ def test_the_command_on_the_page_can_be_pasted(study, diagnosis):
         ["mckibben", "diagnose", str(folder)],
     ]
     assert [one[1] for one in told if one] == [
-        "Put it into the model:", "Look for a form of it:", "Ask what to record:", "Which effect is missing?",
+        "Put it into the model:", HOLD, HOLD, "Which effect is missing?",
     ]  # fmt: skip
 
 
