@@ -179,6 +179,8 @@ def test_the_proposed_loops_leave_one_explanation(tmp_path, name):
     assert [share for _, share in told] == pytest.approx([0.0, 0.4 / 3, 0.8 / 3, 0.4])
     assert found is not None
     assert found.power >= 0.9
+    largest = NOISE.sd * readings_of(truth, found.protocol, 1, seed=1).max()
+    assert 0.98 * largest < found.pull < 1.5 * largest  # a false explanation may predict more at that speed
     assert needs_text(found.protocol) == "a drive 3 times as fast as in these data (10 mm/s)"
     assert len(found.pairs) == 3
     prospect = prospect_of(tied, [experiment], nm.remaining(tied), Varying())

@@ -459,6 +459,8 @@ def test_motions_that_say_nothing_as_force_are_looked_at_as_motions(diagnosis, t
 def test_a_recording_that_hardly_decides_says_so(power, said):
     planned = proposed(power)
     assert said in " ".join(measurement_text(planned))
+    assert "pulls up to" not in " ".join(measurement_text(planned))  # it is not known of this one
+    assert measurement_text(dataclasses.replace(planned, pull=687.0))[-1] == "It pulls up to 687 N."
 
 
 @pytest.mark.parametrize("power", [0.75, 0.95])

@@ -59,6 +59,7 @@ class NextMeasurement:
     pairs: tuple[PairPower, ...]
     tied: tuple[tuple[tuple[str, ...], tuple[str, ...]], ...] = ()  # pairs that it leaves as they are
     shows: tuple[Visible, ...] = ()
+    pull: float = 0.0  # N, the largest force that an explanation predicts there; 0 where it is not known
 
     @property
     def needs(self) -> tuple[Demand, ...]:
@@ -235,6 +236,7 @@ def _judged(
 def measurement_of(given: Prospect, number: int, repeats: int, pairs: Sequence[PairPower]) -> NextMeasurement:
     """The record of a candidate that was chosen, with what it does for these pairs."""
     p, weakest = given.protocols[number], min(pairs, key=lambda pair: pair.power)
+    rows = given.outlook.planned.rows[number]
     return NextMeasurement(
         separates=(weakest.one, weakest.other),
         power=weakest.power,
@@ -243,6 +245,7 @@ def measurement_of(given: Prospect, number: int, repeats: int, pairs: Sequence[P
         speed=p.rate if p.test == "isometric" else p.rate * given.can.length,
         seconds=seconds_of(p, repeats),
         pairs=tuple(pairs),
+        pull=max(float(forces[rows].max()) for forces in given.forces),
     )
 
 

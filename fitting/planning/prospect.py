@@ -36,6 +36,11 @@ class Prospect:
         return tuple(e.effects for e in self.outlook.explained)
 
     @property
+    def forces(self) -> list[np.ndarray]:
+        """What each explanation predicts, N, at every reading of every candidate."""
+        return forces_of(self.outlook.planned, self.outlook.explained)
+
+    @property
     def protocols(self) -> tuple[Protocol, ...]:
         """The candidates."""
         return self.outlook.planned.protocols
@@ -95,9 +100,14 @@ def _readings(light: Sequence[Experiment], can: RigAbilities) -> Readings:
     return Readings(max(apart / can.interval, 1.0), can.interval, DIAGNOSIS.samples / (loops + CHOICE.usual))
 
 
+def forces_of(planned: Candidates, told: Sequence[Explained]) -> list[np.ndarray]:
+    """What each explanation predicts, N: the readings of candidates are 0, so that rows are forces over sigma."""
+    return [e.rows * planned.samples.sigma for e in told]
+
+
 def _usable(planned: Candidates, told: Sequence[Explained], can: RigAbilities) -> tuple[int, ...]:
     """Candidates in which no explanation predicts that the muscle is slack, further than the data have been."""
     least = min(can.force, 0.0) - 3 * can.noise
-    forces = [e.rows * planned.samples.sigma for e in told]  # of candidates, whose readings are 0
+    forces = forces_of(planned, told)
     fine = lambda rows: all(np.all(np.isfinite(f[rows])) and f[rows].min() > least for f in forces)  # noqa: E731
     return tuple(number for number, rows in enumerate(planned.rows) if fine(rows))

@@ -199,6 +199,7 @@ def measurement_result(m: "NextMeasurement | None") -> dict[str, Any] | None:
         "hold_s": m.protocol.hold,
         "repeats": m.repeats,
         "duration_s": m.seconds,
+        "largest_force_N": m.pull or None,
         "needs": needs_text(m.protocol),
         "pairs": [
             {"pair": [list(p.one), list(p.other)], "power": p.power, "discrepancy": p.discrepancy} for p in m.pairs

@@ -19,7 +19,7 @@ from fitting.report.text.evidence import named_explanations, named_sets, sort_ev
 from fitting.report.text.instrument_answers import asked_texts, explaining_text, odd_run_texts, rival_texts
 from fitting.report.text.layout import columns, line, lines, spaced
 from fitting.report.text.limits import limits_lines, open_text, would_have_shown
-from fitting.report.text.measurement import purpose_text, what_text
+from fitting.report.text.measurement import pull_text, purpose_text, what_text
 from fitting.report.text.names import identifiers, listed, mark, marked
 from fitting.report.text.reasons import why_text
 from fitting.report.text.untried import untried_texts
@@ -197,7 +197,9 @@ def measurement_text(planned: "NextMeasurement") -> list[str]:
     often = f"It separates them with a power of {percent(planned.power)}"
     if planned.power < ADVICE.hopeless:
         often += "; no other recording that was tried has more"
-    return [f"{what_text(planned)}: {purpose_text(planned)}.", f"{often}."]
+    return [
+        text for text in (f"{what_text(planned)}: {purpose_text(planned)}.", f"{often}.", pull_text(planned)) if text
+    ]
 
 
 def motion_notes(d: Diagnosis, experiments: Sequence[Experiment]) -> list[str]:

@@ -36,6 +36,11 @@ def what_text(m: "NextMeasurement") -> str:
     return f"{counted(m.repeats, 'loop')} at {low}, {span}, {_two(m.speed, 'm/s')}{hold}{on}"
 
 
+def pull_text(m: "NextMeasurement") -> str:
+    """Up to which force, where that is known: whoever hangs weights on needs so many."""
+    return f"It pulls up to {showing.show(m.pull, 'N', digits=2)}." if m.pull > 0 else ""
+
+
 def purpose_text(m: "NextMeasurement") -> str:
     """Why it is proposed: explanations that it separates, or effects that it makes visible."""
     if not m.shows:

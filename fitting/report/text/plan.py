@@ -12,7 +12,7 @@ from fitting.report.settings import ADVICE
 from fitting.report.text.amounts import percent
 from fitting.report.text.diagnosis import effect_set
 from fitting.report.text.layout import columns, line, lines, paste_line
-from fitting.report.text.measurement import needs_text, purpose_text, rehearsal_command, what_text
+from fitting.report.text.measurement import needs_text, pull_text, purpose_text, rehearsal_command, what_text
 from fitting.report.text.names import marked
 from fitting.report.text.next_step import shell_words
 from fitting.report.text.stages import verdict_words
@@ -70,7 +70,8 @@ def plan_report(plan: Plan, model: str) -> list[RenderableType]:
     if not plan.steps:
         return [*shown, line("RECORD", _nothing(plan))]
     for number, (step, command) in enumerate(zip(plan.steps, _rehearsals(plan, model), strict=True)):
-        shown += [line(f"RECORD {number + 1}", f"{what_text(step)}. It takes {duration(step.seconds)}.", "bold")]
+        said = f"{what_text(step)}. It takes {duration(step.seconds)}. {pull_text(step)}".rstrip()
+        shown += [line(f"RECORD {number + 1}", said, "bold")]
         shown += [line("", f"Why: {purpose_text(step)}.")]
         shown += lines("NEEDS", [needs] if (needs := needs_text(step.protocol)) else [], "yellow")
         shown += [paste_line("REHEARSE", command)] if command else []
