@@ -100,6 +100,7 @@ def test_lengths_that_are_off_by_a_millimetre_in_each_run_are_instruments():
     assert found["verdict"] == "within the instruments"
 
 
+@pytest.mark.slow
 def test_the_first_test_alone_finds_an_effect_at_twice_its_limit():
     """Two cases of that study: the clean one has no verdict, and says the limits at which effects are hidden."""
     clean, large = case_of((), 0.0, "sigma", "rich", 0, 1), case_of(("tip",), 2.0, "limit", "rich", 0, 1)

@@ -37,6 +37,14 @@ def test_what_leads_is_tried_whatever_the_verdict(found):
     assert proposals(replace(found, verdict="nothing detectable")) == []
 
 
+def test_only_what_is_named_is_tried_where_what_is_missing_is_small(found):
+    """A tensile machine's loops of rubber and friction ended with six effects, four of them not there, for 0.1 %."""
+    small = replace(found, verdict="not in the library", negligible=True)
+    assert proposals(small) == []
+    assert proposals(replace(small, verdict="missing", explanations=(("a", "c"),))) == [[("a",), ("c",)], [("a", "c")]]
+    assert len(proposals(replace(small, negligible=False))) > 1
+
+
 def test_every_effect_alone_is_tried_where_the_test_is_blind_to_what_lowers_the_error(found):
     blind = replace(found, verdict="inconclusive", why=Why(Reason.TEST_BLIND))
     assert proposals(blind) == [[("a",)], [("b",), ("c",), ("d",)]]
