@@ -43,6 +43,7 @@ def test_only_what_is_named_is_tried_where_what_is_missing_is_small(found):
     assert proposals(small) == []
     assert proposals(replace(small, verdict="missing", explanations=(("a", "c"),))) == [[("a",), ("c",)], [("a", "c")]]
     assert len(proposals(replace(small, negligible=False))) > 1
+    assert proposals(replace(small, verdict="inconclusive")) == [[("a",)]]  # it may be more than what is seen
 
 
 def test_every_effect_alone_is_tried_where_the_test_is_blind_to_what_lowers_the_error(found):

@@ -17,8 +17,8 @@ def proposals(found: Diagnosis, rules: StepRules = RULES) -> list[Tier]:
     First what the verdict names, and at last all three of a set that it names; then what leads; then, where something
     is missing for certain, every other effect. Two at once come after all that stand alone. Each tier is in the order
     of its held-out errors.
-    Where what is missing is small, only what the verdict names: piece by piece the rest would be laid on effects that
-    are not there.
+    Where something is missing for certain, and it is small, only what the verdict names: piece by piece the rest would
+    be laid on effects that are not there.
     Where instruments had to err by far more than their accuracy, or where the test sees nothing missing though an
     added effect lowers the error, every effect alone is asked.
     """
@@ -36,13 +36,11 @@ def proposals(found: Diagnosis, rules: StepRules = RULES) -> list[Tier]:
         [names for names in pairs if names in inside],
         [names for names in order if len(names) == 3 and names in named],
     ]
-    if found.negligible:
-        return _without_repeats(tiers)
     if found.verdict == Verdict.INCONCLUSIVE:
-        others = [singles] if found.why in (Why(Reason.TEST_BLIND), Why(Reason.FEW_LOOPS)) else []
+        others = [leading, singles] if found.why in (Why(Reason.TEST_BLIND), Why(Reason.FEW_LOOPS)) else [leading]
     else:
-        others = [singles, pairs[: rules.pairs]]
-    return _without_repeats([*tiers, leading, *others])
+        others = [] if found.negligible else [leading, singles, pairs[: rules.pairs]]
+    return _without_repeats([*tiers, *others])
 
 
 def _without_repeats(tiers: Sequence[Tier]) -> list[Tier]:
