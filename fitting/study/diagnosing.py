@@ -49,7 +49,7 @@ def following(task: Task, found: Diagnosis, progress: Progress) -> NextMeasureme
     if found.verdict != "one of":
         return None
     extra = [kind() for kind in task.library.values()]
-    watched = part_of(progress, 0.9, 1.0)
+    watched = part_of(progress, 0.95, 1.0)
     return next_measurement(
         found, task.experiments, known=extra, varying=task.varying, seed=task.seed, progress=watched
     )
