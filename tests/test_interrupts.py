@@ -9,7 +9,7 @@ import time
 import pytest
 from click.testing import CliRunner
 
-from fitting.cli.interrupts import interruptible
+from fitting.cli.interrupts import end_at_once, interruptible
 from fitting.cli.main import main
 from fitting.model_files.model_file import read_model
 from fitting.posterior import sample as sampling
@@ -42,6 +42,14 @@ def test_a_scheduler_that_ends_a_job_stops_a_command_as_ctrl_c_does():
     with pytest.raises(KeyboardInterrupt), interruptible():  # noqa: PT012  it is raised a few steps after the call
         os.kill(os.getpid(), signal.SIGTERM)
         time.sleep(5.0)
+    assert signal.getsignal(signal.SIGTERM) is before
+
+
+def test_a_server_is_ended_at_once_by_the_same_signal():
+    before = signal.getsignal(signal.SIGTERM)
+    with interruptible():
+        end_at_once()
+        assert signal.getsignal(signal.SIGTERM) is signal.SIG_DFL
     assert signal.getsignal(signal.SIGTERM) is before
 
 

@@ -24,6 +24,15 @@ def stopped(kept: str) -> NoReturn:
     raise SaidStopped
 
 
+def end_at_once() -> None:
+    """Let a signal to terminate end this command where it stands.
+
+    For a server: it has nothing to keep, and the threads of its visitors would be waited for.
+    """
+    if current_thread() is main_thread():
+        signal.signal(signal.SIGTERM, signal.SIG_DFL)
+
+
 @contextmanager
 def interruptible() -> Iterator[None]:
     """A command that Ctrl-C stops, though it fall into a callback of compiled code.

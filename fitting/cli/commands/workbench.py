@@ -2,6 +2,7 @@
 
 import click
 
+from fitting.cli.interrupts import end_at_once
 from fitting.cli.options import Command, request_options
 
 
@@ -21,4 +22,5 @@ def command(
     """
     from fitting.workbench.serving import serve
 
+    end_at_once()
     serve(dataset, port, host, token, candidates, browse=not no_browser)
