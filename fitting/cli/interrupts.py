@@ -11,6 +11,7 @@ from typing import NoReturn
 
 import click
 
+GRACE = 30.0  # s that a command has to keep what it found once it is told to end: schedulers wait as long; chosen
 AGAIN = 0.05  # s, after which a lost Ctrl-C is sent again: the callback that lost it has returned; chosen
 
 
@@ -46,7 +47,12 @@ def interruptible() -> Iterator[None]:
     def terminated(number: int, _frame: object) -> NoReturn:
         nonlocal came
         came = signal.Signals(number)
+        if not last.is_alive():
+            last.start()
         raise KeyboardInterrupt
+
+    last = Timer(GRACE, os._exit, (1,))  # threads that are at work would else be waited for
+    last.daemon = True
 
     in_main_thread = current_thread() is main_thread()
     ended = signal.signal(signal.SIGTERM, terminated) if in_main_thread else None
@@ -62,6 +68,7 @@ def interruptible() -> Iterator[None]:
         yield
     finally:
         sys.unraisablehook = before
+        last.cancel()
         if in_main_thread:
             signal.signal(signal.SIGTERM, ended or signal.SIG_DFL)  # None where it was not set from Python
     atexit.register(signal.signal, signal.SIGINT, signal.SIG_IGN)  # the last to be registered is called first
