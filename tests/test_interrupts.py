@@ -20,19 +20,27 @@ from mckibben_jax.effect import name_of
 CALLBACK = ctypes.CFUNCTYPE(None)
 
 
-def test_ctrl_c_in_a_callback_of_compiled_code_is_not_lost():
+def by_ctrl_c():
+    raise KeyboardInterrupt
+
+
+def by_a_scheduler():
+    os.kill(os.getpid(), signal.SIGTERM)
+    time.sleep(0.01)
+
+
+@pytest.mark.parametrize(
+    ("stopped", "ctrl_c"),
+    [(by_ctrl_c, signal.default_int_handler), (by_a_scheduler, signal.SIG_IGN)],  # what a shell runs behind ignores it
+)
+def test_a_stop_in_a_callback_of_compiled_code_is_not_lost(stopped, ctrl_c):
     """Python alone reports it and goes on."""
-    before = signal.signal(signal.SIGINT, signal.default_int_handler)  # what runs in the background ignores it
-
-    @CALLBACK
-    def interrupted():
-        raise KeyboardInterrupt
-
+    before, called = signal.signal(signal.SIGINT, ctrl_c), CALLBACK(stopped)
     try:
         with pytest.raises(KeyboardInterrupt), interruptible():  # noqa: PT012  it is raised a few steps after the call
-            interrupted()
+            called()
             time.sleep(5.0)
-            pytest.fail("the interrupt was lost")
+            pytest.fail("it was lost")
     finally:
         signal.signal(signal.SIGINT, before)
 
@@ -51,24 +59,6 @@ def test_a_server_is_ended_at_once_by_the_same_signal():
         end_at_once()
         assert signal.getsignal(signal.SIGTERM) is signal.SIG_DFL
     assert signal.getsignal(signal.SIGTERM) is before
-
-
-def test_the_end_of_a_job_in_a_callback_is_not_lost_where_ctrl_c_is_ignored():
-    """As in what a shell runs in the background."""
-    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
-
-    @CALLBACK
-    def ended():
-        os.kill(os.getpid(), signal.SIGTERM)
-        time.sleep(0.01)
-
-    try:
-        with pytest.raises(KeyboardInterrupt), interruptible():  # noqa: PT012  it is raised a few steps after the call
-            ended()
-            time.sleep(5.0)
-            pytest.fail("the signal was lost")
-    finally:
-        signal.signal(signal.SIGINT, before)
 
 
 def test_other_errors_in_callbacks_are_reported_as_before(monkeypatch):
