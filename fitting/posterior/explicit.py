@@ -10,6 +10,7 @@ from fitting.instruments.through import SIZES
 from fitting.posterior.evaluation import compiled
 from fitting.posterior.instruments import visible
 from fitting.posterior.noise import Lanes
+from fitting.posterior.one_by_one import cholesky, solved, solved_transposed
 from fitting.posterior.target import Parts, PosteriorProblem, Target
 
 
@@ -43,7 +44,7 @@ class Explicit(eqx.Module):
         """Errors (errors,) as they may be beside coordinates z, from as many standard normal numbers behind these."""
         count = len(self.target.centre)
         middle, root = self._errors(point[:count])
-        return middle + jax.scipy.linalg.solve_triangular(root.T, point[count:], lower=False)
+        return middle + solved_transposed(root, point[count:])
 
     def _errors(self, z: jax.Array) -> tuple[jax.Array, jax.Array]:
         """The most likely errors, and the root of the inverse of their covariance."""
@@ -53,8 +54,8 @@ class Explicit(eqx.Module):
         white = target.noise.whitened(columns[self.lanes.at], self.lanes, place)
         white = jnp.where(self.lanes.present[..., None], white, 0.0).reshape(-1, columns.shape[1])
         row, errors = white[:, 0], white[:, 1:]
-        root = jnp.linalg.cholesky(jnp.eye(errors.shape[1]) + errors.T @ errors)
-        return jax.scipy.linalg.cho_solve((root, True), errors.T @ row), root
+        root = cholesky(jnp.eye(errors.shape[1]) + errors.T @ errors)
+        return solved_transposed(root, solved(root, errors.T @ row)), root
 
 
 LIKELIEST = compiled(lambda explicit, z: explicit.likeliest(z))

@@ -13,6 +13,7 @@ import numpy as np
 
 from fitting.instruments.errors import InstrumentErrors
 from fitting.posterior.noise import Lanes, Noise
+from fitting.posterior.one_by_one import cholesky, solved
 from fitting.posterior.settings import NOISE
 from fitting.problem.residuals import Samples
 
@@ -51,18 +52,18 @@ class Instruments(eqx.Module):
         columns = jnp.concatenate([self.own, rows[self.lanes.at][..., None], self.shared], axis=-1)
         white = jnp.where(self.lanes.present[..., None], noise.whitened(columns, self.lanes, place), 0.0)
         products, k = jnp.matmul(jnp.swapaxes(white, 1, 2), white), self.own.shape[-1]
-        root = jnp.linalg.cholesky(jnp.eye(k) + products[:, :k, :k])
-        taken = jax.scipy.linalg.solve_triangular(root, products[:, :k, k:], lower=True)
+
+        def of_run(products: jax.Array) -> tuple[jax.Array, jax.Array]:
+            root = cholesky(jnp.eye(k) + products[:k, :k])
+            return jnp.diagonal(root), solved(root, products[:k, k:])
+
+        per_run, taken = jax.lax.map(of_run, products)
         # what is left of the products of row and shared columns, all runs together
         left = jnp.sum(products[:, k:, k:] - jnp.matmul(jnp.swapaxes(taken, 1, 2), taken), axis=0)
-        both = jnp.linalg.cholesky(jnp.eye(len(left) - 1) + left[1:, 1:])
-        seen = jax.scipy.linalg.solve_triangular(both, left[1:, 0], lower=True)
+        both = cholesky(jnp.eye(len(left) - 1) + left[1:, 1:])
+        seen = solved(both, left[1:, 0])
         explained = jnp.sum(taken[..., 0] ** 2) + jnp.sum(seen**2)
-        return 0.5 * explained - _log_of_diagonal(root) - _log_of_diagonal(both)
-
-
-def _log_of_diagonal(root: jax.Array) -> jax.Array:
-    return jnp.sum(jnp.log(jnp.diagonal(root, axis1=-2, axis2=-1)))
+        return 0.5 * explained - jnp.sum(jnp.log(per_run)) - jnp.sum(jnp.log(jnp.diagonal(both)))
 
 
 def visible(errors: InstrumentErrors) -> InstrumentErrors:
