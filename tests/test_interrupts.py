@@ -3,6 +3,7 @@
 import ctypes
 import os
 import signal
+import subprocess
 import sys
 import time
 
@@ -116,3 +117,29 @@ def test_a_stopped_discovery_keeps_its_last_step(springy, tmp_path, monkeypatch,
 
 def _stopped(_points):
     raise KeyboardInterrupt
+
+
+STUCK = """
+import ctypes
+from fitting.cli import interrupts
+interrupts.GRACE = 0.5
+with interrupts.interruptible():
+    mutex, c = ctypes.create_string_buffer(64), ctypes.CDLL(None)
+    c.pthread_mutex_lock(mutex)
+    print("begun", flush=True)
+    c.pthread_mutex_lock(mutex)  # waits for itself, as threads of a library did; no signal wakes it up
+"""
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="a mutex of zeros is one of Linux")
+@pytest.mark.parametrize("signals", [(signal.SIGTERM,), (signal.SIGINT, signal.SIGINT)])
+def test_compiled_code_that_never_returns_is_ended(signals):
+    """`timeout` could not end a command whose threads waited for each other, nor could Ctrl-C."""
+    with subprocess.Popen([sys.executable, "-c", STUCK], stdout=subprocess.PIPE, stderr=subprocess.PIPE) as child:
+        assert child.stdout.readline() == b"begun\n"
+        for number in signals:
+            time.sleep(0.2)  # it is in there
+            child.send_signal(number)
+        _, said = child.communicate(timeout=20)
+    assert child.returncode == 1
+    assert b"did not stop within" in said

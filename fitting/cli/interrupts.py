@@ -3,15 +3,17 @@
 import atexit
 import os
 import signal
+import socket
 import sys
 from collections.abc import Iterator
-from contextlib import contextmanager
-from threading import Timer, current_thread, main_thread
+from contextlib import contextmanager, nullcontext
+from threading import Thread, Timer, current_thread, main_thread
 from typing import NoReturn
 
 import click
 
 GRACE = 30.0  # s that a command has to keep what it found once it is told to end: schedulers wait as long; chosen
+OVERDUE = "\nmckibben: it did not stop within {:.0f} s and is ended; what was not yet kept is lost\n"
 AGAIN = 0.05  # s, after which a lost Ctrl-C is sent again: the callback that lost it has returned; chosen
 
 
@@ -47,12 +49,7 @@ def interruptible() -> Iterator[None]:
     def terminated(number: int, _frame: object) -> NoReturn:
         nonlocal came
         came = signal.Signals(number)
-        if not last.is_alive():
-            last.start()
         raise KeyboardInterrupt
-
-    last = Timer(GRACE, os._exit, (1,))  # threads that are at work would else be waited for
-    last.daemon = True
 
     in_main_thread = current_thread() is main_thread()
     ended = signal.signal(signal.SIGTERM, terminated) if in_main_thread else None
@@ -65,10 +62,48 @@ def interruptible() -> Iterator[None]:
 
     sys.unraisablehook = raised
     try:
-        yield
+        with _ended_at_last() if in_main_thread else nullcontext():
+            yield
     finally:
         sys.unraisablehook = before
-        last.cancel()
         if in_main_thread:
             signal.signal(signal.SIGTERM, ended or signal.SIG_DFL)  # None where it was not set from Python
     atexit.register(signal.signal, signal.SIGINT, signal.SIG_IGN)  # the last to be registered is called first
+
+
+@contextmanager
+def _ended_at_last() -> Iterator[None]:
+    """End a command that was told to, `GRACE` after a signal to terminate or a second Ctrl-C, wherever it stands.
+
+    Python calls what handles a signal between two of its own steps: never, while compiled code does not return. A byte
+    is written here at once, and a thread of its own reads it.
+    """
+    heard, told = socket.socketpair()
+    told.setblocking(False)
+    before = signal.set_wakeup_fd(told.fileno(), warn_on_full_buffer=False)
+    last = Timer(GRACE, _end)
+    last.daemon = True
+    Thread(target=_wait_for_the_end, args=(heard, last), daemon=True).start()
+    try:
+        yield
+    finally:
+        signal.set_wakeup_fd(before)
+        told.close()  # ends the thread
+        last.cancel()
+
+
+def _wait_for_the_end(heard: socket.socket, last: Timer) -> None:
+    """Start `last` with the first signal to terminate or the second Ctrl-C."""
+    ends, interrupted = False, 0
+    while number := heard.recv(1):
+        interrupted += number[0] == signal.SIGINT
+        if not ends and (number[0] == signal.SIGTERM or interrupted > 1):
+            ends = True
+            last.start()
+    heard.close()
+
+
+def _end() -> None:
+    """End this program, whose threads may be at work and would else be waited for."""
+    os.write(sys.__stderr__.fileno() if sys.__stderr__ else 2, OVERDUE.format(GRACE).encode())
+    os._exit(1)
