@@ -135,10 +135,11 @@ class RecordingNoise:
     parts: tuple[str, ...]
     values: tuple[float, ...]
 
-    def text(self, label: str) -> str:
+    @property
+    def text(self) -> str:
         """In words."""
         if self.parts == ("size",):
-            return f"noise of {label}: white (the residual shows nothing else)"
+            return "white (the residual shows nothing else)"
         at = dict(zip(self.parts, self.values, strict=True))
         words = []
         if "memory" in at:
@@ -147,7 +148,7 @@ class RecordingNoise:
             words.append(f"{100 * at['run']:.0f} % is shared by a run")
         white = (1 - at.get("run", 0.0)) * (1 - at.get("remembered", 0.0))
         rest = ", the rest white" if white >= 0.005 else ""
-        return f"noise of {label}: {', '.join(words)}{rest}; chosen from the residual by BIC"
+        return f"{', '.join(words)}{rest}; chosen from the residual by BIC"
 
 
 def choose_noise(

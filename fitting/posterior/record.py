@@ -19,6 +19,7 @@ from fitting.posterior.settings import QUICK, SAMPLER
 from fitting.posterior.target import PosteriorProblem
 
 OVERHEAD = 200_000  # bytes of a netCDF file besides the draws
+MANY_FILES = 3  # above which a text gives the shares of them together
 
 
 @dataclass(frozen=True)
@@ -255,12 +256,18 @@ def figures(width: float) -> int:
 
 def inside_text(posterior: Posterior) -> str:
     """How often the readings lie where they should."""
-    shares = {}
+    shares: dict[str, list[float]] = {}
     for band in posterior.bands:
-        shares.setdefault(band.file, []).append(band.inside)
-    each = [f"{100 * np.mean(s):.0f} % of {file} ({100 * min(s):.0f} to {100 * max(s):.0f} % by run)"
-            for file, s in shares.items()]  # fmt: skip
-    return "; ".join(each)
+        shares.setdefault(band.file, []).append(100 * band.inside)
+    if len(shares) > MANY_FILES and all(len(each) == 1 for each in shares.values()):
+        alone = [each[0] for each in shares.values()]
+        return f"{np.mean(alone):.0f} % of the readings ({min(alone):.0f} to {max(alone):.0f} % by file)"
+    return "; ".join(_inside_text(file, each) for file, each in shares.items())
+
+
+def _inside_text(file: str, shares: list[float]) -> str:
+    by_run = f" ({min(shares):.0f} to {max(shares):.0f} % by run)" if len(shares) > 1 else ""
+    return f"{np.mean(shares):.0f} % of {file}{by_run}"
 
 
 def save(posterior: Posterior, path: Path | str) -> None:

@@ -1,5 +1,7 @@
 """Warnings and notes of a posterior: a model, a noise or a prior that is wrong, however good the chains are."""
 
+from collections.abc import Sequence
+
 from fitting import showing
 from fitting.least_squares.record import Fit
 from fitting.posterior.instruments import visible
@@ -67,7 +69,7 @@ def notes(
     fit: Fit, setup: PosteriorProblem, cut: tuple[str, ...], missing: Missing | None, loops: int
 ) -> tuple[str, ...]:
     """What a reader should know and is no warning; `loops` are the clusters that the robust error rests on."""
-    messages = [one.text(label) for label, one in zip(setup.labels, setup.noise, strict=True)]
+    messages = _noise_notes(setup)
     if setup.target.instruments is not None:
         messages.append(f"errors within the accuracy of {_instruments(setup)} are allowed for in the intervals")
     if missing is None:
@@ -88,6 +90,21 @@ def notes(
     if fit.held:
         messages.append(f"these data cannot see, and nothing was sampled of: {', '.join(fit.held)}")
     return tuple(messages)
+
+
+def _noise_notes(setup: PosteriorProblem) -> list[str]:
+    """What noise each recording has; those that are alike are said together."""
+    alike: dict[str, list[str]] = {}
+    for label, one in zip(setup.labels, setup.noise, strict=True):
+        alike.setdefault(one.text, []).append(label)
+    every = [text for text, labels in alike.items() if len(labels) == len(setup.labels) > 1]
+    if every:
+        return [f"noise of every recording: {every[0]}"]
+    return [f"noise of {_in_a_row(labels)}: {text}" for text, labels in alike.items()]
+
+
+def _in_a_row(words: Sequence[str]) -> str:
+    return " and ".join([", ".join(words[:-1]), words[-1]] if len(words) > 1 else words)
 
 
 def bent_notes(fit: Fit, found: dict[str, Quantity]) -> list[str]:
@@ -111,4 +128,4 @@ def _instruments(setup: PosteriorProblem) -> str:
     """The instruments whose errors are felt, in words."""
     channels = {source.channel for source in visible(setup.errors).sources}
     names = [words for channel, words in INSTRUMENTS.items() if channel in channels]
-    return " and ".join([", ".join(names[:-1]), names[-1]] if len(names) > 1 else names)
+    return _in_a_row(names)
