@@ -74,6 +74,22 @@ def test_a_search_does_not_miss_the_derivatives_of_steps_that_it_does_not_take()
     np.testing.assert_allclose(sparing.value, plain.value, rtol=1e-12)  # the two programs round differently
 
 
+def winding(x, args):
+    """A narrow winding valley along which each step gains little, and all of them together a tenth."""
+    return jnp.stack([50 * (x[1] - 0.5 - 0.4 * jnp.sin(12 * x[0])), 1 + 0.05 * (1 - x[0])])
+
+
+@pytest.mark.parametrize(("enough", "most"), [(0.0, 2000), (1e-4, 100), (1e-3, 5)])
+def test_a_search_among_many_does_not_follow_a_winding_valley(enough, most):
+    """It ends where a few steps in a row have each gained less than is enough; by itself it would go on."""
+    solver = BoxLevenbergMarquardt(jnp.zeros(2), jnp.ones(2), enough=enough)
+    found = optx.least_squares(winding, solver, jnp.array([0.0, 0.5]), max_steps=2000, throw=False)
+    assert found.result == optx.RESULTS.successful
+    assert found.stats["num_steps"] <= most
+    if not enough:
+        assert found.stats["num_steps"] > 100
+
+
 def test_covariance_of_a_straight_line():
     """The textbook formula, and robust errors that are those of leaving out each sample where each is a cluster."""
     rng = np.random.default_rng(0)

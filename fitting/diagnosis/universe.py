@@ -202,7 +202,7 @@ class Universe:
         slot = len(self.layout.names)  # nothing reads it
         free = np.where(np.arange(len(place)) == at, slot, subset.free)
         rest = replace(subset, full=subset.vector(place), free=free)
-        again = self.searched(rest, rest.place(rest.full))
+        again = self.searched(rest, rest.place(rest.full), enough=self.settings.decided)
         return float(again.cost) > float(found.cost) + may_rise
 
     def _is_stated(self, position: int) -> bool:
@@ -242,7 +242,7 @@ class Universe:
 
         Unless they are to `decide`, they are candidates of which few will matter: their searches end sooner.
         """
-        enough = 0.0 if decide else self.settings.screened
+        enough = self.settings.decided if decide else self.settings.screened
         return at_once(self.settings.workers, lambda job: self.fit(*job, decide=decide, enough=enough), sets)
 
     def mimicking(self, fit: CandidateFit) -> "Universe":

@@ -22,6 +22,7 @@ class BoxSettings:
     floor: float = 1e-12  # of the largest curvature: damping of what the data do not constrain
     own: float = 0.25  # power of an unknown's own curvature in its damping; measured, see `BoxDescent`
     first_step: float = 1e4  # step size to begin with, relative to the curvature; measured with `own`
+    patience: int = 5  # steps in a row that each gain less than is enough, after which a search ends; chosen
     stuck: float = 1e-12  # step size below which no step lowers the sum of squares
 
 
@@ -97,17 +98,21 @@ def _solve(damped: jax.Array, slope: jax.Array, scale: jax.Array, pinned: jax.Ar
 class _Trust(eqx.Module):
     step_size: jax.Array
     cut: jax.Array
+    idle: jax.Array  # steps since one lowered the cost by a noticeable share
 
 
 class NielsenSearch(optx.ClassicalTrustRegion):
     """How far to trust a step: the gain ratio moves the damping smoothly, rejections shrink it ever faster.
 
-    Begins almost undamped (Nielsen, "Damping parameter in Marquardt's method", IMM-REP-1999-05, eq 2.4).
+    It counts the steps since one lowered the cost by a `noticeable` share. Begins almost
+    undamped (Nielsen, "Damping parameter in Marquardt's method", IMM-REP-1999-05, eq 2.4).
     """
+
+    noticeable: jax.Array = eqx.field(default_factory=lambda: jnp.asarray(0.0))
 
     def init(self, y: Any, f_info_struct: Any) -> _Trust:
         """Nearly a Gauss-Newton step to begin with."""
-        return _Trust(jnp.asarray(SETTINGS.first_step), jnp.asarray(2.0))
+        return _Trust(jnp.asarray(SETTINGS.first_step), jnp.asarray(2.0), jnp.asarray(0))
 
     def step(self, first_step: Any, y: Any, y_eval: Any, f_info: Any, f_eval_info: Any, state: _Trust) -> Any:
         """The next step size, and whether the evaluated point is accepted."""
@@ -118,7 +123,9 @@ class NielsenSearch(optx.ClassicalTrustRegion):
         trusted = state.step_size / jnp.maximum(0.1, 1 - (2 * jnp.minimum(gain, 1.0) - 1) ** 3)
         grown = jnp.where(first_step, state.step_size, trusted)
         size = jnp.where(accept, grown, state.step_size / state.cut)
-        after = _Trust(jnp.minimum(size, 1e12), jnp.where(accept, 2.0, 2 * state.cut))
+        moved = first_step | (accept & (change < -self.noticeable * f_info.as_min()))
+        idle = jnp.where(moved, 0, state.idle + 1)
+        after = _Trust(jnp.minimum(size, 1e12), jnp.where(accept, 2.0, 2 * state.cut), idle)
         return after.step_size, accept, optx.RESULTS.successful, after
 
 
@@ -138,7 +145,8 @@ class BoxLevenbergMarquardt(optx.AbstractGaussNewton):
     It has converged where a hardly damped step promises to lower half the sum of squares by less than `rtol` of it and
     by less than `atol`: what is left to gain is then a tiny share of one standard error of every parameter. `look`, a
     flag that may vary from call to call, ends the search at its first point; `enough`, which may vary too, stands in
-    for `rtol` where it is larger.
+    for `rtol` where it is larger, and then a search ends too where some steps in a row gained less than that share
+    each: along a winding valley a step promises much, and holds little of it.
     """
 
     rtol: float
@@ -156,9 +164,9 @@ class BoxLevenbergMarquardt(optx.AbstractGaussNewton):
     ):  # fmt: skip
         self.rtol, self.atol, self.norm = rtol, atol, optx.max_norm
         self.descent = BoxDescent(lower, upper)
-        self.search = NielsenSearch()
-        self.verbose = lambda **_: None
         self.look, self.enough = jnp.asarray(look), jnp.asarray(enough)
+        self.search = NielsenSearch(noticeable=self.enough)
+        self.verbose = lambda **_: None
 
     def step(self, fn: Any, y: Any, args: Any, options: Any, state: Any, tags: Any) -> Any:
         """One evaluation, and the end of the search where nothing is left to gain."""
@@ -170,4 +178,5 @@ class BoxLevenbergMarquardt(optx.AbstractGaussNewton):
         least = jnp.maximum(self.rtol, self.enough) * cost + self.atol
         arrived = (promised >= 0) & (promised < least) & jnp.isfinite(cost)
         stuck = size < SETTINGS.stuck
-        return y, eqx.tree_at(lambda s: s.terminate, after, arrived | stuck | self.look), aux
+        crawls = (self.enough > 0) & (after.search_state.idle >= SETTINGS.patience)
+        return y, eqx.tree_at(lambda s: s.terminate, after, arrived | stuck | crawls | self.look), aux
