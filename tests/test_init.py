@@ -5,7 +5,7 @@ import json
 import numpy as np
 import pytest
 from click.testing import CliRunner
-from folders import isometric_columns, loop_columns, loop_csv, release_columns, table
+from folders import folder_of, isometric_columns, loop_columns, loop_csv, release_columns, table
 
 from fitting.cli.main import main
 from fitting.errors import InputError
@@ -149,3 +149,47 @@ def test_weights_that_are_hung_on_without_a_time_are_static_points(tmp_path):
     rows = [f"{mass},{p},{300 - 8 * p - 2 * mass:.1f},contraction" for mass in (1, 2, 5) for p in (1, 2, 3)]
     (tmp_path / "weights.csv").write_text("\n".join([heads, *rows]) + "\n")
     assert 'test = "static"' in muscle_file(tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("head", "said"),
+    [
+        ("Pressure abs [kPa]", '\npressure = "absolute"    # a guess'),
+        ("p_absolute [kPa]", '\npressure = "absolute"    # a guess'),
+        ("Absolutdruck [kPa]", '\npressure = "absolute"    # a guess'),
+        ("pressure of the absorber [kPa]", "\n# pressure"),
+    ],
+)
+def test_a_column_that_calls_itself_absolute_is_guessed_to_be(tmp_path, head, said):
+    """It was taken for a gauge's without a word, and an atmosphere was missing from every reading."""
+    columns = {head if name.startswith("pressure") else name: values for name, values in isometric_columns().items()}
+    (tmp_path / "isometric.csv").write_text(table(columns))
+    assert said in muscle_file(tmp_path)
+    csv = table(isometric_columns()).replace("pressure [kPa]", head)
+    called = f'columns = {{ pressure = "{head}" }}'
+    assert is_asked(tmp_path, csv, called) == said.startswith("\npressure")
+    assert not is_asked(tmp_path, csv, f'{called}\npressure = "gauge"')
+    assert not is_asked(tmp_path, csv, f'{called}\npressure = "absolute"')
+
+
+def is_asked(folder, csv, more):
+    """Whether it is asked of an isometric recording if its pressures are absolute."""
+    (recording,) = read_experiment(folder_of(folder, csv, test="isometric", more=more)).recordings
+    return any("is read as pressure above the atmosphere" in note for note in recording.notes)
+
+
+@pytest.mark.parametrize(("least", "said"), [(101, "vented once"), (5, "gauge is presumed\n"), (200, "presumed\n")])
+def test_a_gauge_that_never_reads_less_than_the_atmosphere_is_asked_about(tmp_path, least, said):
+    columns = isometric_columns()
+    columns["pressure [kPa]"] = np.maximum(columns["pressure [kPa]"], least)
+    (tmp_path / "isometric.csv").write_text(table(columns))
+    assert said in muscle_file(tmp_path)
+
+
+@pytest.mark.parametrize(("least", "name"), [(1.2, "displacement"), (150.0, "length")])
+def test_a_position_that_comes_near_0_is_no_length(tmp_path, least, name):
+    """A muscle of 180 mm cannot be 1 mm long: its 'position' was taken for its length, and the unit was doubted."""
+    columns = release_columns()
+    way = columns.pop("displacement [mm]")
+    (tmp_path / "quick_release.csv").write_text(table(columns | {"position (mm)": least + way}))
+    assert f'columns = {{ {name} = "position (mm)" }}' in muscle_file(tmp_path)

@@ -87,13 +87,15 @@ def test_a_sheet_of_notes_is_passed_by(tmp_path):
 
 
 def test_init_writes_a_recording_for_every_sheet(tmp_path):
-    (tmp_path / "monday.xlsx").write_bytes(workbook({"loops": rows_of(), "more loops": rows_of()}))
+    (tmp_path / "monday.xlsx").write_bytes(workbook({"loops": rows_of(), "more loops": changed(1, 3, 201.0)}))
     text = write_muscle_file(tmp_path).read_text()
     assert text.count('file = "monday.xlsx"') == 2
     assert 'sheet = "more loops"' in text
     text = re.sub(r'"\? (mm|deg)"', r'"20 \1"', text).replace('length = "20 mm"', 'length = "300 mm"')
     (tmp_path / "muscle.toml").write_text(text)
-    assert len(read_experiment(tmp_path).recordings) == 2
+    found = read_experiment(tmp_path).recordings
+    assert [each.file for each in found] == ["monday.xlsx, sheet loops", "monday.xlsx, sheet more loops"]
+    assert {each.stored_in for each in found} == {"monday.xlsx"}
 
 
 def test_the_value_that_was_kept_beside_a_formula_is_read(tmp_path):

@@ -79,7 +79,10 @@ def check_name(name: str, place: Path) -> None:
 def put(muscle: Identified, experiment: Experiment, model: Path, place: Path) -> Path:
     """Write the folder of a muscle whole: its data, its model, its record. InputError where one is there already."""
     check_name(muscle.name, place)
-    folder, files = place / muscle.name, ["muscle.toml", *dict.fromkeys(each.file for each in experiment.recordings)]
+    folder, files = (
+        place / muscle.name,
+        ["muscle.toml", *dict.fromkeys(each.stored_in for each in experiment.recordings)],
+    )
     for name in files:
         if Path(name).is_absolute() or ".." in Path(name).parts:
             cure = "move it beside muscle.toml, so that the folder can be sent to others"

@@ -22,7 +22,9 @@ def refuse_no_number(rows: np.ndarray, samples: Samples, experiments: Sequence[E
     if not len(bad):
         return
     at = int(bad[0])
-    files = [experiment.folder / recording.file for experiment in experiments for recording in experiment.recordings]
+    files = [
+        experiment.folder / recording.stored_in for experiment in experiments for recording in experiment.recordings
+    ]
     more = f" ({len(bad)} rows)" if len(bad) > 1 else ""
     raise InputError(
         f"the model gives no finite number{more}",

@@ -16,12 +16,14 @@ from fitting.recordings.accuracy import Accuracy
 from fitting.recordings.accuracy_table import ACCURATE, accuracy_of
 from fitting.recordings.again import runs_of
 from fitting.recordings.channel_errors import found_errors
+from fitting.recordings.constants import with_constants
 from fitting.recordings.gaps import gap_notes
 from fitting.recordings.kinds import INSIDE, is_recording
+from fitting.recordings.let_go import from_release, let_go_notes, stated_let_go
 from fitting.recordings.limits import TURNED_BY, slack_notes, with_limits
 from fitting.recordings.muscle_file import muscle_of, name_of, read_muscle, read_toml, source_of
 from fitting.recordings.noise import noise_of_inputs, one_load_cell
-from fitting.recordings.plausible import check_plausible, without_copies
+from fitting.recordings.plausible import absolute_notes, check_plausible, without_copies
 from fitting.recordings.readings import POSITIONS, read_runs, with_hung_load
 from fitting.recordings.records import FORCE_TESTS, TESTS, Experiment, Recording, Run
 from fitting.recordings.tables import COLUMNS, Table, read_table
@@ -33,7 +35,20 @@ __all__ = ["read_experiment", "read_muscle", "read_recording", "read_single"]
 MOST_NAMED = 8  # data sets in a message
 OWN_UNITS = ("set_pressure", "pressure", "length", "displacement", "force")  # columns that say what units people use
 SIGNS = {"force_sign": "pulling as negative", "position_sign": "lengthening as positive"}  # why each may be -1
-OPTIONS = ("file", "test", "noise", "columns", "units", "valid", "pressure", *SIGNS, "accuracy", *INSIDE)
+OPTIONS = (
+    "file",
+    "test",
+    "noise",
+    "columns",
+    "units",
+    "constant",
+    "valid",
+    "pressure",
+    "let_go",
+    *SIGNS,
+    "accuracy",
+    *INSIDE,
+)
 
 
 def read_experiment(folder: Path | str) -> Experiment:
@@ -128,12 +143,16 @@ def _read(path: Path, test: str, muscle: Muscle, options: dict[str, Any], name: 
     _check_options(options)
     accuracy = accuracy_of(options.get("accuracy"), test, float(muscle.length), _noise(options.get("noise"), test))
     inside = {key: options[key] for key in INSIDE if key in options}
-    table = with_hung_load(read_table(path, options.get("columns"), options.get("units"), inside), test)
+    table = read_table(path, options.get("columns"), options.get("units"), inside)
+    table = with_hung_load(with_constants(table, options.get("constant", {})), test)
     with showing.spoken(showing.own_units([_stated(table)])):  # what is wrong is said as the owner of the data would
         runs, notes, found = _checked_runs(table, test, muscle, options, accuracy)
     position = next(column for column in POSITIONS if column in table)
     noise = (accuracy.force if test in FORCE_TESTS else accuracy.position).noise
-    read = Recording(name, test, runs, noise, notes, position, _stated(table), accuracy=accuracy, found=found)
+    part = "".join(f", {option} {value}" for option, value in inside.items())
+    read = Recording(
+        name + part, test, runs, noise, notes, position, _stated(table), accuracy=accuracy, found=found, part=part
+    )
     if test == "static":
         read = replace(read, noise_of_inputs=noise_of_inputs(runs, accuracy, muscle))
     return read, table.raw
@@ -156,7 +175,11 @@ def _checked_runs(
     """The runs of a table, every reading checked; notes on what was set aside; and what the readings err by."""
     counts: Counter[str] = Counter()
     parts = read_runs(table, test, muscle, options, counts)
-    odd = check_plausible(parts, table, test, muscle, options)
+    begun: list[str] = []
+    if test == "quick release":
+        let_go = [from_release(part, stated_let_go(options.get("let_go"))) for part in parts]
+        begun, parts = let_go_notes(parts, let_go), let_go
+    odd = [*absolute_notes(table, options), *check_plausible(parts, table, test, muscle, options)]
     parts, runs, alone = runs_of(parts, test, muscle, stated)
     for run in runs:
         counts.update(run.without_weight)
@@ -166,7 +189,7 @@ def _checked_runs(
             f"no sample is left that carries weight: {why}", table.file, cure="widen `valid`, or record more"
         )
     told = (*_notes(counts, table, test, runs), *_smoothed(parts, runs, test))
-    notes = (*told, *odd, *alone, *gap_notes(parts, test), *slack_notes(runs, test))
+    notes = (*begun, *told, *odd, *alone, *gap_notes(parts, test), *slack_notes(runs, test))
     return runs, notes, found_errors(parts, test, float(muscle.length))
 
 
@@ -237,7 +260,8 @@ def _check_sign(key: str, value: Any) -> None:
 
 
 CHECKS: dict[str, Callable[[str, Any], None]] = {
-    "columns": _check_texts, "units": _check_texts, "valid": _check_table, "pressure": _check_pressure,
+    "columns": _check_texts, "units": _check_texts, "constant": _check_texts,
+    "valid": _check_table, "pressure": _check_pressure,
     **dict.fromkeys(SIGNS, _check_sign), **dict.fromkeys(INSIDE, _check_text),
 }  # fmt: skip
 

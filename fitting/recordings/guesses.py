@@ -8,8 +8,8 @@ import numpy as np
 
 from fitting.errors import InputError, nearest
 from fitting.recordings.kinds import parts_of, recordings_in
-from fitting.recordings.tables import COLUMNS, Table, plain_name, read_heads, read_table, split_head
-from fitting.units import PULL_OF_MASS, dimension, is_unit
+from fitting.recordings.tables import COLUMNS, Table, is_absolute, plain_name, read_heads, read_table, split_head
+from fitting.units import ATMOSPHERE, PULL_OF_MASS, dimension, is_unit
 
 # words in a header that betray what a column is, in English and in what loggers write
 WORDS = {
@@ -31,6 +31,8 @@ HUNG_LOADS = 20  # different readings of a load at most, where weights are hung 
 HELD_LENGTHS = 30  # different readings of the length at most, in an isometric test without noise
 SIGNED = ("displacement", "contraction")  # positions that have a sign
 RISES, HELD_PRESSURE = 0.8, 0.2  # correlation of force and such a position, share of the pressure it may change by
+VENTED, SWEPT = 0.9, ("isometric", "isotonic")  # atmospheres that a vented muscle reads at least; tests that may vent
+PLACED = 0.4  # of its largest reading: a position that comes nearer to 0 is no length of a muscle
 STRETCHES, STANDING = 50, 0.7  # of a recording; share of them in which an isometric test leaves the length as it was
 
 
@@ -66,6 +68,16 @@ class Guess:
         if np.ptp(np.quantile(pressure, [0.01, 0.99])) > HELD_PRESSURE * np.max(np.abs(pressure)):
             return 1  # where the pressure rises, the muscle may shorten against a spring
         return -1 if np.corrcoef(place, force)[0, 1] > RISES else 1
+
+    @property
+    def pressure(self) -> str:
+        """The line of muscle.toml that says whether pressures are a gauge's or absolute."""
+        if is_absolute((self.columns or {}).get("pressure", "")):
+            return 'pressure = "absolute"    # a guess: the column calls itself so; else "gauge"'
+        least = float(np.nanmin(self.readable["pressure"])) if self.readable and "pressure" in self.readable else 0.0
+        if VENTED * ATMOSPHERE < least < ATMOSPHERE / VENTED and self.test in SWEPT:
+            return '# pressure = "absolute"  # gauge is presumed; if the muscle was vented once, take the # away'
+        return '# pressure = "absolute"  # gauge is presumed'
 
     @property
     def name(self) -> str:
@@ -106,10 +118,28 @@ def _guess(path: Path, inside: dict[str, str]) -> Guess:
         units["force"] = any_units["force"] = weighed
     named = {name: head for name, head in called.items() if plain_name(head) != name}
     table, problem = _read(path, named, any_units, inside)
+    if table is not None and _is_no_length(table, called):
+        called["displacement"] = called.pop("length")
+        named = {name: head for name, head in called.items() if plain_name(head) != name}
+        units, any_units = (
+            {_MOVED.get(name, name): unit for name, unit in each.items()} for each in (units, any_units)
+        )
+        table, problem = _read(path, named, any_units, inside)
     if table is not None and table.has_stamps:
         units.pop("time", None)  # they need none
     test = _test(" ".join((path.stem, *inside.values())), table, set(called))
     return Guess(path, inside, test, called, units, unused, table, problem)
+
+
+_MOVED = {"length": "displacement"}
+
+
+def _is_no_length(table: Table, called: dict[str, str]) -> bool:
+    """Whether a 'position' cannot be a muscle's length, which shortens by half at most: it begins near 0."""
+    if "length" not in table or "length" in called.get("length", "").lower():
+        return False
+    place = table["length"][np.isfinite(table["length"])]
+    return len(place) > 0 and bool(np.min(place) < PLACED * np.max(place))
 
 
 def _columns(heads: list[str]) -> dict[str, str]:

@@ -17,7 +17,7 @@ from fitting.recordings.ideal import ideal_pull
 from fitting.recordings.readings import POSITIONS
 from fitting.recordings.records import FORCE_TESTS, Experiment, Recording, Run
 from fitting.recordings.settings import PLAUSIBLE
-from fitting.recordings.tables import Table
+from fitting.recordings.tables import Table, is_absolute
 from mckibben_jax.muscle import Muscle
 
 TINY_STROKE, LARGE_DROP = 0.005, 0.5  # a stroke of half a per cent does not take half of the force away
@@ -47,6 +47,17 @@ def check_plausible(
     else:
         _at_rest(used, table)
     return notes
+
+
+def absolute_notes(table: Table, options: Mapping[str, Any]) -> list[str]:
+    """A question about a column that calls itself absolute and is read as a gauge's."""
+    head = table.heads.get("pressure", "")
+    if "pressure" in options or not is_absolute(head):
+        return []
+    return [
+        f"the column {head!r} is read as pressure above the atmosphere (gauge): if it is absolute, as it is called, "
+        'write pressure = "absolute" in its [[recording]]; if not, write pressure = "gauge"'
+    ]
 
 
 def _forces(part: Run) -> np.ndarray:
@@ -235,7 +246,7 @@ def without_copies(experiment: Experiment) -> Experiment:
         if not any(run.weight.any() for run in runs):
             problem = f"{[*copies.values()][-1]}: it has no weight, and so is all that this recording holds"
             cure = "leave one of the two [[recording]] out"
-            raise InputError(problem, experiment.folder / recording.file, cure=cure)
+            raise InputError(problem, experiment.folder / recording.stored_in, cure=cure)
         notes = (*recording.notes, *(f"{copy}: it has no weight" for copy in copies.values()))
         recordings.append(replace(recording, runs=runs, notes=notes))
     return replace(experiment, recordings=tuple(recordings))

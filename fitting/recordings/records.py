@@ -118,9 +118,9 @@ class Run:
 
 @dataclass(frozen=True)
 class Recording:
-    """One file: runs of one kind of test, measured in one unit."""
+    """One file, or one part of it: runs of one kind of test, measured in one unit."""
 
-    file: str
+    file: str  # with the part of it that was read
     test: str
     runs: tuple[Run, ...]
     noise: float | None  # standard deviation of one reading, N or m; None: the readings themselves tell it
@@ -131,6 +131,12 @@ class Recording:
     accuracy: Accuracy = NOTHING_STATED  # as muscle.toml states it; `presumed.allowed` fills what is missing
     found: Accuracy = NOTHING_STATED  # noise and resolution of its channels, as their readings show them
     noise_of_inputs: float = 0.0  # N, that stated errors of pressure and position add to a point of a static map
+    part: str = ""  # how `file` ends where a part of one is meant: ", sheet Monday"
+
+    @property
+    def stored_in(self) -> str:
+        """The file on disk, relative to the folder."""
+        return self.file.removesuffix(self.part)
 
     @property
     def unit(self) -> str:

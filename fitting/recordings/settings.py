@@ -122,6 +122,20 @@ class InverseDynamicsSettings:
 
 
 @dataclass(frozen=True)
+class ReleaseSettings:
+    """When a muscle is let go."""
+
+    fewest: int = 6  # readings; chosen
+    resting: int = 4  # readings at the beginning, from which the way is counted; chosen
+    beyond_noise: float = 5.0  # times the noise of a position: a way that is one; chosen
+    least: float = 0.005  # of the largest way, from which the beginning of the motion is carried back; chosen
+    most: float = 0.1  # of the largest way, up to which; chosen
+    apart: float = 0.01  # s from time 0 below which nobody began to read at another time; chosen
+    readings_apart: float = 4.0  # the same in sampling intervals; chosen
+    named: int = 6  # runs in a note; chosen
+
+
+@dataclass(frozen=True)
 class CycleSettings:
     """Runs cut into cycles."""
 
@@ -134,3 +148,4 @@ class CycleSettings:
 TABLES, SIGNALS, JUMPS = TableSettings(), MotionSignalSettings(), JumpSettings()
 PLAUSIBLE, DYNAMICS, CYCLES = PlausibleSettings(), InverseDynamicsSettings(), CycleSettings()
 ACCURACY, SPIKES, GAPS, CUT_SHORT = AccuracySettings(), SpikeSettings(), GapSettings(), CutShortSettings()
+RELEASES = ReleaseSettings()

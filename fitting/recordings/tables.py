@@ -22,6 +22,7 @@ COLUMNS = {"run": None, "time": "s", "pressure": "Pa", "set_pressure": "Pa", "co
            "displacement": "m", "force": "N", "load": "load", "branch": None}  # fmt: skip
 USUAL = {"s": "s", "Pa": "kPa", "1": "1", "m": "mm", "N": "N", "load": "kg"}  # what such a column is mostly given in
 OPTIONAL = ("run", "branch", "set_pressure")
+_ABSOLUTE = re.compile(r"\babs(olut\w*)?\b|\babsolut")
 _HEADER = re.compile(r"^(.*?)\s*(?:\[([^\]]*)\]|\(([^)]*)\))?$", re.DOTALL)
 
 
@@ -65,6 +66,11 @@ class Table:
     def error(self, problem: str, at: int, column: str, value: Any = None, cure: str = "") -> InputError:
         """An error about one cell: `at` counts rows of the table."""
         return InputError(problem, self.file, int(self.row[at]), self.heads.get(column, column), value, cure)
+
+
+def is_absolute(head: str) -> bool:
+    """Whether the head of a column of pressures says that they are absolute: 'p_abs [bar]', 'Absolutdruck'."""
+    return bool(_ABSOLUTE.search(head.lower().replace("_", " ")))
 
 
 def read_table(

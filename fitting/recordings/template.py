@@ -6,9 +6,10 @@ from pathlib import Path
 
 from fitting.errors import InputError
 from fitting.recordings.accuracy_template import accuracy_lines
-from fitting.recordings.guesses import Guess, guesses_of
+from fitting.recordings.guesses import SIGNED, Guess, guesses_of
 from fitting.recordings.kinds import recordings_in
 from fitting.recordings.muscle_file import REQUIRED
+from fitting.recordings.readings import POSITIONS
 from fitting.recordings.records import TESTS
 from fitting.showing import shown_in
 from fitting.writing import FULL, refused, text_replaced
@@ -96,17 +97,19 @@ def _recording_lines(guess: Guess) -> Iterator[str]:
     yield f'test = "{guess.test}"   # a guess: {", ".join(TESTS)}'
     if guess.named:
         yield f"columns = {_table(guess.named)}   # a guess"
+    if guess.columns and not {*POSITIONS} & {*guess.columns}:
+        yield 'constant = { length = "? mm" }   # no column says how long the muscle was; was it held at one length?'
     if guess.units:
         yield f"units = {_table(guess.units)}"
     if guess.unused:
         named = ", ".join(_quoted(head) for head in guess.unused)
         yield f"# not used: {named}; if one is needed, name it in `columns`"
     yield '# noise = "0.5 N"        # standard deviation of one reading, if known'
-    yield '# pressure = "absolute"  # gauge is presumed'
+    yield guess.pressure
     yield "# force_sign = -1        # where the rig counts pulling as negative"
     if guess.position_sign < 0:
         yield "position_sign = -1       # a guess: the force rises with this reading, so that lengthening is positive"
-    elif "length" not in (guess.columns or {}):
+    elif {*SIGNED} & {*(guess.columns or {})}:
         yield "# position_sign = -1     # where the rig counts lengthening as positive, as an extension"
     yield from accuracy_lines(guess.readable, guess.test, guess.columns or {})
 
