@@ -88,8 +88,18 @@ def test_the_verdict_names_a_few_effects_of_which_too_little_shows_and_open_name
     d = dataclasses.replace(d, why=why, faint=(), effects=d.effects | faint)
     words = " ".join(as_text(diagnosis_report(d)).split())
     assert ("effect_3 and 1 more." in words) == (many == 5)
-    assert "OPEN effect_0 below 6.1 N" in words
-    assert words.count(f"effect_{many - 1} below 6.1 N") == 1
+    said = "effect_0 below 6.1 N" if many == 1 else "effect_0, effect_1, effect_2, effect_3, effect_4 each below 6.1 N"
+    assert f"OPEN {said}" in words
+    assert words.count("below 6.1 N") == 1
+
+
+def test_an_error_of_the_same_kind_in_several_recordings_is_said_once(diagnosis):
+    """Each recording has a zero of its own: three of them filled three lines."""
+    within = seen_through(diagnosis, Verdict.WITHIN_INSTRUMENTS)
+    again = tuple(dataclasses.replace(each, found=0.9 * each.found) for each in within.instruments)
+    said = explaining_text(dataclasses.replace(within, instruments=(*within.instruments, *again)))
+    assert "is off by 0.45 kPa (known to 0.5 kPa), and likewise in 1 recording more." in said
+    assert "(known to 0.1 %), and likewise in 1 recording more. Check this first." in said
 
 
 def test_limits_of_one_step_stand_together_under_the_largest(diagnosis):

@@ -130,9 +130,17 @@ def explaining_text(d: Diagnosis) -> str:
 
 
 def _phrases(errors: Sequence[InstrumentAnswer]) -> str:
-    return "; ".join(
-        f"{error_text(each.source, each.found)} ({_known_to(each.source)})" for each in errors[:MOST_NAMED]
-    )
+    """What some errors seem to be; one of the same kind in several recordings is said once, with the first of them."""
+    alike: dict[tuple[Channel | None, ErrorKind], list[InstrumentAnswer]] = {}
+    for each in errors:
+        alike.setdefault((each.source.channel, each.source.kind), []).append(each)
+    return "; ".join(_phrase(each) for each in [*alike.values()][:MOST_NAMED])
+
+
+def _phrase(alike: Sequence[InstrumentAnswer]) -> str:
+    first = alike[0]
+    more = f", and likewise in {showing.counted(len(alike) - 1, 'recording')} more" if len(alike) > 1 else ""
+    return f"{error_text(first.source, first.found)} ({_known_to(first.source)}){more}"
 
 
 def instrument_texts(d: Diagnosis) -> list[str]:

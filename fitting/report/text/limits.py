@@ -7,7 +7,7 @@ from fitting import showing
 from fitting.diagnosis.outcomes import NOTHING_MISSING, Reason, Verdict
 from fitting.diagnosis.record import Diagnosis
 from fitting.report.text.amounts import amount
-from fitting.report.text.names import mark
+from fitting.report.text.names import listed
 
 STEPS = (1, 2, 5, 10)  # of a limit, within a power of ten: finer ones say no more to a reader
 SEEN = "Each of these would have been seen, had it left at least this RMS error after the fit"
@@ -35,10 +35,19 @@ def open_text(d: Diagnosis, unit: str = "N") -> str | None:
     faint = _limits(d, d.why.names if undecided and d.why else d.faint)
     if not faint or not (undecided or d.verdict in NOTHING_MISSING):
         return None
-    named = ", ".join(f"{mark(name)} below {amount(limit, unit, 2)}" for limit, name in faint)
+    alike: dict[str, list[str]] = {}
+    for limit, name in faint:
+        alike.setdefault(amount(limit, unit, 2), []).append(name)
+    named = ", ".join(_below(names, limit) for limit, names in alike.items())
     # with exact instruments none of these could hide, or the verdict were inconclusive
     hidden = f"Errors of the instruments within their accuracy could hide {'them' if len(faint) > 1 else 'it'}."
     return f"{named}. {hidden}" if d.verdict == Verdict.NOTHING else f"{named}."
+
+
+def _below(names: Sequence[str], limit: str) -> str:
+    """Effects that are seen from the same size on: the size is said once, and identifiers alone where they are many."""
+    each = "each " if len(names) > 1 else ""
+    return f"{listed(names)} {each}below {limit}"
 
 
 def _limits(d: Diagnosis, names: Sequence[str]) -> list[tuple[float, str]]:
