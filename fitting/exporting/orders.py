@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from fitting import showing, units
+from fitting import full_names, showing, units
 from fitting.errors import InputError
 from fitting.exporting.export import DRAWN, check_place, export, grid
 from fitting.exporting.force_error import ForceError, unknown_error
@@ -17,10 +17,12 @@ from fitting.exporting.table import free_contraction, guessed_rows, table, write
 from fitting.least_squares.force_band import ForceBand
 from fitting.library.library import library
 from fitting.model_files.model_file import read_model
+from fitting.problem.estimate import ParameterState
 from fitting.recordings.settings import TABLES
 from fitting.study.stored_model import stored_model
 from mckibben_jax.effect import INSTRUMENT
 from mckibben_jax.model import Model
+from mckibben_jax.parameter import parameters
 
 WORDS = {
     "python": "in plain numpy", "c": "in C99", "fmu": "as an FMU, compiled for this machine",
@@ -58,22 +60,21 @@ def export_of(given: dict[str, Any]) -> Exported:
     check_place(file, form)
     whole = without(whole, given["without"])
     told = _told(given)
+    beware = (*_read_only(whole), *_unmeasured(given, whole))
     result = {"file": str(file), "form": form, "effects": list(whole.names), **_result_of(told)}
     use, words = _use(form, file), f"{' + '.join(whole.names)} {WORDS.get(form, '')}".strip()
     if form != "table":
         export(whole, file, source=str(source), told=told, form=form)
         float_too = f", float with -D{file.stem.upper()}_FLOAT" if form == "c" else ""
         drawn = "" if told.draws is None else f", with {len(told.draws.values):,} draws of its parameters"
-        return Exported(file, result | {"use": use}, words + float_too + drawn, told.error.bands, _read_only(whole))
+        return Exported(file, result | {"use": use}, words + float_too + drawn, told.error.bands, beware)
     contractions, pressures = _ends_of_table(whole, given)
     points = _counts(given["points"])
     rows = table(whole, grid(whole, contractions, pressures, points))
     write_table(file, rows, str(source), told.error)
     guessed = guessed_rows(rows, told.error.reach)
     result |= {"use": use, "rows": guessed.rows, "rows_beyond": guessed.beyond, "rows_below_zero": guessed.pushing}
-    return Exported(
-        file, result, f"{guessed.rows:,} rows, {words}", told.error.bands, (*_read_only(whole), *guessed.texts)
-    )
+    return Exported(file, result, f"{guessed.rows:,} rows, {words}", told.error.bands, (*beware, *guessed.texts))
 
 
 def _read_only(whole: Model) -> tuple[str, ...]:
@@ -82,6 +83,29 @@ def _read_only(whole: Model) -> tuple[str, ...]:
     left_out = " ".join(f"--without {name}" for name in names)
     told = "The model tells what the instruments read, not what the muscle does alone"
     return (f"{told}: {left_out} leaves out what belongs to them.",) if names else ()
+
+
+def _unmeasured(given: dict[str, Any], whole: Model) -> tuple[str, ...]:
+    """Values of effects that were to be fitted and that the data did not tell: what is written is where they began."""
+    stored = read_model(given["model"], library(given["effect_file"]))
+    held = [name for name, state in stored.states.items() if state is ParameterState.HELD]
+    names = dict.fromkeys(full_names.common(name) for name in held)
+    texts = [f"{name} = {_value_of(whole, name)}" for name in names if full_names.owner_of(name) in whole.names]
+    if not texts:
+        return ()
+    these = "this value" if len(texts) == 1 else "these values"
+    return (
+        f"The data that the model was fitted to do not tell {these}, which only began there: {', '.join(texts)}. Write "
+        "what you know of it into the model file, or leave its effect out (--without).",
+    )
+
+
+def _value_of(whole: Model, name: str) -> str:
+    """A parameter's value as people read it."""
+    owner = full_names.owner_of(name)
+    effect = whole.effects[whole.names.index(owner)]
+    (its,) = [each for each in parameters(effect) if f"{owner}.{each.name}" == name]
+    return showing.show(float(getattr(effect, its.name)), its.unit, digits=3)
 
 
 def _use(form: str, file: Path) -> str:
