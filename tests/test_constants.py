@@ -41,6 +41,7 @@ def test_a_load_that_hangs_on_needs_no_column(tmp_path):
         ('constant = { force = "3 N" }', "force"),
         ('constant = { lenght = "270 mm" }', "did you mean 'length'"),
         ('constant = { length = "270 mm", displacement = "30 mm" }', "the same twice"),
+        ('constant = { load = "3 kg", length = "270 mm" }', "no load counts"),
         ('constant = { pressure = "3 bar", length = "270 mm" }', "state it once"),
     ],
 )
@@ -60,5 +61,8 @@ def test_a_column_and_a_constant_are_not_both_taken(tmp_path):
 def test_init_asks_for_the_length_where_no_column_tells_it(tmp_path):
     (tmp_path / "isometric.csv").write_text(table(of_one_length()))
     assert 'constant = { length = "? mm" }' in muscle_file(tmp_path)
+    (tmp_path / "isometric.csv").rename(tmp_path / "hose of 270 mm.csv")
+    assert 'test = "isometric"' in muscle_file(tmp_path)  # what moves is recorded
+    (tmp_path / "hose of 270 mm.csv").unlink()
     (tmp_path / "isometric.csv").write_text(table(isometric_columns()))
     assert "constant = " not in muscle_file(tmp_path)

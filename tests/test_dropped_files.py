@@ -47,6 +47,16 @@ def test_dropped_files_are_described_column_by_column(tmp_path):
     assert run.contraction.max() == pytest.approx(0.1)
 
 
+def test_what_init_guesses_beside_the_columns_is_written_too(tmp_path):
+    """A gauge that calls itself absolute was read as one that does not."""
+    dropping.keep([("odd.csv", ODD.replace("druck", "druck abs").encode())], tmp_path)
+    found = dropping.guess(tmp_path)
+    forms.describe(found, "Odd", forms.Filled(MUSCLE, {"odd.csv": "loop"}, {"odd.csv": COLUMNS}))
+    (entry,) = tomllib.loads((tmp_path / "muscle.toml").read_text())["recording"]
+    assert entry["pressure"] == "absolute"
+    assert found.tests == {"odd.csv": "loop"}  # the position is a column that nobody knows
+
+
 @pytest.fixture
 def odd(tmp_path):
     """A dropped file that lacks a muscle.toml."""

@@ -274,15 +274,15 @@ def test_a_value_that_no_data_told_is_said(tmp_path):
         '[[effect]]\nname = "creep"\nK1 = {{value = "2 kN/m", state = "{}"}}\ntau = {{value = "3 s", state = "held"}}\n'
     )
     for state, left_out, said in (
-        ("fitted", (), "do not tell this value, which only began there: creep.tau = 3 s."),
-        ("held", (), "do not tell these values, which only began there: creep.K1 = 2 N/mm, creep.tau = 3 s."),
+        ("fitted", (), "this value, which is the starting value of the fit: creep.tau = 3 s."),
+        ("held", (), "these values, which are starting values of the fit: creep.K1 = 2 N/mm, creep.tau = 3 s."),
         ("held", ("--without", "creep"), ""),
     ):
         out = tmp_path / f"{state}{len(left_out)}.h"
         told = exported(tmp_path, "--to", "c", "--out", str(out), *left_out, more=creeps.format(state))
         assert told.exit_code == 0, told.output
         words = " ".join(told.output.split())
-        assert ("do not tell" in words) is bool(said)
+        assert ("do not determine" in words) is bool(said)
         assert said in words
 
 

@@ -341,6 +341,20 @@ def test_a_model_of_several_data_sets_is_exported_for_each_of_them(two, tmp_path
     assert first.force(0.1, 3e5, 1) == pytest.approx(pulls["one"], rel=1e-12)
 
 
+def test_only_the_data_set_that_is_exported_is_asked_what_it_tells(two, tmp_path):
+    """The friction of the other set alone is where its fit began."""
+    one, _ = two
+    text = (one / "model.toml").read_text()
+    lines = [re.sub('"fitted"', '"held"', line) if "f_s@other" in line else line for line in text.splitlines()]
+    file = tmp_path / "model.toml"
+    file.write_text("\n".join(lines))
+    assert "held" in file.read_text()
+    for name in ("one", "other"):
+        done = run("export", file, "--to", "c", "--of", name, "--out", tmp_path / f"{name}.h")
+        assert done.exit_code == 0, done.output
+        assert ("The data do not determine" in " ".join(done.output.split())) == (name == "other")
+
+
 def test_the_other_data_sets_of_a_model_are_asked_for(two, tmp_path):
     one, _ = two
     _, told = exported(one, tmp_path)

@@ -157,7 +157,10 @@ def test_weights_that_are_hung_on_without_a_time_are_static_points(tmp_path):
         ("Pressure abs [kPa]", '\npressure = "absolute"    # a guess'),
         ("p_absolute [kPa]", '\npressure = "absolute"    # a guess'),
         ("Absolutdruck [kPa]", '\npressure = "absolute"    # a guess'),
+        ("pAbs [kPa]", '\npressure = "absolute"    # a guess'),
         ("pressure of the absorber [kPa]", "\n# pressure"),
+        ("abs(p) pressure [kPa]", "\n# pressure"),
+        ("pressure (not absolute) [kPa]", "\n# pressure"),
     ],
 )
 def test_a_column_that_calls_itself_absolute_is_guessed_to_be(tmp_path, head, said):

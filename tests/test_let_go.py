@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from folders import folder_of, only_run, table
+from folders import folder_of, loop_csv, only_run, table
 
 from fitting.errors import InputError
 from fitting.recordings.let_go import let_go_at
@@ -35,6 +35,38 @@ def test_the_moment_is_found_to_a_fraction_of_a_sampling_interval(way, let_go, s
 def test_a_time_that_is_0_where_the_muscle_is_let_go_is_left_alone(way, shift, noise):
     time, moved = readings(way, shift, noise)
     assert let_go_at(time - shift, moved / 0.18) == 0.0
+
+
+@pytest.mark.parametrize("rate", [100, 500, 2000])
+@pytest.mark.parametrize(("stroke", "noise"), [(0.02, 2e-4), (0.06, 2e-4), (0.06, 5e-5)])
+def test_noise_moves_no_moment_that_is_right(rate, stroke, noise):
+    """Readings from time 0 or from before on; a release that is recorded at 0 is left there whatever the seed."""
+    random = np.random.default_rng(1)
+    for begin in (0.0, -0.2):
+        time = np.arange(begin, 0.6, 1 / rate)
+        way = stroke * (1 - np.cos(12 * np.maximum(time, 0))) / 2
+        moved = [let_go_at(time, (way + random.normal(0, noise, len(time))) / 0.18) for _ in range(40)]
+        assert np.count_nonzero(moved) == 0, (begin, moved)
+
+
+@pytest.mark.parametrize("drift", [2e-4, 4e-4, 2e-3])
+def test_a_drift_before_it_is_let_go_moves_nothing(drift):
+    time = np.arange(-0.5, 0.6, 1 / RATE)
+    way = WAYS["damped"](np.maximum(time, 0)) + drift * np.minimum(time, 0) / 0.5
+    way = way + np.random.default_rng(0).normal(0, 2e-5, len(time))
+    assert let_go_at(time, way / 0.18) == 0.0
+
+
+def test_a_fault_of_the_sensor_is_no_motion():
+    time, moved = readings("damped", 0.5)
+    moved[100] += 0.02
+    assert let_go_at(time - 0.5, moved / 0.18) == 0.0
+    assert let_go_at(time, moved / 0.18) == pytest.approx(0.5, abs=0.75 / RATE)
+
+
+def test_readings_that_begin_in_the_motion_tell_no_moment():
+    time, moved = readings("damped", 0.0)
+    assert let_go_at(time[10:], moved[10:] / 0.18) == 0.0
 
 
 def test_a_muscle_that_never_moves_is_left_alone():
@@ -70,3 +102,12 @@ def test_a_stated_moment_is_taken_as_it_is(tmp_path):
         only_run(folder_of(tmp_path, release(0.1), test="quick release", more='let_go = "3 mm"'))
     with pytest.raises(InputError, match="let_go"):
         only_run(folder_of(tmp_path, release(0.1), test="quick release", more="let_go = true"))
+    with pytest.raises(InputError, match="leave let_go out"):
+        only_run(folder_of(tmp_path, loop_csv(), more='let_go = "0.1 s"'))
+
+
+def test_empty_cells_before_the_motion_are_no_rest(tmp_path):
+    rows = release(0.0).splitlines()
+    emptied = [",".join([*row.split(",")[:2], "", row.split(",")[3]]) for row in rows[1:26]]
+    _, run = only_run(folder_of(tmp_path, "\n".join([rows[0], *emptied, *rows[26:]]) + "\n", test="quick release"))
+    assert run.time[0] == 0.0

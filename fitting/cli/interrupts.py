@@ -5,7 +5,7 @@ import os
 import signal
 import socket
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, nullcontext
 from threading import Thread, Timer, current_thread, main_thread
 from typing import NoReturn
@@ -54,15 +54,18 @@ def interruptible() -> Iterator[None]:
     in_main_thread = current_thread() is main_thread()
     ended = signal.signal(signal.SIGTERM, terminated) if in_main_thread else None
 
+    again = list[int]()  # signals that are sent again here, which nobody has sent twice
+
     def raised(found: "sys.UnraisableHookArgs") -> None:
         if issubclass(found.exc_type, KeyboardInterrupt):
+            again.append(came)
             Timer(AGAIN, os.kill, (os.getpid(), came)).start()
         else:
             before(found)
 
     sys.unraisablehook = raised
     try:
-        with _ended_at_last() if in_main_thread else nullcontext():
+        with _ended_at_last(again) if in_main_thread else nullcontext():
             yield
     finally:
         sys.unraisablehook = before
@@ -72,18 +75,18 @@ def interruptible() -> Iterator[None]:
 
 
 @contextmanager
-def _ended_at_last() -> Iterator[None]:
+def _ended_at_last(again: Sequence[int]) -> Iterator[None]:
     """End a command that was told to, `GRACE` after a signal to terminate or a second Ctrl-C, wherever it stands.
 
     Python calls what handles a signal between two of its own steps: never, while compiled code does not return. A byte
-    is written here at once, and a thread of its own reads it.
+    is written here at once, and a thread of its own reads it. Signals that were sent `again` do not count.
     """
     heard, told = socket.socketpair()
     told.setblocking(False)
     before = signal.set_wakeup_fd(told.fileno(), warn_on_full_buffer=False)
     last = Timer(GRACE, _end)
     last.daemon = True
-    Thread(target=_wait_for_the_end, args=(heard, last), daemon=True).start()
+    Thread(target=_wait_for_the_end, args=(heard, last, again), daemon=True).start()
     try:
         yield
     finally:
@@ -92,12 +95,12 @@ def _ended_at_last() -> Iterator[None]:
         last.cancel()
 
 
-def _wait_for_the_end(heard: socket.socket, last: Timer) -> None:
+def _wait_for_the_end(heard: socket.socket, last: Timer, again: Sequence[int]) -> None:
     """Start `last` with the first signal to terminate or the second Ctrl-C."""
     ends, interrupted = False, 0
     while number := heard.recv(1):
         interrupted += number[0] == signal.SIGINT
-        if not ends and (number[0] == signal.SIGTERM or interrupted > 1):
+        if not ends and (number[0] == signal.SIGTERM or interrupted - len(again) > 1):
             ends = True
             last.start()
     heard.close()

@@ -59,7 +59,7 @@ class FitSettings:
     further: int = 2  # searches of a model alone behind the first, until one has converged; chosen
     searches: int = 6  # one after another, of what every set begins at; measured: a hose with creep needs 4; chosen
     screened: float = 1e-4  # of the sum of squares: a step that promises less ends a search among many; chosen
-    decided: float = 1e-5  # the same where the data are asked whether they hold what ends at its bound; measured
+    decided: float = 1e-5  # the same of sets that are to be decided, and where data are asked what they hold; chosen
     inside: float = 0.1  # share of a range, where a parameter is tried that ended at the end of it; chosen
     undecided: float = 2.0  # times the mean square, of half the sum of squares: two standard errors; derived
     surely: float = 30.0  # times as much to first order: no refit is needed; 4 of 283 decided otherwise (20 mm hose)

@@ -240,7 +240,8 @@ class Universe:
     ) -> list[CandidateFit]:
         """Fit many sets, two at a time; arguments as of `fit`.
 
-        Unless they are to `decide`, they are candidates of which few will matter: their searches end sooner.
+        Their searches end where little is left to gain, and sooner unless they are to `decide`: of other candidates few
+        will matter.
         """
         enough = self.settings.decided if decide else self.settings.screened
         return at_once(self.settings.workers, lambda job: self.fit(*job, decide=decide, enough=enough), sets)

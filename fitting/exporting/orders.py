@@ -20,7 +20,7 @@ from fitting.model_files.model_file import read_model
 from fitting.problem.estimate import ParameterState
 from fitting.recordings.settings import TABLES
 from fitting.study.stored_model import stored_model
-from mckibben_jax.effect import INSTRUMENT
+from mckibben_jax.effect import INSTRUMENT, name_of
 from mckibben_jax.model import Model
 from mckibben_jax.parameter import parameters
 
@@ -88,15 +88,18 @@ def _read_only(whole: Model) -> tuple[str, ...]:
 def _unmeasured(given: dict[str, Any], whole: Model) -> tuple[str, ...]:
     """Values of effects that were to be fitted and that the data did not tell: what is written is where they began."""
     stored = read_model(given["model"], library(given["effect_file"]))
-    held = [name for name, state in stored.states.items() if state is ParameterState.HELD]
-    names = dict.fromkeys(full_names.common(name) for name in held)
-    texts = [f"{name} = {_value_of(whole, name)}" for name in names if full_names.owner_of(name) in whole.names]
+    dataset = stored.called(given["of"] or stored.name)
+    texts = []
+    for effect in whole.effects:
+        for name in (f"{name_of(effect)}.{its.name}" for its in parameters(effect)):
+            state = stored.states.get(full_names.of_set(name, dataset), stored.states.get(name))
+            texts += [f"{name} = {_value_of(whole, name)}"] if state is ParameterState.HELD else []
     if not texts:
         return ()
-    these = "this value" if len(texts) == 1 else "these values"
+    these = "this value, which is the starting value" if len(texts) == 1 else "these values, which are starting values"
     return (
-        f"The data that the model was fitted to do not tell {these}, which only began there: {', '.join(texts)}. Write "
-        "what you know of it into the model file, or leave its effect out (--without).",
+        f"The data do not determine {these} of the fit: {', '.join(texts)}. If you know better, write that into the "
+        'model file with state = "fixed", or leave the effect out (--without).',
     )
 
 

@@ -8,17 +8,21 @@ import numpy as np
 
 from fitting import units
 from fitting.errors import InputError, concerning, unknown_name
+from fitting.recordings.records import FORCE_TESTS
 from fitting.recordings.tables import COLUMNS, Table
 
 CONSTANT = ("pressure", "contraction", "length", "displacement", "load")  # a force that is the same says nothing
 
 
-def with_constants(table: Table, stated: Mapping[str, Any]) -> Table:
+def with_constants(table: Table, stated: Mapping[str, Any], test: str) -> Table:
     """The table with a column for each constant `stated`, as in constant = { length = "160 mm" }."""
     for name, text in stated.items():
         with concerning("constant"):
             if name not in CONSTANT:
                 raise unknown_name("column in constant:", name, CONSTANT)
+            if name == "load" and test in FORCE_TESTS and (test != "static" or "force" in table):
+                problem = f"constant: no load counts in a '{test}' recording, which measures the force"
+                raise InputError(problem, value=text, cure="leave it out")
             if name in table:
                 problem = f"constant: the recording has a column {table.heads[name]!r} for {name}"
                 raise InputError(problem, value=text, cure="state it once: leave it out of constant")

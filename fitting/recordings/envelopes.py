@@ -25,4 +25,4 @@ def _one(parts: Sequence[Recording]) -> Recording:
         return first
     runs = tuple(chain.from_iterable(each.runs for each in parts))
     notes = tuple(dict.fromkeys(chain.from_iterable(each.notes for each in parts)))
-    return replace(first, file=", ".join(each.file for each in parts), runs=runs, notes=notes)
+    return replace(first, file=", ".join(each.file for each in parts), part="", runs=runs, notes=notes)

@@ -144,7 +144,7 @@ def _read(path: Path, test: str, muscle: Muscle, options: dict[str, Any], name: 
     accuracy = accuracy_of(options.get("accuracy"), test, float(muscle.length), _noise(options.get("noise"), test))
     inside = {key: options[key] for key in INSIDE if key in options}
     table = read_table(path, options.get("columns"), options.get("units"), inside)
-    table = with_hung_load(with_constants(table, options.get("constant", {})), test)
+    table = with_hung_load(with_constants(table, options.get("constant", {}), test), test)
     with showing.spoken(showing.own_units([_stated(table)])):  # what is wrong is said as the owner of the data would
         runs, notes, found = _checked_runs(table, test, muscle, options, accuracy)
     position = next(column for column in POSITIONS if column in table)
@@ -175,9 +175,9 @@ def _checked_runs(
     """The runs of a table, every reading checked; notes on what was set aside; and what the readings err by."""
     counts: Counter[str] = Counter()
     parts = read_runs(table, test, muscle, options, counts)
-    begun: list[str] = []
+    begun, moment = list[str](), stated_let_go(options.get("let_go"), test)
     if test == "quick release":
-        let_go = [from_release(part, stated_let_go(options.get("let_go"))) for part in parts]
+        let_go = [from_release(part, moment) for part in parts]
         begun, parts = let_go_notes(parts, let_go), let_go
     odd = [*absolute_notes(table, options), *check_plausible(parts, table, test, muscle, options)]
     parts, runs, alone = runs_of(parts, test, muscle, stated)

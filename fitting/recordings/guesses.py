@@ -127,7 +127,7 @@ def _guess(path: Path, inside: dict[str, str]) -> Guess:
         table, problem = _read(path, named, any_units, inside)
     if table is not None and table.has_stamps:
         units.pop("time", None)  # they need none
-    test = _test(" ".join((path.stem, *inside.values())), table, set(called))
+    test = _test(" ".join((path.stem, *inside.values())), table, set(called), bool(unused))
     return Guess(path, inside, test, called, units, unused, table, problem)
 
 
@@ -196,7 +196,7 @@ def _has_unit_of(head: str, si: str) -> bool:
     return bool(unit) and is_unit(unit) and dimension(unit) == dimension(si)
 
 
-def _test(name: str, table: Table | None, names: set[str]) -> str:
+def _test(name: str, table: Table | None, names: set[str], more: bool) -> str:
     """The kind of test: by the name of file or sheet, by the columns, by whether the length moves."""
     words = name.lower().replace("_", " ")
     for word, test in FILE_WORDS:
@@ -206,6 +206,8 @@ def _test(name: str, table: Table | None, names: set[str]) -> str:
         return "step" if "set_pressure" in names else "isotonic" if "time" in names else "static"
     if "time" not in names:
         return "static"
+    if table is not None and not more and not names & {"contraction", "length", "displacement"}:
+        return "isometric"  # whoever lets the length move records it; it may be one of the columns that nobody knows
     return "isometric" if table is not None and _length_is_held(table) else "loop"
 
 

@@ -13,6 +13,7 @@ import numpy as np
 
 from fitting import showing
 from fitting.errors import InputError, alike
+from fitting.recordings.checks import PRESSURES
 from fitting.recordings.ideal import ideal_pull
 from fitting.recordings.readings import POSITIONS
 from fitting.recordings.records import FORCE_TESTS, Experiment, Recording, Run
@@ -51,12 +52,14 @@ def check_plausible(
 
 def absolute_notes(table: Table, options: Mapping[str, Any]) -> list[str]:
     """A question about a column that calls itself absolute and is read as a gauge's."""
-    head = table.heads.get("pressure", "")
-    if "pressure" in options or not is_absolute(head):
+    heads = [table.heads[name] for name in PRESSURES if name in table.heads]
+    if "pressure" in options:
         return []
     return [
         f"the column {head!r} is read as pressure above the atmosphere (gauge): if it is absolute, as it is called, "
         'write pressure = "absolute" in its [[recording]]; if not, write pressure = "gauge"'
+        for head in heads
+        if is_absolute(head)
     ]
 
 

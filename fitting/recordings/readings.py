@@ -24,7 +24,7 @@ NO_DIRECTION = (
     "write 'contraction' where the muscle became shorter before the reading, or the pressure rose in an isometric "
     "test, and 'elongation' where it became longer, or the pressure fell"
 )
-EXAMPLES = {"length": "160 mm", "load": "10 kg"}  # of what may be the same throughout a recording
+EXAMPLES = {"length": "160 mm", "load": "10 kg", "pressure": "3 bar"}  # of what may be the same throughout a recording
 TYPING_ERROR = 0.88  # likeness of a word to one that was meant
 FEWEST_SAMPLES = TABLES.fewest_samples  # of a run
 
@@ -84,7 +84,8 @@ def _lacks(table: Table, test: str, what: str, names: tuple[str, ...]) -> InputE
         if like:
             return InputError(problem, table.file, table.header_row, head, cure=f"did you mean '{like}'?")
     unit = USUAL[str(COLUMNS[names[0]])]
-    constant = next((f'{name} = "{EXAMPLES[name]}"' for name in names if name in EXAMPLES), "")
+    held = test in ("isometric", "static") or not {*names} & {*POSITIONS}  # else the muscle moves
+    constant = next((f'{name} = "{EXAMPLES[name]}"' for name in names if name in EXAMPLES and held), "")
     same = f"; or say it there if it was the same throughout: constant = {{ {constant} }}" if constant else ""
     rename = "" if table.header_row is None else f"head it '{names[0]} [{unit}]', or "
     return InputError(

@@ -130,6 +130,11 @@ class ReleaseSettings:
     beyond_noise: float = 5.0  # times the noise of a position: a way that is one; chosen
     least: float = 0.005  # of the largest way, from which the beginning of the motion is carried back; chosen
     most: float = 0.1  # of the largest way, up to which; chosen
+    whole: float = 0.98  # quantile of the way that is the largest, but for faults of the sensor; chosen
+    clear: float = 3.0  # times the way that is told from noise, up to which the motion has to be followed; chosen
+    off: float = 0.5  # of a sampling interval, by which readings may lie off a motion from rest; chosen
+    jitter: float = 0.0025  # s, by which they may lie off it besides, for the position is noisy; chosen
+    worse: float = 2.0  # times as far off they have to lie if the motion had begun at 0; chosen
     apart: float = 0.01  # s from time 0 below which nobody began to read at another time; chosen
     readings_apart: float = 4.0  # the same in sampling intervals; chosen
     named: int = 6  # runs in a note; chosen

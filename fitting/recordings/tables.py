@@ -22,7 +22,9 @@ COLUMNS = {"run": None, "time": "s", "pressure": "Pa", "set_pressure": "Pa", "co
            "displacement": "m", "force": "N", "load": "load", "branch": None}  # fmt: skip
 USUAL = {"s": "s", "Pa": "kPa", "1": "1", "m": "mm", "N": "N", "load": "kg"}  # what such a column is mostly given in
 OPTIONAL = ("run", "branch", "set_pressure")
-_ABSOLUTE = re.compile(r"\babs(olut\w*)?\b|\babsolut")
+_ABSOLUTE = re.compile(r"\babs(olute?)?\b(?!\s*\()|\babsolut(?!e)")
+_HUMP = re.compile(r"(?<=[a-z])(?=[A-Z])")  # where a word begins within a name: pAbs
+_NOT_ABSOLUTE = re.compile(r"\b(not|error|rel)")
 _HEADER = re.compile(r"^(.*?)\s*(?:\[([^\]]*)\]|\(([^)]*)\))?$", re.DOTALL)
 
 
@@ -70,7 +72,8 @@ class Table:
 
 def is_absolute(head: str) -> bool:
     """Whether the head of a column of pressures says that they are absolute: 'p_abs [bar]', 'Absolutdruck'."""
-    return bool(_ABSOLUTE.search(head.lower().replace("_", " ")))
+    words = _HUMP.sub(" ", head).lower().replace("_", " ")
+    return bool(_ABSOLUTE.search(words)) and not _NOT_ABSOLUTE.search(words)
 
 
 def read_table(

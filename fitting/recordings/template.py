@@ -15,6 +15,7 @@ from fitting.showing import shown_in
 from fitting.writing import FULL, refused, text_replaced
 from mckibben_jax.muscle import quantities
 
+HELD = ("isometric", "static")  # tests in which a muscle may have one length throughout
 TYPICAL = {
     "shear_modulus": 1e6,
     "mooney_c10": 1e6,
@@ -97,7 +98,7 @@ def _recording_lines(guess: Guess) -> Iterator[str]:
     yield f'test = "{guess.test}"   # a guess: {", ".join(TESTS)}'
     if guess.named:
         yield f"columns = {_table(guess.named)}   # a guess"
-    if guess.columns and not {*POSITIONS} & {*guess.columns}:
+    if guess.columns and guess.test in HELD and not {*POSITIONS} & {*guess.columns}:
         yield 'constant = { length = "? mm" }   # no column says how long the muscle was; was it held at one length?'
     if guess.units:
         yield f"units = {_table(guess.units)}"

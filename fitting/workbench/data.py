@@ -39,6 +39,7 @@ class Dropped:
     columns: dict[str, tuple[Column, ...]]
     previews: dict[str, tuple[ColumnPreview, ...]]
     inside: dict[str, dict[str, str]] = field(default_factory=dict)  # file -> which sheet, variable or topic of it
+    kept: dict[str, dict[str, Any]] = field(default_factory=dict)  # file -> guesses that the form does not ask
 
 
 def keep(files: Sequence[tuple[str, bytes]], folder: Path) -> Path:
@@ -76,15 +77,19 @@ def is_described(folder: Path) -> bool:
     return (folder / "muscle.toml").is_file()
 
 
+KEPT = ("pressure", "position_sign")  # what the readings show and no field of the form asks
+
+
 def guess(folder: Path) -> Dropped:
     """What the files most likely are, as `mckibben init` guesses it."""
     found = tomllib.loads(muscle_file(folder)).get("recording", [])
     entries = {entry["file"]: entry for entry in reversed(found)}  # of several sheets the first
     inside = {file: {key: entry[key] for key in INSIDE if key in entry} for file, entry in entries.items()}
+    kept = {file: {key: entry[key] for key in KEPT if key in entry} for file, entry in entries.items()}
     files = recordings_in(folder)
     columns = {p.name: _columns(p, entries.get(p.name, {}), inside.get(p.name, {})) for p in files}
     tests = {p.name: entries.get(p.name, {}).get("test", TESTS[0]) for p in files}
-    return Dropped(folder, tests, columns, {p.name: previews(p, inside.get(p.name, {})) for p in files}, inside)
+    return Dropped(folder, tests, columns, {p.name: previews(p, inside.get(p.name, {})) for p in files}, inside, kept)
 
 
 def _columns(path: Path, entry: dict[str, Any], inside: dict[str, str]) -> tuple[Column, ...]:

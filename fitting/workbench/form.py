@@ -190,7 +190,7 @@ def describe(dropped: Dropped, name: str, filled: Filled) -> Path:
 def _recording(dropped: Dropped, file: str, filled: Filled) -> Any:
     table = tomlkit.table()
     table["file"], table["test"] = file, filled.tests[file]
-    table.update(dropped.inside.get(file, {}))
+    table.update(dropped.inside.get(file, {}) | dropped.kept.get(file, {}))
     called, given = {}, {}
     for column, (meaning, unit) in zip(dropped.columns[file], filled.columns[file], strict=True):
         if meaning == IGNORED:
