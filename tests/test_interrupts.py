@@ -120,8 +120,9 @@ def _stopped(_points):
 
 
 STUCK = """
-import ctypes
+import ctypes, signal
 from fitting.cli import interrupts
+signal.signal(signal.SIGINT, signal.default_int_handler)  # what a shell runs behind ignores it
 interrupts.GRACE = 0.5
 with interrupts.interruptible():
     mutex, c = ctypes.create_string_buffer(64), ctypes.CDLL(None)
