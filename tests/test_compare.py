@@ -1,5 +1,6 @@
 """Where a model fails: shares, floors, exponents and places against data whose misfit is known."""
 
+import dataclasses
 from types import SimpleNamespace
 
 import numpy as np
@@ -11,6 +12,7 @@ from fitting.comparison.compare import Row, compare, repetitions
 from fitting.comparison.repeats import Pair, one_way
 from fitting.least_squares.evaluate import evaluate, held_out_rmse
 from fitting.least_squares.fit import fit
+from fitting.least_squares.held_out import HELD_OUT
 from fitting.problem.residuals import Samples
 from fitting.recordings.experiment import read_experiment
 from fitting.report.text.comparison import error_cells, place_text
@@ -197,6 +199,18 @@ def test_friction_keeps_its_direction_while_a_loop_rests_at_its_ends(tmp_path, r
 
 def test_runs_left_out_are_foretold_worse_than_runs_that_were_fitted(spring):
     assert held_out_rmse(spring.fit) > spring.rmse
+
+
+def test_what_stands_at_its_bound_stays_there_when_a_run_is_left_out(tmp_path):
+    """A radius at the end of what was measured went beyond it: 28.6 N where a discovery had said 13 N."""
+    experiment = read_experiment(write(tmp_path, loops(lambda eps, pressure, sign: 400.0 * eps)))
+    free = fit([experiment], baseline(), starts=2)
+    assert free.at_bound
+    held = fit([experiment], baseline(), fix=free.at_bound, start=dict(free.values), starts=1)
+    assert len(free.samples) > HELD_OUT.refit_below  # or nothing is one step from the whole fit
+    assert held.rmse == pytest.approx(free.rmse, rel=1e-6)
+    assert held_out_rmse(free) == pytest.approx(held_out_rmse(held), rel=1e-5)
+    assert held_out_rmse(dataclasses.replace(free, at_bound=())) != pytest.approx(held_out_rmse(free), rel=1e-3)
 
 
 @pytest.mark.parametrize(

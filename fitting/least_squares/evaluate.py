@@ -57,12 +57,15 @@ def _along(at: Evaluated, kept: Sequence[bool]) -> Evaluated:
 
 
 def held_out_residual(fit: Fit) -> np.ndarray:
-    """The residual of each run under the parameters fitted without it, as the fit's samples."""
+    """The residual of each run under the parameters fitted without it, as the fit's samples.
+
+    Where this is one step from the whole fit, what stands at its bound stays there, as in a diagnosis.
+    """
     count, group = len(fit.samples), folds(fit.samples)
     if count < HELD_OUT.refit_below and fit.free:
         return _refitted(fit, group) * fit.samples.sigma
-    priors = fit.prior_rows
-    rows = left_out_rows(fit.residual / fit.samples.sigma, fit.slopes[:count], priors, fit.slopes[count:], group)
+    slopes = fit.slopes * [name not in fit.at_bound for name in fit.free]
+    rows = left_out_rows(fit.residual / fit.samples.sigma, slopes[:count], fit.prior_rows, slopes[count:], group)
     return rows * fit.samples.sigma
 
 
