@@ -74,7 +74,8 @@ class Guess:
         """The line of muscle.toml that says whether pressures are a gauge's or absolute."""
         if is_absolute((self.columns or {}).get("pressure", "")):
             return 'pressure = "absolute"    # a guess: the column calls itself so; else "gauge"'
-        least = float(np.nanmin(self.readable["pressure"])) if self.readable and "pressure" in self.readable else 0.0
+        read = self.readable["pressure"] if self.readable and "pressure" in self.readable else np.zeros(0)
+        least = float(np.min(read[np.isfinite(read)], initial=np.inf))
         if VENTED * ATMOSPHERE < least < ATMOSPHERE / VENTED and self.test in SWEPT:
             return '# pressure = "absolute"  # gauge is presumed; if the muscle was vented once, take the # away'
         return '# pressure = "absolute"  # gauge is presumed'
@@ -197,7 +198,10 @@ def _has_unit_of(head: str, si: str) -> bool:
 
 
 def _test(name: str, table: Table | None, names: set[str], more: bool) -> str:
-    """The kind of test: by the name of file or sheet, by the columns, by whether the length moves."""
+    """The kind of test: by the name of file or sheet, by the columns, by whether the length moves.
+
+    `more` says whether there are columns that nobody knows: the position may be one of them.
+    """
     words = name.lower().replace("_", " ")
     for word, test in FILE_WORDS:
         if word in words:
@@ -207,7 +211,7 @@ def _test(name: str, table: Table | None, names: set[str], more: bool) -> str:
     if "time" not in names:
         return "static"
     if table is not None and not more and not names & {"contraction", "length", "displacement"}:
-        return "isometric"  # whoever lets the length move records it; it may be one of the columns that nobody knows
+        return "isometric"  # whoever lets the length move records it
     return "isometric" if table is not None and _length_is_held(table) else "loop"
 
 
