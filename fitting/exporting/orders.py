@@ -91,9 +91,10 @@ def _unmeasured(given: dict[str, Any], whole: Model) -> tuple[str, ...]:
     dataset = stored.called(given["of"] or stored.name)
     texts = []
     for effect in whole.effects:
-        for name in (f"{name_of(effect)}.{its.name}" for its in parameters(effect)):
+        for its in parameters(effect):
+            name, value = f"{name_of(effect)}.{its.name}", float(getattr(effect, its.name))
             state = stored.states.get(full_names.of_set(name, dataset), stored.states.get(name))
-            texts += [f"{name} = {_value_of(whole, name)}"] if state is ParameterState.HELD else []
+            texts += [f"{name} = {showing.show(value, its.unit, digits=3)}"] if state is ParameterState.HELD else []
     if not texts:
         return ()
     these = "this value, which is the starting value" if len(texts) == 1 else "these values, which are starting values"
@@ -101,14 +102,6 @@ def _unmeasured(given: dict[str, Any], whole: Model) -> tuple[str, ...]:
         f"The data do not determine {these} of the fit: {', '.join(texts)}. If you know better, write that into the "
         'model file with state = "fixed", or leave the effect out (--without).',
     )
-
-
-def _value_of(whole: Model, name: str) -> str:
-    """A parameter's value as people read it."""
-    owner = full_names.owner_of(name)
-    effect = whole.effects[whole.names.index(owner)]
-    (its,) = [each for each in parameters(effect) if f"{owner}.{each.name}" == name]
-    return showing.show(float(getattr(effect, its.name)), its.unit, digits=3)
 
 
 def _use(form: str, file: Path) -> str:

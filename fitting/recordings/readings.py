@@ -16,6 +16,7 @@ from fitting.recordings.tables import COLUMNS, USUAL, Table, plain_name
 from mckibben_jax.muscle import Muscle
 
 POSITIONS = ("contraction", "length", "displacement")
+HELD = ("isometric", "static")  # tests in which a muscle may have one length throughout
 # 'up', 'down', 'loading': of the length, the force or the pressure? They are not in it.
 DIRECTIONS = {"contraction": 1, "inflate": 1, "elongation": -1, "deflate": -1,
               "contracting": 1, "shortening": 1, "inflating": 1, "inflation": 1,
@@ -84,7 +85,7 @@ def _lacks(table: Table, test: str, what: str, names: tuple[str, ...]) -> InputE
         if like:
             return InputError(problem, table.file, table.header_row, head, cure=f"did you mean '{like}'?")
     unit = USUAL[str(COLUMNS[names[0]])]
-    held = test in ("isometric", "static") or not {*names} & {*POSITIONS}  # else the muscle moves
+    held = test in HELD or not {*names} & {*POSITIONS}  # else the muscle moves
     constant = next((f'{name} = "{EXAMPLES[name]}"' for name in names if name in EXAMPLES and held), "")
     same = f"; or say it there if it was the same throughout: constant = {{ {constant} }}" if constant else ""
     rename = "" if table.header_row is None else f"head it '{names[0]} [{unit}]', or "

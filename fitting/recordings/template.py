@@ -9,13 +9,12 @@ from fitting.recordings.accuracy_template import accuracy_lines
 from fitting.recordings.guesses import SIGNED, Guess, guesses_of
 from fitting.recordings.kinds import recordings_in
 from fitting.recordings.muscle_file import REQUIRED
-from fitting.recordings.readings import POSITIONS
+from fitting.recordings.readings import HELD, POSITIONS
 from fitting.recordings.records import TESTS
 from fitting.showing import shown_in
 from fitting.writing import FULL, refused, text_replaced
 from mckibben_jax.muscle import quantities
 
-HELD = ("isometric", "static")  # tests in which a muscle may have one length throughout
 TYPICAL = {
     "shear_modulus": 1e6,
     "mooney_c10": 1e6,
