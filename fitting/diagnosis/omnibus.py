@@ -7,8 +7,9 @@ import numpy as np
 from fitting.problem.kinds import is_held, is_static
 from fitting.problem.residuals import Samples
 
-HATS = 6
-ACROSS = 5  # most hats in the other variable: pressure in loops, contraction where it is held
+HATS = ((6, 5), (5, 4), (4, 3), (3, 2))  # along the stroke, and most in the other variable: pressure in loops,
+#                                          contraction where it is held; the first that readings are enough for
+ENOUGH = 3  # readings for each column: fewer leave nothing that tells the noise
 SAME_LEVEL = 0.03  # of the range: levels closer than this are one
 FINE = 40  # most hats along the stroke: a ripple of a twentieth of it is seen
 PER_HAT = 5  # samples of one branch
@@ -45,17 +46,29 @@ def _blocks(masks: list[np.ndarray], parts: list[np.ndarray]) -> np.ndarray:
 
 
 def _smooth(s: Samples) -> np.ndarray:
-    pressure, held = _unit(s.pressure), is_held(s)
     if is_static(s):
-        return _surface(s, pressure)
+        return _surface(s, _unit(s.pressure))
+    columns = np.zeros((len(s), 0))
+    for along, across in HATS:
+        columns = _piecewise(s, along, across)
+        if ENOUGH * columns.shape[1] <= len(s):
+            break
+    return columns
+
+
+def _piecewise(s: Samples, most_along: int, most_across: int) -> np.ndarray:
+    """So many hats along the stroke, and at most so many in the other variable."""
+    pressure, held = _unit(s.pressure), is_held(s)
     moving = _unit(s.pressure_rate) if held else _unit(np.log(np.maximum(np.abs(s.rate), 1e-6)))
     along = pressure if held else s.contraction
     across = _unit(s.contraction) if held else pressure
-    hats = _hats(along, np.linspace(along.min(), along.max() + 1e-12, HATS))
-    levels = _hats(across, _levels(across))
+    hats = _hats(along, np.linspace(along.min(), along.max() + 1e-12, most_along))
+    levels = _hats(across, _levels(across, most_across))
     surface = (hats[:, :, None] * levels[:, None, :]).reshape(len(hats), -1)
     direction = np.sign(s.branch)[:, None]
-    losses = direction * (moving[:, None] if held else _hats(moving, _levels(moving)))  # that depend on speed
+    losses = direction * (
+        moving[:, None] if held else _hats(moving, _levels(moving, most_across))
+    )  # that depend on speed
     turned = _after_turning(s, along)
     both = [surface, turned]
     return np.hstack([*both, *(part * direction for part in both), moving[:, None], losses, _unit(s.loop)[:, None]])
@@ -75,7 +88,7 @@ def _fine(s: Samples) -> np.ndarray:
     along = s.pressure if is_held(s) else s.contraction
     branch = float(np.median(np.unique(s.half, return_counts=True)[1]))
     count = int(min(FINE, branch / PER_HAT))
-    if count <= 2 * HATS:  # no finer than what is smooth
+    if count <= 2 * HATS[0][0]:  # no finer than what is smooth
         return np.zeros((len(s), 0))
     hats = _hats(along, np.linspace(along.min(), along.max() + 1e-12 * max(abs(along.max()), 1.0), count))
     return np.hstack([hats, hats * np.sign(s.branch)[:, None]])
@@ -95,13 +108,13 @@ def _hats(x: np.ndarray, knots: np.ndarray) -> np.ndarray:
     return np.stack([np.interp(x, knots, row) for row in np.eye(len(knots))], axis=1)
 
 
-def _levels(x: np.ndarray) -> np.ndarray:
-    """The levels at which something was held, where they are few; else evenly spread."""
+def _levels(x: np.ndarray, most: int) -> np.ndarray:
+    """The levels at which something was held, where they are few; else so many, evenly spread."""
     ordered = np.sort(x)
     ends = np.flatnonzero(np.diff(ordered) > SAME_LEVEL * max(np.ptp(x), 1e-12)) + 1
-    if len(ends) < ACROSS:
+    if len(ends) < most:
         return np.array([np.median(part) for part in np.split(ordered, ends)])
-    return np.linspace(ordered[0], ordered[-1], ACROSS)
+    return np.linspace(ordered[0], ordered[-1], most)
 
 
 def _unit(x: np.ndarray) -> np.ndarray:

@@ -13,7 +13,7 @@ from fitting.problem.points import reached
 from fitting.problem.positions import predict_positions, starts, steps_of
 from fitting.problem.unknowns import Unknowns, filled
 from fitting.recordings.noise import noise_of
-from fitting.recordings.records import FORCE_TESTS, Experiment, Recording
+from fitting.recordings.records import FORCE_TESTS, Experiment, Recording, Run
 from mckibben_jax.model import Model
 from mckibben_jax.state import State
 
@@ -26,7 +26,7 @@ LIGHT = 1e6  # standard deviations of a reading that is left out
 def predict(block: Block, model: Model) -> jax.Array:
     """What the instrument would show at every sample of a recording, (runs, time), N or m."""
     if block.of_force:
-        return jax.vmap(model.force)(block.imposed(model.muscle.length))
+        return block.averaged(jax.vmap(model.force)(block.imposed(model.muscle.length)))
     return predict_positions(block, model)
 
 
@@ -177,7 +177,16 @@ def _block(recording: Recording, dataset: int, length: float) -> Block:
         recording.test,
         None if of_force else jnp.asarray(starts(recording)),
         jnp.asarray(float(steps)) if steps else None,
+        _means(runs, size),
     )
+
+
+def _means(runs: Sequence[Run], size: int) -> jax.Array | None:
+    """The weights of the means that were measured (runs, size, neighbours); None where none were."""
+    weights = [run.mean for run in runs if run.mean is not None]
+    if not weights:
+        return None
+    return jnp.asarray(np.stack([np.pad(each, ((0, size - len(each)), (0, 0))) for each in weights]))
 
 
 _SIGNALS = ("time", "pressure", "contraction", "rate", "pressure_rate", "measured")

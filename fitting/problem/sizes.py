@@ -87,7 +87,7 @@ def _together(given: Problem) -> list[list[Block]]:
 
 
 def _alike(first: Block, second: Block) -> bool:
-    of = [(b.of_force, b.dataset, float(b.scaled), float(b.from_length)) for b in (first, second)]
+    of = [(b.of_force, b.dataset, float(b.scaled), float(b.from_length), b.mean is None) for b in (first, second)]
     return first.of_force and of[0] == of[1]
 
 
@@ -113,6 +113,7 @@ def _one(first: Block, second: Block) -> Block:
         load=both(first.load, second.load),
         sigma=both(first.sigma, second.sigma),
         keep=jnp.asarray(np.concatenate(kept)),
+        mean=jax.tree.map(both, first.mean, second.mean),
     )
 
 
@@ -187,7 +188,7 @@ def _shared_out(lengths: np.ndarray, lanes: int, samples: int) -> list[list[int]
 def _in_lanes(blocks: Sequence[Block]) -> tuple[Block, np.ndarray] | None:
     """Recordings of force as one block of a standard size, which is None where there is none so large.
 
-    What follows the last reading of a run with weight is dropped.
+    What follows the last reading of a run with weight, and what that is the mean of, is dropped.
     """
     flat = lambda pick: np.concatenate([np.asarray(pick(block)).reshape(-1) for block in blocks])  # noqa: E731
     width = np.concatenate([np.full(len(block.measured), block.measured.shape[1]) for block in blocks])
@@ -196,7 +197,8 @@ def _in_lanes(blocks: Sequence[Block]) -> tuple[Block, np.ndarray] | None:
     counted = np.concatenate([first + np.asarray(block.keep) for first, block in zip(before, blocks, strict=False)])
     run = np.searchsorted(begin, counted, side="right") - 1
     lengths, time = np.zeros(len(begin), int), flat(lambda block: block.states.time)
-    np.maximum.at(lengths, run, counted - begin[run] + 1)
+    reach = 0 if blocks[0].mean is None else blocks[0].mean.shape[-1] // 2
+    np.maximum.at(lengths, run, np.minimum(counted - begin[run] + 1 + reach, width[run]))
     used = np.flatnonzero(lengths)
     ends = np.maximum(time[(begin + lengths - 1)[used]], time[begin[used]].max()) + 1.0
     lanes = _first_with_room(lengths[used], ends)
@@ -219,8 +221,15 @@ def _in_lanes(blocks: Sequence[Block]) -> tuple[Block, np.ndarray] | None:
         sigma=jnp.asarray(sigma.reshape(source.shape)),
         keep=jnp.arange(source.size),
         test=FORCE,
+        mean=_laid_out([block.mean for block in blocks], source),
     )
     return grown, kept
+
+
+def _laid_out(means: Sequence[jax.Array | None], source: np.ndarray) -> jax.Array | None:
+    """The weights of means of several blocks, those of these samples; None where there are none."""
+    flat = [np.reshape(each, (-1, each.shape[-1])) for each in means if each is not None]
+    return jnp.asarray(np.concatenate(flat)[source]) if flat else None
 
 
 def _first_with_room(lengths: np.ndarray, ends: np.ndarray) -> _Lanes | None:
@@ -243,6 +252,7 @@ def _padded(block: Block) -> tuple[Block, np.ndarray]:
         load=more(block.load),
         sigma=jnp.asarray(sigma.reshape(wanted, samples)),
         keep=jnp.arange(wanted * samples),
+        mean=jax.tree.map(more, block.mean),
     )
     return grown, kept
 

@@ -1,8 +1,9 @@
 """Releases and steps read as recordings of force: along a recorded motion the muscle pulls the load and M x''.
 
-The position is smoothed by local polynomials (Savitzky & Golay 1964), whose second derivative gives the force; no
-equation of motion is integrated. At a standstill, a stop or a reversal dry friction is any force up to its size, and
-a polynomial blurs its jump: such samples count in no model, so neither a break-away nor a standstill is seen.
+The position is smoothed by local polynomials (Savitzky & Golay 1964); no equation of motion is integrated. The second
+derivative of a parabola through a window is a mean of the accelerations in it (`averages`), so a reading is the mean
+force over a window as long as the motion allows. At a standstill, a stop or a reversal dry friction is any force up to
+its size: no window with such samples counts in any model, so neither a break-away nor a standstill is seen.
 """
 
 from collections.abc import Sequence
@@ -15,10 +16,15 @@ from scipy.ndimage import maximum_filter1d, minimum_filter1d
 from scipy.signal import savgol_coeffs, savgol_filter
 
 from fitting import showing
+from fitting.recordings.averages import of_an_instant, weights_of_mean
 from fitting.recordings.noise import noise_of
+from fitting.recordings.noted import Noted, said_of
 from fitting.recordings.records import FORCE_TESTS, MOVING_TESTS, Experiment, NoiseSource, Recording, Run
 from fitting.recordings.settings import DYNAMICS
 
+NODES = 4  # states of the muscle in half a window, of which its mean force is made
+APART = 2  # nodes from one reading to the next
+PARABOLA = 2  # order of the polynomials whose second derivative is a mean of accelerations
 ASIDE = "joins the fit and the comparison, but is not looked at here"
 
 
@@ -28,17 +34,18 @@ def as_force(experiment: Experiment) -> tuple[Experiment, tuple[str, ...]]:
     A motion becomes one recording for each kind of noise, for a force errs by mass x gain of the filter x noise of the
     position. The data set has no recordings where none is of use.
     """
-    recordings, notes = [], []
+    recordings, noted = [], list[Noted]()
     for recording in experiment.recordings:
         if recording.test in FORCE_TESTS:
             recordings.append(recording)
         elif recording.test in MOVING_TESTS:
             loops, said = _loops(recording, experiment)
             recordings += loops
-            notes += said
+            noted += [(recording.file, each) for each in said]
         else:
-            notes.append(f"{recording.file}: the {recording.test} test {ASIDE}")
-    return replace(experiment, recordings=tuple(recordings)), tuple(notes)
+            noted.append((recording.file, f"the {recording.test} test {ASIDE}"))
+    files = list(dict.fromkeys(recording.file for recording in experiment.recordings))
+    return replace(experiment, recordings=tuple(recordings)), tuple(said_of(noted, files))
 
 
 def _loops(recording: Recording, experiment: Experiment) -> tuple[list[Recording], list[str]]:
@@ -51,16 +58,16 @@ def _loops(recording: Recording, experiment: Experiment) -> tuple[list[Recording
         else:
             read.append(motion)
     if not read:
-        return [], [f"{recording.file}: the {recording.test} test {ASIDE}: {'; '.join(refused)}"]
+        return [], [f"the {recording.test} test {ASIDE}: {'; '.join(refused)}"]
     said = "read as force through the moving mass (a break-away or standstill is not seen in it)"
-    notes = [f"{recording.file}: {said}", *(_left_out(recording.file, why, runs) for why, runs in refused.items())]
+    notes = [said, *(_left_out(why, runs) for why, runs in refused.items())]
     parts = _alike(sorted(read, key=lambda motion: motion.noise))
     length = float(experiment.muscle.length)
     return [_recording(recording, part, length, first=part is parts[0]) for part in parts], notes
 
 
-def _left_out(file: str, why: str, runs: Sequence[str]) -> str:
-    return f"{file}: not read as force, {'run' if len(runs) == 1 else 'runs'} {', '.join(runs)}: {why}"
+def _left_out(why: str, runs: Sequence[str]) -> str:
+    return f"not read as force, {'run' if len(runs) == 1 else 'runs'} {', '.join(runs)}: {why}"
 
 
 # -------------------------------------------------------------------------------------------------------- one motion
@@ -68,11 +75,16 @@ def _left_out(file: str, why: str, runs: Sequence[str]) -> str:
 
 @dataclass(frozen=True)
 class Motion:
-    """One run whose position is smoothed over a window; arrays over its samples, SI."""
+    """One run whose position is smoothed, and averaged over windows; arrays over its samples, SI.
+
+    Where the muscle is and how fast it moves, polynomials tell over a short `window`, which blurs nothing. What it
+    pulls is the mean over a longer window: `NODES` times `spacing` samples to either side.
+    """
 
     run: Run
     interval: float  # s
-    window: int  # samples, odd
+    window: int  # samples of a polynomial, odd
+    spacing: int  # samples from one state of the muscle that enters a mean to the next
     error: float  # standard deviation of one position, m
     mass: float  # kg, of all that moves
     load: float  # N
@@ -89,7 +101,7 @@ class Motion:
 
     @cached_property
     def acceleration(self) -> np.ndarray:
-        """m/s2."""
+        """m/s2, as the polynomials have it."""
         return self._derivative(2)
 
     def _derivative(self, order: int) -> np.ndarray:
@@ -98,34 +110,44 @@ class Motion:
         )
 
     @property
+    def filter(self) -> np.ndarray:
+        """Weights of the positions of one polynomial in its acceleration, 1/s2."""
+        return savgol_coeffs(self.window, DYNAMICS.order, deriv=2, delta=self.interval)
+
+    @property
+    def half(self) -> int:
+        """Samples to either side of which a force is the mean."""
+        return NODES * self.spacing
+
+    @property
     def force(self) -> np.ndarray:
-        """What the muscle pulls, N."""
-        return self.load + self.mass * self.acceleration
+        """What the muscle pulls on average over the window around each sample, N."""
+        whole = 2 * self.half + 1
+        mean = savgol_filter(self.run.measured, whole, PARABOLA, deriv=2, delta=self.interval, mode="interp")
+        return self.load + self.mass * mean
 
     @property
     def noise(self) -> float:
         """Standard deviation of one force, N."""
-        return self.mass * self.error * float(np.linalg.norm(self.filter))
-
-    @property
-    def filter(self) -> np.ndarray:
-        """Weights of the positions of one window in its acceleration, 1/s2."""
-        return savgol_coeffs(self.window, DYNAMICS.order, deriv=2, delta=self.interval)
+        weights = savgol_coeffs(2 * self.half + 1, PARABOLA, deriv=2, delta=self.interval)
+        return self.mass * self.error * float(np.linalg.norm(weights))
 
     @cached_property
     def moving(self) -> np.ndarray:
-        """Samples whose window is whole and holds motion in one direction at a pressure that hardly changes."""
-        least = lambda values: minimum_filter1d(values, self.window)  # noqa: E731
-        most = lambda values: maximum_filter1d(values, self.window)  # noqa: E731
+        """Samples whose window is whole and holds motion in one direction at a pressure that changes evenly."""
+        whole = 2 * self.half + 1
+        least = lambda values, over=whole: minimum_filter1d(values, over)  # noqa: E731
+        most = lambda values, over=whole: maximum_filter1d(values, over)  # noqa: E731
         blur = 3 * self.error * np.linalg.norm(savgol_coeffs(self.window, DYNAMICS.order, deriv=1, delta=self.interval))
         slow = max(DYNAMICS.slow, float(blur))
         one_way = (least(self.speed) > slow) | (most(self.speed) < -slow)
-        pressure = self.run.pressure
-        steady = most(pressure) - least(pressure) < DYNAMICS.steady * float(np.abs(pressure).max())
-        whole = least(self._even * (self.run.weight > 0)) > 0
+        pressure, few = self.run.pressure, self.window
+        steady = most(pressure, few) - least(pressure, few) < DYNAMICS.steady * float(np.abs(pressure).max())
+        steady = least(steady * 1.0) > 0
+        complete = least(self._even * (self.run.weight > 0)) > 0
         inside = np.zeros(len(self.run), bool)
-        inside[self.window // 2 : len(self.run) - self.window // 2] = True
-        return one_way & steady & whole & inside
+        inside[self.half : len(self.run) - self.half] = True
+        return one_way & steady & complete & inside
 
     @property
     def _even(self) -> np.ndarray:
@@ -139,16 +161,38 @@ class Motion:
 
         Told from the speeds at both ends of the window: the acceleration's own noise would choose among the readings.
         """
-        half = self.window // 2
-        padded = np.pad(self.speed, half, mode="edge")
-        mean = (padded[2 * half :] - padded[: len(self.speed)]) / (2 * half * self.interval)
+        padded = np.pad(self.speed, self.half, mode="edge")
+        mean = (padded[2 * self.half :] - padded[: len(self.speed)]) / (2 * self.half * self.interval)
         return self.moving & (np.abs(self.mass * mean) <= DYNAMICS.inertia * self.load)
 
     @property
+    def nodes(self) -> np.ndarray:
+        """Every so many samples a state of the muscle that may enter a mean: their places."""
+        return np.arange(0, len(self.run), self.spacing)
+
+    @property
+    def apart(self) -> np.ndarray:
+        """Which nodes are the middle of a reading, a mask: means so far apart err each for itself.
+
+        The first of a stretch of usable nodes is one, and every sixth after it: the noise of two means three quarters
+        of a window apart is uncorrelated (0.02 of its variance).
+        """
+        usable = self.usable[self.nodes]
+        place = np.arange(len(usable))
+        begins = usable & ~np.append(False, usable[:-1])
+        begin = np.maximum.accumulate(np.where(begins, place, 0))
+        return usable & ((place - begin) % APART == 0)
+
+    @property
     def kept(self) -> np.ndarray:
-        """Places that remain: both ends, for what remembers the way, and one in half a window between them."""
-        apart = max(self.window // 2, 1)
-        return np.union1d(np.arange(0, len(self.run), apart), [len(self.run) - 1])
+        """Which nodes remain, a mask: those of the readings, and few between them for what remembers the way."""
+        of_readings = maximum_filter1d(self.apart, 2 * NODES - 1)
+        return of_readings | (np.arange(len(of_readings)) % NODES == 0)
+
+    @property
+    def readings(self) -> int:
+        """How many."""
+        return int(np.count_nonzero(self.apart))
 
 
 def _motion(run: Run, recording: Recording, experiment: Experiment) -> Motion | str:
@@ -162,13 +206,12 @@ def _motion(run: Run, recording: Recording, experiment: Experiment) -> Motion | 
     mass = load / g + float(experiment.muscle.moving_mass)
     if mass <= 0 or np.ptp(run.load) > 0.01 * load:
         return "the moving mass is not known: no load hangs on it, or one that changes"
-    motion = Motion(run, float(np.median(np.diff(run.time))), DYNAMICS.shortest, noise_of(recording), mass, load)
-    motion = _smoothed(motion)
-    count = int(np.count_nonzero(motion.usable[motion.kept]))
-    if count < DYNAMICS.fewest:
+    interval = float(np.median(np.diff(run.time)))
+    motion = _averaged(_smoothed(Motion(run, interval, DYNAMICS.shortest, 1, noise_of(recording), mass, load)))
+    if motion.readings < DYNAMICS.fewest:
         slow = showing.show(DYNAMICS.slow, "m/s", digits=2)
         return (
-            f"fewer than {DYNAMICS.fewest} readings in even motion ({count}): faster than {slow} one way, "
+            f"fewer than {DYNAMICS.fewest} readings in even motion ({motion.readings}): faster than {slow} one way, "
             f"accelerated by less than {DYNAMICS.inertia:.0%} of the load; "
             "record it for longer, or under a heavier load"
         )
@@ -184,28 +227,37 @@ def _let_go(run: Run) -> Run:
 
 
 def _smoothed(motion: Motion) -> Motion:
-    """Over the longest window, up to `LONGEST`, whose accelerations differ from a shorter one's by noise alone."""
+    """With polynomials over the longest window, up to `LONGEST`, that blurs nothing."""
     wanted = float(DYNAMICS.shortest)
     while (wanted := wanted * DYNAMICS.longer) * motion.interval <= DYNAMICS.longest and wanted < len(motion.run):
-        if motion.noise < DYNAMICS.quiet * motion.load:
-            break
         longer = replace(motion, window=int(wanted) | 1)
-        if longer.window > motion.window and not _as_good(longer, motion):
+        if longer.window > motion.window and _blurs(longer, motion):
             break
         motion = longer
     return motion
 
 
-def _as_good(longer: Motion, shorter: Motion) -> bool:
-    """Whether the longer window blurs nothing, and leaves enough."""
-    count = np.count_nonzero(longer.usable[longer.kept])
-    if count < (DYNAMICS.fewest if shorter.noise > DYNAMICS.loud * shorter.load else DYNAMICS.plenty):
+def _blurs(longer: Motion, shorter: Motion) -> bool:
+    """Whether a longer window changes accelerations by more than their noise."""
+    moving = longer.moving
+    if not moving.any():
         return False
-    differ = (longer.acceleration - shorter.acceleration)[longer.moving]
     pad = (longer.window - shorter.window) // 2
     noise = longer.error * np.linalg.norm(longer.filter - np.pad(shorter.filter, pad))
-    independent = np.count_nonzero(longer.moving[longer.kept])
-    return bool(np.mean(differ**2) < (1 + DYNAMICS.blurred * np.sqrt(2 / independent)) * noise**2)
+    independent = np.count_nonzero(moving) / (longer.window // 2)
+    differ = np.mean((longer.acceleration - shorter.acceleration)[moving] ** 2)
+    return bool(differ >= (1 + DYNAMICS.blurred * np.sqrt(2 / max(independent, 1))) * noise**2)
+
+
+def _averaged(motion: Motion) -> Motion:
+    """With means over the longest window, up to `LONGEST`, that leaves enough readings, or is quiet enough."""
+    best = motion
+    while best.noise >= DYNAMICS.quiet * best.load:
+        longer = replace(best, spacing=best.spacing + 1)
+        if 2 * longer.half * longer.interval > DYNAMICS.longest or longer.readings < DYNAMICS.plenty:
+            break
+        best = longer
+    return best
 
 
 # ----------------------------------------------------------------------------------------------------- as recordings
@@ -231,21 +283,23 @@ def _recording(recording: Recording, motions: Sequence[Motion], length: float, f
 
 
 def _run(motion: Motion, length: float) -> Run:
-    """The run as a loop: branches between reversals, thinned to readings that hardly share their window."""
+    """The run as a loop: branches between reversals, thinned to the nodes of its means."""
     way = np.sign(motion.speed)
-    usable = motion.usable
-    thin = motion.run.at(motion.kept)
-    half = np.concatenate([[0], np.cumsum(np.diff(_filled(way * motion.moving)) != 0)])[motion.kept]
-    usable = usable[motion.kept]
+    places, apart = motion.nodes[motion.kept], motion.apart[motion.kept]
+    thin = motion.run.at(places)
+    half = np.concatenate([[0], np.cumsum(np.diff(_filled(way * motion.moving)) != 0)])[places]
+    mean = of_an_instant(len(thin), NODES - 1)
+    mean[apart] = weights_of_mean(motion.half, motion.spacing, NODES - 1)
     return replace(
         thin,
-        contraction=motion.position[motion.kept] / length,
-        rate=motion.speed[motion.kept] / length,
-        measured=motion.force[motion.kept],
-        weight=usable.astype(float),
-        branch=(way[motion.kept] * usable).astype(int),
+        contraction=motion.position[places] / length,
+        rate=motion.speed[places] / length,
+        measured=motion.force[places],
+        weight=apart.astype(float),
+        branch=(way[places] * apart).astype(int),
         loop=half // 2,
         half=half,
+        mean=mean,
         load=None,
         set_pressure=None,
     )

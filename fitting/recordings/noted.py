@@ -40,8 +40,13 @@ def _of_files(experiment: Experiment, named: bool) -> list[str]:
     """Notes on the files of one data set; a single file is called by its name if it is to be `named`."""
     files = list(dict.fromkeys(each.file for each in experiment.recordings))
     noted = [(each.file, note) for each in experiment.recordings for note in each.notes]
-    if len(files) == 1:
-        return [f"{file}: {note}" if named else note for file, note in noted]
+    if len(files) == 1 and not named:
+        return [note for _, note in noted]
+    return said_of(noted, files)
+
+
+def said_of(noted: Sequence[Noted], files: Sequence[str]) -> list[str]:
+    """Notes behind the names of those of the `files` of a data set that they are about."""
     return [f"{_called(of, files)}: {note}" for of, note in _together(noted)]
 
 
@@ -71,7 +76,7 @@ def _span(numbers: Sequence[str]) -> str:
 
 def _called(some: Sequence[str], files: Sequence[str]) -> str:
     """How some of the files of a data set are called."""
-    if len(some) == len(files):
+    if len(some) == len(files) > 1:
         return "every file"
     return _listed(some, "files")
 

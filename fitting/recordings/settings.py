@@ -106,7 +106,7 @@ class InverseDynamicsSettings:
     """Motions read as force, through the second derivative of a smoothed position."""
 
     order: int = 4  # of the polynomials; chosen
-    shortest: int = 7  # samples in a window at least; chosen
+    shortest: int = 9  # samples in a window at least; chosen
     longest: float = 0.15  # s, that a window lasts at most; chosen
     longer: float = 1.25  # times, from one window that is tried to the next; chosen
     blurred: float = 1.5  # standard errors by which a shorter window may differ beyond noise, in mean square; chosen
@@ -116,9 +116,9 @@ class InverseDynamicsSettings:
     steady: float = 0.05  # of the largest pressure: with more change in a window a corner is rounded off; chosen
     uneven: float = 0.05  # of a sampling interval, by which another may differ; chosen
     quiet: float = 0.01  # noise of a force over the load that is low enough; chosen
-    plenty: int = 12  # readings of one run, which a longer window than noise asks for should leave; chosen
+    plenty: int = 12  # readings of one run, which a longer window should leave; chosen
     fewest: int = 8  # readings of one run; chosen
-    alike: float = 2.0  # ratio of the noises of runs that make one recording; chosen
+    alike: float = 4.0  # ratio of the noises of runs that make one recording; chosen
 
 
 @dataclass(frozen=True)
