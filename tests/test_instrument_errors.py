@@ -143,6 +143,21 @@ def test_whitening_is_by_the_whole_covariance():
     np.testing.assert_array_equal(InstrumentErrors.none(felt.run).whitener()(rows), rows)
 
 
+def test_the_largest_of_the_likeliest_errors_is_that_of_ridge_regression():
+    """Of one run that is off by eight widths of its zero: against (1 + U'U)^-1 U' rows of all columns."""
+    some = np.arange(0, COUNT, 16)
+    felt = made().at(some)
+    run = np.unique(felt.run)[2]
+    rows = np.random.default_rng(2).normal(size=len(some)) - 8 * felt.per_run[:, 0] * (felt.run == run)
+    columns = felt.columns
+    ridge = np.linalg.solve(np.eye(columns.shape[1]) + columns.T @ columns, columns.T @ rows)
+    source, size = felt.likeliest(rows)
+    assert source.kind is ErrorKind.ZERO_PER_RUN
+    assert size == pytest.approx(np.abs(ridge).max())
+    assert size > 4
+    assert InstrumentErrors.none(felt.run).likeliest(rows) == (None, 0.0)
+
+
 def ground(felt):
     return Ground(S, flip_groups(S, 0.0), omnibus.basis(S), WHITE, felt, 0)
 

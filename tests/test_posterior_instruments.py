@@ -24,7 +24,7 @@ from fitting.posterior.explicit import LIKELIEST, Explicit
 from fitting.posterior.instruments import Instruments
 from fitting.posterior.noise import noise_of_rows
 from fitting.posterior.quick import quick_look
-from fitting.posterior.robust import robust_share
+from fitting.posterior.robust import most_asked, robust_share
 from fitting.posterior.setup import set_up
 from fitting.problem.residuals import problem
 from fitting.problem.unknowns import unknowns
@@ -135,6 +135,9 @@ def test_the_likeliest_errors_are_those_of_ridge_regression(experiment):
     rows = np.asarray(setup.target.parts(z[0]).rows) / size
     ridge = np.linalg.solve(np.eye(columns.shape[1]) + columns.T @ columns, columns.T @ rows)
     np.testing.assert_allclose(in_batches(LIKELIEST, explicit, z)[0], ridge, rtol=1e-6, atol=1e-9)
+    source, most = most_asked(setup, z[None])
+    assert most == pytest.approx(np.abs(ridge).max(), rel=1e-6)
+    assert source in found.errors.sources
     random = np.random.default_rng(0)
     share = robust_share(setup, random.standard_normal((2, 400, 8, len(setup.names))), found.samples.loop)
     assert share[list(setup.names).index("pressure_gain.g")] == pytest.approx(1.0, rel=0.15)

@@ -4,9 +4,11 @@ from types import SimpleNamespace
 
 import pytest
 
+from fitting.instruments.sources import ErrorKind, Source
 from fitting.posterior.noise import RecordingNoise
 from fitting.posterior.record import inside_text
-from fitting.posterior.warnings import notes
+from fitting.posterior.warnings import find_warnings, notes
+from fitting.recordings.accuracy import Channel
 
 WHITE, REMEMBERED = RecordingNoise(("size",), (1.0,)), RecordingNoise(("size", "remembered", "memory"), (1.0, 0.4, 7.0))
 
@@ -27,6 +29,23 @@ def test_noise_that_is_alike_is_said_once():
     some = noise_notes(WHITE, REMEMBERED, WHITE, WHITE)
     assert some[0] == f"noise of a.csv, c.csv and d.csv: {white}"
     assert some[1].startswith("noise of b.csv: 40 % fades over 7 readings")
+
+
+@pytest.mark.parametrize(
+    ("channel", "times", "said"),
+    [
+        (Channel.FORCE, 8.2, ["these values need the load cell to err by 8 times what is allowed"]),
+        (None, 16.0, ["these values need friction to differ by 16 times what is allowed"]),
+        (Channel.FORCE, 3.0, []),
+    ],
+)
+def test_what_no_instrument_can_have_done_is_a_warning(channel, times, said):
+    """However good the chains are."""
+    setup = SimpleNamespace(labels=(), noise=(), stated=(), priors={})
+    fitted = SimpleNamespace(converged=True, free=())
+    source = Source(channel, ErrorKind.GAIN_PER_RUN, 0.01, 0.01)
+    found = find_warnings(fitted, {}, setup, None, (source, times))
+    assert [warning.partition(":")[0] for warning in found] == said
 
 
 @pytest.mark.parametrize(

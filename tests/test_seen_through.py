@@ -143,6 +143,26 @@ def test_values_that_deny_a_stated_size_are_not_the_likelier_ones(experiment, mo
     assert fit([denied], EFFECTS, starts=2).through is not None
 
 
+def test_values_that_ask_too_much_of_an_instrument_are_not_the_likelier_ones(experiment, monkeypatch):
+    """One run is pulled by a friction that is ten times as far from that of the others as friction may differ."""
+    assert fit([experiment], EFFECTS, starts=2).through is not None
+    (recording, *others) = experiment.recordings
+    first, *runs = recording.runs
+    rubs = replace(first, measured=first.measured - 0.2 * first.branch * rubbing(experiment, first))
+    odd = replace(experiment, recordings=(replace(recording, runs=(rubs, *runs)), *others))
+    assert fit([odd], EFFECTS, starts=2).through is None
+    monkeypatch.setattr(seen_through, "MOST_WIDTHS", 1e3)
+    assert fit([odd], EFFECTS, starts=2).through is not None
+
+
+def rubbing(experiment, run):
+    """The size of a muscle's friction along a run, N."""
+    friction, muscle = CoulombFriction(), experiment.muscle
+    angle = np.arccos(np.cos(muscle.braid_angle) * (1 - run.contraction))
+    surface = 2 * np.pi * muscle.radius * muscle.length * np.sin(2 * muscle.braid_angle) / np.sin(2 * angle)
+    return float(friction.f_s) * np.asarray(surface) * run.pressure
+
+
 def test_an_error_wider_than_the_range_is_unknown(found):
     wide = replace(found, through=replace(found.through, robust=1e30 * np.eye(len(found.free))))
     assert [row[2] for row in likelier_rows(wide)] == ["unknown"] * len(found.free)

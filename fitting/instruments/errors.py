@@ -84,6 +84,18 @@ class InstrumentErrors:
             self.run,
         )
 
+    def likeliest(self, rows: np.ndarray) -> tuple[Source | None, float]:
+        """The largest of the most likely errors in rows of unit white noise (rows,): its source and size, in widths.
+
+        U' (1 + U U')^-1 rows, whose variances are below 1 where instruments err as they may. None where none err.
+        """
+        left, found = self.whitener().residual(rows), list[tuple[Source, float]]()
+        for one in np.unique(self.run):
+            at = self.run == one
+            found += zip(self.sources_per_run, np.abs(self.per_run[at].T @ left[at]).tolist(), strict=True)
+        found += zip(self.sources_shared, np.abs(self.shared.T @ left).tolist(), strict=True)
+        return max(found, key=lambda each: each[1], default=(None, 0.0))
+
     def whitener(self) -> "InstrumentWhitener":
         """What takes these errors out of rows of unit white noise."""
         return InstrumentWhitener.of(self)

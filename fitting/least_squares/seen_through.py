@@ -9,6 +9,7 @@ asks so, and keeps to the ranges.
 """
 
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -24,16 +25,18 @@ from fitting.least_squares.uncertainty import at_bound, spread_of_values
 from fitting.least_squares.working_noise import Kinds, Noise, Whitener, stretches, white_noise
 from fitting.problem.unknowns import BELIEVED
 
+MOST_WIDTHS = 5.0  # accuracies: none of some hundred errors is larger, if instruments err as they may; chosen
+MOST_STEPS = 60  # of a search: where more are needed nothing is sharp enough to be likelier; measured: 4 to 12
 LEAST_NOISE = 0.01  # of a reading's: who leaves less fits readings that were made up, which no instrument has bent
 
 
 def seen_through_instruments(fit: Fit, searches: Searches) -> Fit | None:
     """The same model with the values that leave the least beyond errors of instruments, and their standard errors.
 
-    `searches` are those of the fit. None where no instrument may err, where the model leaves more than noise beyond
-    them or these values deny a stated one, for then it lacks something that matters more, where it leaves next to
-    nothing, or where errors are too many to be held in memory; and of motions, whose rows are costly. Residual and
-    slopes are those of the readings, as in every fit.
+    `searches` are those of the fit. None where no instrument may err; where the model leaves more than noise beyond
+    them, or these values deny a stated one or ask more of an instrument than it may err by, for then it lacks something
+    that matters more; where it leaves next to nothing; where errors are too many to be held in memory; and of motions,
+    whose rows are costly. Residual and slopes are those of the readings, as in every fit.
     """
     errors, count = fit.errors, len(fit.samples)
     moves = any(block.steps for block in fit.problem.blocks)
@@ -42,9 +45,13 @@ def seen_through_instruments(fit: Fit, searches: Searches) -> Fit | None:
     noise = rms(left_beyond(fit.residual / fit.samples.sigma, fit.slopes[:count], errors))
     if not LEAST_NOISE < noise < UNBENT.noise:
         return None
-    near = _sought(fit, searches, white_noise(noise**2))  # beside noise that fades a sharp bend has many valleys
-    found = None if near is None else _sought(near, searches, noise_of(near))
-    if near is None or found is None or np.any(np.abs(found.prior_rows) > BELIEVED):
+    white = white_noise(noise**2)
+    near = _sought(fit, searches, white)  # beside noise that fades a sharp bend has many valleys
+    fading = None if near is None else noise_of(near)
+    found = None if near is None or fading is None else _sought(near, searches, fading)
+    if near is None or found is None or fading is None or np.any(np.abs(found.prior_rows) > BELIEVED):
+        return None
+    if max(asked_of_instruments(near, white), asked_of_instruments(found, fading)) > MOST_WIDTHS:
         return None
     return replace(found, robust=_at_least(found.robust, near.robust))
 
@@ -52,13 +59,34 @@ def seen_through_instruments(fit: Fit, searches: Searches) -> Fit | None:
 def _sought(fit: Fit, searches: Searches, noise: Noise) -> Fit | None:
     """The values that leave the least beyond instruments and such noise, sought from those of a fit on.
 
-    None where no finite numbers were met.
+    None where no finite numbers were met. From a place where a size of the muscle stands at its limit the dogleg crawls
+    along that limit (500 evaluations without an end), where the reflective steps take 12; these stop short of every
+    limit, which the dogleg then finds.
     """
     subset = subset_of(fit.layout, fit.vector, fit.free)
     seen = _Seen(searches, subset, fit, noise)
     slopes: Any = seen.slopes  # scipy's own types admit the name of a scheme alone
-    found = least_squares(seen.rows, np.asarray(subset.place(fit.vector)), slopes, bounds=(0.0, 1.0), method="dogbox")
+    search = partial(least_squares, seen.rows, jac=slopes, bounds=(0.0, 1.0), max_nfev=MOST_STEPS)
+    near = search(np.asarray(subset.place(fit.vector)), method="trf")
+    found = search(near.x, method="dogbox")
     return _recorded(fit, seen, found.x) if np.isfinite(found.cost) else None
+
+
+def asked_of_instruments(fit: Fit, noise: Noise) -> float:
+    """The largest of the most likely errors that these values ask of an instrument, in accuracies.
+
+    Some thousand readings that a law of a slightly wrong shape misses weigh more than one error of a whole run that is
+    ten times as large as it may be: values then leave the shape right, and the friction of every run wrong.
+    """
+    without_noise = _without_noise(fit, noise)
+    known = fit.errors.changed(without_noise(fit.errors.per_run), without_noise(fit.errors.shared))
+    return known.likeliest(without_noise(fit.residual / fit.samples.sigma))[1]
+
+
+def _without_noise(fit: Fit, noise: Noise) -> Whitener:
+    """What takes such noise's correlation out of the rows of a fit."""
+    parts = stretches(fit.samples)
+    return Whitener.of(noise, fit.samples, np.repeat(np.arange(len(parts)), [part.stop - part.start for part in parts]))
 
 
 class _Seen:
@@ -66,9 +94,7 @@ class _Seen:
 
     def __init__(self, searches: Searches, subset: Subset, fit: Fit, noise: Noise) -> None:
         self.searches, self.subset, self.count = searches, subset, len(fit.samples)
-        parts = stretches(fit.samples)
-        together = np.repeat(np.arange(len(parts)), [part.stop - part.start for part in parts])
-        self.without_noise = Whitener.of(noise, fit.samples, together)
+        self.without_noise = _without_noise(fit, noise)
         known = fit.errors.changed(self.without_noise(fit.errors.per_run), self.without_noise(fit.errors.shared))
         self.without_errors = known.whitener()
         self.at = latest_kept(self._looked_at)  # rows and slopes as they were measured

@@ -2,8 +2,10 @@
 
 import numpy as np
 
+from fitting.instruments.sources import Source
 from fitting.posterior.evaluation import in_batches, prior_curvature, slopes_at
 from fitting.posterior.explicit import LIKELIEST, Explicit
+from fitting.posterior.instruments import visible
 from fitting.posterior.settings import DENSITY
 from fitting.posterior.target import PosteriorProblem
 
@@ -35,6 +37,21 @@ def robust_share(setup: PosteriorProblem, z: np.ndarray, cluster: np.ndarray) ->
     plain = np.einsum("ij,ij->i", bread, axes)
     robust = np.einsum("ij,jk,ik->i", bread, middle, bread)
     return np.sqrt(np.maximum(robust, 0) / np.maximum(plain, 1e-300))
+
+
+def most_asked(setup: PosteriorProblem, z: np.ndarray) -> tuple[Source | None, float]:
+    """The largest of the most likely errors of instruments in the middle of chains z: its source, and its accuracies.
+
+    None where no instrument errs, or where there are too many errors to be held one by one.
+    """
+    explicit, errors = Explicit.of(setup), visible(setup.errors)
+    if explicit is None or not errors.count:
+        return None, 0.0
+    centre = z.reshape(-1, z.shape[-1]).mean(axis=0)
+    sizes = np.abs(in_batches(LIKELIEST, explicit, centre[None])[0])
+    runs = len(np.unique(errors.run))
+    sources = (*errors.sources_per_run * runs, *errors.sources_shared)
+    return max(zip(sources, sizes.tolist(), strict=True), key=lambda each: each[1])
 
 
 def _giving_way(explicit: Explicit, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -22,7 +22,7 @@ from fitting.posterior.record import (
     correlation_steps,
     quantities,
 )
-from fitting.posterior.robust import robust_share
+from fitting.posterior.robust import most_asked, robust_share
 from fitting.posterior.settings import SUMMARY
 from fitting.posterior.setup import positions_in
 from fitting.posterior.target import PosteriorProblem
@@ -47,7 +47,7 @@ def summarise(
     messages = convergence_warnings(setup.names, natural, ended) if unreliable is None else unreliable
     found = quantities(fit, setup, natural, robust_share(setup, z, cluster))
     missing = anything_missing(fit, seed)
-    found_warnings = find_warnings(fit, found, setup, missing)
+    found_warnings = find_warnings(fit, found, setup, missing, most_asked(setup, z))
     some, time = z.reshape(-1, z.shape[-1]), correlation_steps(natural)
     thin = natural[:, :: max(1, int(time / 2)) if np.isfinite(time) else 1]  # two steps for each correlation time
     sensitivity = prior_sensitivity(setup, thin)

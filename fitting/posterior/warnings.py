@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 
 from fitting import showing
+from fitting.instruments.sources import Source
 from fitting.least_squares.record import Fit
 from fitting.posterior.instruments import visible
 from fitting.posterior.record import Missing, Quantity
@@ -17,9 +18,16 @@ INSTRUMENTS = {
 
 
 def find_warnings(
-    fit: Fit, found: dict[str, Quantity], setup: PosteriorProblem, missing: Missing | None
+    fit: Fit,
+    found: dict[str, Quantity],
+    setup: PosteriorProblem,
+    missing: Missing | None,
+    asked: tuple[Source | None, float] = (None, 0.0),
 ) -> tuple[str, ...]:
-    """Reasons not to trust the quantiles although the chains may be perfect."""
+    """Reasons not to trust the quantiles although the chains may be perfect.
+
+    `asked` is the error of an instrument that these values ask most of, in its accuracies.
+    """
     messages = [] if fit.converged else ["the fit that the walkers start from did not converge"]
     if missing is not None and missing.rejected:
         messages.append(
@@ -32,6 +40,7 @@ def find_warnings(
                 f"the misfit in {label} is {one.values[0]:.1f} times the {'stated ' if stated else ''}noise of a "
                 "reading: the model misses more than noise, and these intervals are not calibrated"
             )
+    messages += _asked_too_much(*asked)
     messages += conflicts_with_priors(found, setup)
     wide = {name: found[name].robust_error / found[name].sd for name in fit.free if found[name].sd > 0}
     wide = {name: times for name, times in wide.items() if times > LIMITS.robust_excess}
@@ -41,6 +50,17 @@ def find_warnings(
             f"the intervals would be wider, were the readings of a loop taken to err together: {each} times as wide"
         )
     return tuple(messages)
+
+
+def _asked_too_much(source: Source | None, times: float) -> list[str]:
+    """That these values need an error of an instrument that is so many times what it may be, if it is too many."""
+    if source is None or times <= LIMITS.asked:
+        return []
+    need = "friction to differ" if source.channel is None else f"{INSTRUMENTS[source.channel]} to err"
+    return [
+        f"these values need {need} by {times:.0f} times what is allowed: the model is wrong somewhere, and these "
+        "intervals are not calibrated"
+    ]
 
 
 def conflicts_with_priors(found: dict[str, Quantity], setup: PosteriorProblem) -> list[str]:
