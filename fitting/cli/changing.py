@@ -5,9 +5,10 @@ from collections.abc import Callable, Sequence
 from fitting.cli.run import CommandRun
 from fitting.cli.saving import save
 from fitting.report.page.page import write_page
+from fitting.report.text.attempts import held_text
 from fitting.report.text.changes import change_result, change_text
 from fitting.report.text.fit import fit_report
-from fitting.report.text.layout import line
+from fitting.report.text.layout import line, lines
 from fitting.report.text.next_step import after_change
 from fitting.report.text.study import steps_report
 from fitting.study.changing import Difference, change
@@ -28,12 +29,13 @@ def change_model(
     with run.progress("fitting") as progress:
         found = change(run.task, changed, by, progress)
     unit = found.comparison.unit
+    held = [text for stage in found.stages for text in held_text(stage.held)]
     run.print([line("RESULT", change_text(found, unit), "bold"), *steps_report(found.stages, unit)])
-    run.print(fit_report(found.after))
+    run.print([*lines("SIZES", held), *fit_report(found.after)])
     after = after_change(run.task.experiments, run.request.data_again, run.request.save)
     run.print([line("SAVED", NOT_TAKEN, "yellow")] if found.worse else save(run, found.after, after))
     run.write(change_result(found))
     if run.request.html:
         following = None if found.worse or after is None else (STILL, after)
-        write_page(run.request.html, changed, found.comparison, stages=found.stages, following=following)
+        write_page(run.request.html, found.task, found.comparison, stages=found.stages, following=following)
     run.end(found.before.converged and found.after.converged)

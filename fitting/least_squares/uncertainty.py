@@ -57,8 +57,8 @@ def spread_of_values(
     """
     count, cluster = len(samples), clusters(samples, slopes)
     parts = slopes[:count], rows[:count], slopes[count:], cluster
-    stated = np.array([layout.entry(name).is_confined for name in names], dtype=bool)
-    return beside_stated(*parts, stated, errors) if stated.any() else covariances(*parts, errors)
+    is_confined = any(layout.entry(name).is_confined for name in names)
+    return beside_stated(*parts, errors) if is_confined else covariances(*parts, errors)
 
 
 def repeatable_spread(
@@ -111,39 +111,37 @@ def covariances(
     return plain, robust + least * np.outer(lacking, lacking) + common
 
 
+def overrated(data: np.ndarray, rows: np.ndarray, priors: np.ndarray, cluster: np.ndarray) -> float:
+    """The noise of readings that err each for itself and say as little as these do, in standard deviations of one.
+
+    As little as in the direction of the parameters in which the robust variance is the largest multiple of the plain;
+    and all clusters together as little as one of them, for a wrong law misses every loop alike.
+    """
+    plain, robust = covariances(data, rows, priors, cluster)
+    root = _root_of_inverse(plain)
+    times = np.linalg.eigvalsh(root.T @ robust @ root).max(initial=1.0) * len(np.unique(cluster))
+    return float(np.sqrt(times * max(np.sum(rows**2) / max(len(rows) - data.shape[1], 1), 1e-30)))
+
+
 def beside_stated(
     data: np.ndarray,
     rows: np.ndarray,
     priors: np.ndarray,
     cluster: np.ndarray,
-    stated: np.ndarray,
     errors: InstrumentErrors | None = None,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """The same where the data may not teach sizes of the muscle: `stated` (k,) tells which of the parameters are such.
+    """The same where a free fit would deny a stated size: readings that a wrong law misses alike say one thing often.
 
-    They are as uncertain as was stated. All others have the covariance that they have with these sizes held, and move
-    with them as the optimum does. A model that would deny a stated size says nothing about it.
+    They count as little as they do where they are most `overrated`, what is stated counts in full. So a radius and an
+    angle that the readings tie to each other stay tied, and each of them is hardly better known than it was stated.
     """
-    others, moved = ~stated, moved_by_stated(data, priors, stated)
-    found = []
-    for covariance in covariances(data[:, others], rows, priors[:, others], cluster, errors):
-        whole = moved @ moved.T
-        whole[np.ix_(others, others)] += covariance
-        found.append(whole)
-    return found[0], found[1]
-
-
-def moved_by_stated(data: np.ndarray, priors: np.ndarray, stated: np.ndarray) -> np.ndarray:
-    """How far all parameters move (k, sizes) where each `stated` (k,) size, taken as measured, is off by its error.
-
-    Slopes are those of `covariances`; to first order.
-    """
-    others, count = ~stated, int(stated.sum())
-    root = _root_of_inverse(data[:, others].T @ data[:, others] + priors[:, others].T @ priors[:, others])
-    moved = np.zeros((len(stated), count))
-    moved[stated] = np.eye(count)
-    moved[others] = -root @ root.T @ (data[:, others].T @ data[:, stated] + priors[:, others].T @ priors[:, stated])
-    return moved / np.linalg.norm(priors[:, stated], axis=0)
+    plain, noise = covariances(data, rows, priors, cluster)[0], overrated(data, rows, priors, cluster)
+    root = _root_of_inverse(data.T @ data / noise**2 + priors.T @ priors)
+    spread = root @ root.T
+    if errors is not None:
+        shared = moved_by(errors.times(1 / noise), data / noise, priors)[1]
+        spread = spread + shared @ shared.T
+    return plain, spread
 
 
 def moved_by(errors: InstrumentErrors, data: np.ndarray, priors: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -1,8 +1,7 @@
 """Adding effects to a model, or dropping them: a joint refit before and after."""
 
-import dataclasses
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from fitting import full_names
 from fitting.comparison.compare import Comparison, compare
@@ -11,6 +10,7 @@ from fitting.errors import InputError, unknown_name
 from fitting.least_squares.evaluate import held_out_rmse
 from fitting.least_squares.record import Fit
 from fitting.library.library import effects_named
+from fitting.study.confined import confined
 from fitting.study.stages import Stage
 from fitting.study.task import Task, check_needs, fit_task
 from mckibben_jax.effect import Effect, name_of
@@ -21,10 +21,11 @@ from mckibben_jax.model import with_effects
 class Change:
     """A model before and after."""
 
-    before: Fit
+    before: Fit  # with stated sizes confined as in the model after, if they are
     after: Fit
     comparison: Comparison  # of the model after
     stages: tuple[Stage, ...]
+    task: Task  # with the model after
 
     @property
     def worse(self) -> bool:
@@ -73,20 +74,49 @@ def _changed(task: Task, effects: Sequence[Effect]) -> Task:
     changed = task.with_effects(effects)
     check_needs(changed)
     names = {name for full in changed.layout.names for name in (full, full_names.common(full))}
-    return dataclasses.replace(changed, varying=task.varying.among(names))
+    return replace(changed, varying=task.varying.among(names))
 
 
 def change(task: Task, changed: Task, by: Difference, progress: Callable[[str, float], None]) -> Change:
-    """Fit before and after."""
+    """Fit before and after.
+
+    Where the larger model denies a stated size, both are fitted again with the stated sizes confined, as a discovery
+    does: many readings that a wrong law misses alike outweigh a caliper that is right.
+    """
     progress("fitting the model as it is", 0.05)
     before = fit_task(task)
-    progress("fitting the changed model", 0.45)
-    known = {name: value for name, value in before.values.items() if name in changed.layout.names}
-    after = fit_task(dataclasses.replace(changed, known=known))
+    progress("fitting the changed model", 0.35)
+    after = fit_task(_beginning_at(changed, before))
+    stages = [_stage(task, before, "model before")]
+    held = _denied(changed, after)
+    if held:
+        progress("the same with the sizes of the muscle as measured", 0.65)
+        task, changed = (replace(each, experiments=confined(each.experiments)) for each in (task, changed))
+        before = fit_task(task)
+        after = fit_task(_beginning_at(changed, before))
+        stages.append(replace(_stage(task, before), held=held))
     progress("comparing", 0.9)
-    first, last = compare(before, task.experiments), compare(after, changed.experiments)
-    stages = (
-        Stage("model before", before.rmse, held_out_rmse(before), comparison=first),
-        Stage("", after.rmse, held_out_rmse(after), comparison=last, added=by.added, dropped=by.dropped),
+    last = _stage(changed, after)
+    assert last.comparison is not None
+    stages.append(replace(last, added=by.added, dropped=by.dropped))
+    return Change(before, after, last.comparison, tuple(stages), changed)
+
+
+def _beginning_at(changed: Task, before: Fit) -> Task:
+    """The changed model, to be fitted from the values of the one before."""
+    return replace(
+        changed, known={name: value for name, value in before.values.items() if name in changed.layout.names}
     )
-    return Change(before, after, last, stages)
+
+
+def _stage(task: Task, fit: Fit, label: str = "") -> Stage:
+    return Stage(label, fit.rmse, held_out_rmse(fit), comparison=compare(fit, task.experiments))
+
+
+def _denied(task: Task, fit: Fit) -> tuple[str, ...]:
+    """The stated sizes that vary, if a fit denies any of them that nobody has asked to be free."""
+    entries = [fit.layout.entry(name) for name in fit.free]
+    stated = {entry.name: entry.prior for entry in entries if entry.prior is not None and not entry.is_confined}
+    asked = {name for name in stated if {name, full_names.common(name)} & {*task.varying.free}}
+    away = {name: abs(fit.values[name] - mean) / error for name, (mean, error) in stated.items() if name not in asked}
+    return tuple(stated) if any(errors > RULES.denied for errors in away.values()) else ()

@@ -12,7 +12,7 @@ from fitting.study.discovering import OnMotions
 
 def change_text(found: Change, unit: str) -> str:
     """What the change did to the error, in sample and on held-out runs."""
-    first, last = found.stages
+    first, last = found.stages[-2:]
     words = f"{stage_text(last)}: error {amount(first.rmse, unit)} -> {amount(last.rmse, unit)}, "
     words += f"on held-out runs {amount(first.held_out_rmse, unit)} -> {amount(last.held_out_rmse, unit)}."
     gain = 1 - (last.held_out_rmse / first.held_out_rmse) ** 2 if first.held_out_rmse and last.held_out_rmse else 0.0
@@ -31,7 +31,7 @@ def change_result(found: Change) -> dict[str, Any]:
     return {
         **fit_result(found.after),
         f"held_out_rmse_{force}": found.held_out_rmse,
-        "before": fit_result(found.before) | {f"held_out_rmse_{force}": found.stages[0].held_out_rmse},
+        "before": fit_result(found.before) | {f"held_out_rmse_{force}": found.stages[-2].held_out_rmse},
         "steps": steps,
         "comparison": comparison_result(found.comparison),
     }
