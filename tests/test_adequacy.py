@@ -6,10 +6,13 @@ import numpy as np
 import pytest
 
 from fitting.diagnosis.adequacy import AdequacyTest
+from fitting.diagnosis.estimates import untold
 from fitting.diagnosis.examine import Examiner
-from fitting.diagnosis.outcomes import Reason, Verdict
+from fitting.diagnosis.outcomes import Reason, Verdict, Why
 from fitting.diagnosis.record import Diagnosis
 from fitting.diagnosis.settings import DIAGNOSIS, VERDICT
+from fitting.problem.estimate import Estimate
+from fitting.report.text.reasons import why_text
 
 ADDED = frozenset({"tip"})
 
@@ -25,6 +28,7 @@ def why(test, added=ADDED, base=20.0, gains=True, bettered=False, **fit):
     fitted = SimpleNamespace(**{"at_bound": ()} | fit)
     examiner = SimpleNamespace(
         settings=DIAGNOSIS,
+        seen=None,
         base=SimpleNamespace(rows=np.full(50, base)),
         world=SimpleNamespace(contradicted=lambda fit: fitted.denied if hasattr(fit, "denied") else ()),
         _gains=lambda _, __: gains,
@@ -35,8 +39,37 @@ def why(test, added=ADDED, base=20.0, gains=True, bettered=False, **fit):
 
 @pytest.fixture(autouse=True)
 def believed(monkeypatch):
-    """No instrument is blamed here; `test_blamed.py` asks for that."""
+    """No instrument is blamed here (`test_blamed.py` asks for that), and every value is told."""
     monkeypatch.setattr("fitting.diagnosis.examine.unbelieved", lambda *_: ())
+    monkeypatch.setattr("fitting.diagnosis.examine.untold", lambda *_: ())
+
+
+NAN = float("nan")
+
+
+@pytest.mark.parametrize(
+    ("creep", "hill", "vague"),
+    [
+        ({"K1": (5.0, 60.0), "tau": (2.0, 90.0)}, {"a": (3.0, 1.0)}, ("creep",)),
+        ({"K1": (5.0, 40.0), "tau": (2.0, 90.0)}, {"a": (3.0, 1.0)}, ()),  # one value that is told a little is enough
+        ({"K1": (5.0, 60.0), "tau": (2.0, NAN)}, {"a": (3.0, 1.0)}, ()),  # at its bound
+        ({"K1": (5.0, 60.0), "tau": (0.0, 90.0)}, {"a": (-3.0, 80.0)}, ("creep", "hill")),
+        ({}, {"a": (3.0, 1.0)}, ()),  # nothing that the readings see
+    ],
+)
+def test_effects_of_which_nothing_is_known_are_no_part_of_an_explanation(monkeypatch, creep, hill, vague):
+    """Each value beside its standard error; of a single effect the test itself says whether it is there."""
+    sets = {"creep": creep, "hill": hill}
+    as_known = lambda values: {name: Estimate(*each, "1") for name, each in values.items()}  # noqa: E731
+    monkeypatch.setattr("fitting.diagnosis.estimates.estimates", lambda _, __, names: as_known(sets[names[0]]))
+    assert untold(None, frozenset(sets), None, VERDICT.untold) == vague
+    assert untold(None, frozenset({"creep"}), None, VERDICT.untold) == ()
+
+
+def test_a_set_with_such_an_effect_is_not_adequate(monkeypatch):
+    monkeypatch.setattr("fitting.diagnosis.examine.untold", lambda *_: ("creep",))
+    assert why(outcome()) is Reason.UNTOLD
+    assert why_text(Why(Reason.UNTOLD, ("creep",))) == "beside the others these data tell no value of ⟦creep⟧"
 
 
 @pytest.mark.parametrize(

@@ -1,5 +1,6 @@
 """What is said of every channel: the errors that were found, stated and presumed, and the readings behind them."""
 
+import dataclasses
 import json
 
 import numpy as np
@@ -11,7 +12,7 @@ from test_accuracy import gauge, loops_with, read, stated
 
 from fitting.cli.main import main
 from fitting.recordings.accuracy import Channel
-from fitting.recordings.channel_errors import channel_errors
+from fitting.recordings.channel_errors import channel_errors, found_errors
 from fitting.recordings.experiment import read_experiment
 from fitting.report.pictures.figures import as_svg
 from fitting.report.pictures.readings import estimated_channels, readings_picture
@@ -55,6 +56,23 @@ def test_a_stated_noise_stands_beside_the_noise_that_was_found(tmp_path):
     errors = errors_of(stated(tmp_path, 'pressure = { noise = "20 Pa" }', csv=loops_with(gauge())))[Channel.PRESSURE]
     assert errors.noise == 20.0
     assert errors.found.noise == pytest.approx(150.0, rel=0.2)
+
+
+@pytest.mark.parametrize(("step", "noise", "said"), [("1 kPa", 288.7, "289 Pa (stated)"), ("10 Pa", 150.0, "(found)")])
+def test_a_stated_rounding_is_the_least_that_a_reading_errs_by(tmp_path, step, noise, said):
+    """Readings that keep in step with a rounding show nothing of it."""
+    found = stated(tmp_path, f'pressure = {{ resolution = "{step}" }}', csv=loops_with(gauge()))
+    assert errors_of(found)[Channel.PRESSURE].noise == pytest.approx(noise, rel=0.2 if step == "10 Pa" else 1e-3)
+    assert said.removeprefix("289 Pa ") in channel_lines(channel_errors(found))[0]
+
+
+def test_arithmetic_is_no_noise(tmp_path):
+    """A pressure that rises in even steps, of which the last digits alone differ."""
+    (run, *_) = read(tmp_path).runs
+    even = dataclasses.replace(run, pressure=2e5 + 1e3 * np.arange(len(run)) / 3.0)
+    assert found_errors([even], "loop", 0.3).pressure.noise == 0.0
+    rough = dataclasses.replace(even, pressure=even.pressure + np.random.default_rng(1).normal(size=len(run)))
+    assert found_errors([rough], "loop", 0.3).pressure.noise == pytest.approx(1.0, rel=0.3)
 
 
 def test_points_have_no_time_and_motions_no_load_cell(tmp_path):

@@ -35,3 +35,16 @@ def estimates(world: Universe, fit: CandidateFit, effects: Iterable[str]) -> dic
             unknown = world.layout.entries[i]
             found[name] = Estimate(value, float(error) * unknown.slope(value), unknown.unit)
     return found
+
+
+def untold(world: Universe, added: frozenset[str], fit: CandidateFit, least: float) -> tuple[str, ...]:
+    """The effects of a set of several of which the data tell nothing: no value is so many standard errors large.
+
+    At one speed a friction that depends on speed may have any value, if another friction gives way. What stands at its
+    bound has no error, and says nothing here.
+    """
+    if len(added) < 2:
+        return ()
+    known = {name: estimates(world, fit, [name]).values() for name in sorted(added)}
+    vague = lambda each: abs(each.value) < least * each.error  # noqa: E731
+    return tuple(name for name, values in known.items() if values and all(map(vague, values)))

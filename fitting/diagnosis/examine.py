@@ -12,6 +12,7 @@ from fitting.diagnosis import omnibus
 from fitting.diagnosis.adequacy import AdequacyTest
 from fitting.diagnosis.blamed import unbelieved
 from fitting.diagnosis.candidate_fit import CandidateFit
+from fitting.diagnosis.estimates import untold
 from fitting.diagnosis.findings import RestsOn
 from fitting.diagnosis.flip_groups import flip_groups
 from fitting.diagnosis.missing_effect import Ground, MissingEffectTest, missing_effect_test
@@ -177,6 +178,9 @@ class Examiner:
         doubted = unbelieved(self.world, added, fit, self.settings.verdict.most_blamed)
         if doubted:
             return Why(Reason.UNBELIEVED, doubted)
+        vague = untold(self.seen, added, fit, self.settings.verdict.untold)
+        if vague:
+            return Why(Reason.UNTOLD, vague)
         if added and not self._gains(added, fit):
             return Why(Reason.NO_GAIN)
         return Why(Reason.BETTERED) if bettered else None

@@ -33,6 +33,7 @@ class Reason(Enum):
     AT_BOUND = auto()  # the named parameters end at their bounds
     CONTRADICTS = auto()  # a set contradicts the named measurements
     UNBELIEVED = auto()  # a set of several needs an instrument that errs by a large part of full scale
+    UNTOLD = auto()  # a set of several has effects of which the data tell no value at all
     NO_GAIN = auto()  # a set does not lower the held-out error
     BETTERED = auto()  # one more effect brings the error far down
     PREDICTS_WORSE = auto()  # an adequate set predicts held-out runs worse than others

@@ -107,6 +107,7 @@ class VerdictSettings:
     worse: float = 3.0  # standard errors by which an adequate set may predict held-out runs worse than the best; study
     worse_share: float = 0.005  # of the squared error, by which it must be worse as well; chosen
     most_blamed: float = 0.1  # of full scale: in a set of several no instrument is believed to err by more; chosen
+    untold: float = 0.1  # standard errors that no value of an effect reaches: nothing is known of it; chosen
     taken: float = 0.1  # share of a signature's square that one effect of the model alone absorbs; chosen
     spare_readings: int = 5  # readings more than fitted numbers, or nothing is judged; chosen
     ratio_p: float = 1e-4  # p-value of the likelihood ratio that leaves blocks of samples undecided; chosen

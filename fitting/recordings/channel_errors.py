@@ -15,6 +15,7 @@ from fitting.recordings.settings import ACCURACY
 
 UNITS = {Channel.PRESSURE: "Pa", Channel.POSITION: "m", Channel.FORCE: "N", Channel.TIME: "s", Channel.FRICTION: "1"}
 ONLY = {Channel.TIME: "skew", Channel.FRICTION: "friction_per_run"}  # what has one error alone
+ROUNDING = 12**-0.5  # of a step, the standard deviation of what is rounded to it
 WHITE = ("noise", "resolution")  # errors that readings themselves show
 
 
@@ -32,8 +33,19 @@ class ChannelErrors:
 
     @property
     def noise(self) -> float | None:
-        """Standard deviation of one reading: as stated, else as found."""
-        return self.allowed.noise if "noise" in self.stated else self.found.noise
+        """Standard deviation of one reading: as stated, else as found, and no less than a stated rounding makes."""
+        if "noise" in self.stated or self.found.noise is None:
+            return self.allowed.noise if "noise" in self.stated else None
+        return max(self.found.noise, self._of_stated_rounding)
+
+    @property
+    def noise_is_stated(self) -> bool:
+        """Whether muscle.toml has the last word on the noise of one reading."""
+        return "noise" in self.stated or self._of_stated_rounding > (self.found.noise or 0.0)
+
+    @property
+    def _of_stated_rounding(self) -> float:
+        return ROUNDING * (self.allowed.resolution or 0.0) if "resolution" in self.stated else 0.0
 
     @property
     def resolution(self) -> float | None:
@@ -120,5 +132,5 @@ def _noise(time: np.ndarray, reading: np.ndarray) -> float:
     changes = np.count_nonzero(np.diff(reading))
     if changes < min(ACCURACY.changes, len(reading) / 2):
         return 0.0
-    level = signals.noise_level(time, reading)
-    return level if level > SETTINGS.stamps * stamp_error(time, reading) else 0.0
+    level, dust = signals.noise_level(time, reading), ACCURACY.dust * float(np.abs(reading).max())
+    return level if level > max(SETTINGS.stamps * stamp_error(time, reading), dust) else 0.0

@@ -37,6 +37,7 @@ class AccuracySettings:
 
     same: float = 1e-6  # relative, by which two statements of one noise may differ: rounding of units; chosen
     rounded: float = 1e-6  # of the largest reading: finer steps are arithmetic, or a file of all digits; chosen
+    dust: float = 1e-9  # of the largest reading: smaller scatter is arithmetic, for no instrument is so good; chosen
     coarsest: float = 4.0  # noises, that a step of rounding may be: alone it makes a noise of step/sqrt(12); chosen
     changes: int = 10  # of a run's readings, where at least half repeat the one before: fewer are a set-point's; chosen
     figures: int = 2  # of what is left to fill in: nobody knows an accuracy better; chosen

@@ -34,7 +34,7 @@ def channel_lines(channels: Sequence[ChannelErrors]) -> list[str]:
 
 def _line(mine: Sequence[ChannelErrors]) -> str:
     noises = [(each.noise, each.unit) for each in mine if each.noise]
-    known = {"noise" in each.stated for each in mine if each.noise}
+    known = {each.noise_is_stated for each in mine if each.noise}
     source = "stated" if known == {True} else "found" if known == {False} else "stated or found"
     parts = [f"one reading errs by {_between(noises)} ({source})"] if noises else []
     for stated, word in ((True, "stated"), (False, "presumed")):
@@ -75,7 +75,7 @@ def accuracy_text(name: str, size: float, unit: str) -> str:
 
 def channel_cells(each: ChannelErrors) -> tuple[str, ...]:
     """One row of the table of all recordings and channels, under `HEADS`."""
-    source = "" if each.noise is None else "muscle.toml" if "noise" in each.stated else "the readings"
+    source = "" if each.noise is None else "muscle.toml" if each.noise_is_stated else "the readings"
     resolution = "" if each.resolution is None else amount(each.resolution, each.unit)
     noises = [amount(size, each.unit, FIGURES) for size in (each.noise, each.found.noise)]
     stated, presumed = (_all_allowed([each], is_stated) for is_stated in (True, False))
