@@ -69,7 +69,7 @@ def test_effects_of_which_nothing_is_known_are_no_part_of_an_explanation(monkeyp
 def test_a_set_with_such_an_effect_is_not_adequate(monkeypatch):
     monkeypatch.setattr("fitting.diagnosis.examine.untold", lambda *_: ("creep",))
     assert why(outcome()) is Reason.UNTOLD
-    assert why_text(Why(Reason.UNTOLD, ("creep",))) == "beside the others these data tell no value of ⟦creep⟧"
+    assert why_text(Why(Reason.UNTOLD, ("creep",))) == "beside the others these data do not determine ⟦creep⟧"
 
 
 @pytest.mark.parametrize(

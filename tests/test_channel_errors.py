@@ -58,12 +58,14 @@ def test_a_stated_noise_stands_beside_the_noise_that_was_found(tmp_path):
     assert errors.found.noise == pytest.approx(150.0, rel=0.2)
 
 
-@pytest.mark.parametrize(("step", "noise", "said"), [("1 kPa", 288.7, "289 Pa (stated)"), ("10 Pa", 150.0, "(found)")])
+@pytest.mark.parametrize(
+    ("step", "noise", "said"), [("1 kPa", 288.7, "0.29 kPa (stated)"), ("10 Pa", 150.0, "kPa (found)")]
+)
 def test_a_stated_rounding_is_the_least_that_a_reading_errs_by(tmp_path, step, noise, said):
     """Readings that keep in step with a rounding show nothing of it."""
     found = stated(tmp_path, f'pressure = {{ resolution = "{step}" }}', csv=loops_with(gauge()))
     assert errors_of(found)[Channel.PRESSURE].noise == pytest.approx(noise, rel=0.2 if step == "10 Pa" else 1e-3)
-    assert said.removeprefix("289 Pa ") in channel_lines(channel_errors(found))[0]
+    assert said in channel_lines(channel_errors(found))[0]
 
 
 def test_arithmetic_is_no_noise(tmp_path):

@@ -13,10 +13,13 @@ from folders import folder_of, loop_columns, model_beside, table
 from fitting.cli.main import main
 from fitting.diagnosis.course import Step
 from fitting.diagnosis.step_rules import RULES
+from fitting.instruments.errors import InstrumentErrors
+from fitting.instruments.sources import ErrorKind, Source
 from fitting.least_squares.uncertainty import beside_stated, clusters, covariances
 from fitting.model_files.model_file import read_model
 from fitting.model_files.writer import model_text
 from fitting.problem.estimate import ParameterState
+from fitting.recordings.accuracy import Channel
 from fitting.report.text.amounts import amount
 from fitting.report.text.changes import change_text
 from fitting.report.text.layout import console
@@ -132,9 +135,10 @@ def test_an_effect_is_added_to_a_muscle_of_believable_sizes(folder):
     assert words.startswith("+ ⟦linear_spring⟧: error " + amount(made.before.rmse, "N"))
 
 
-def test_who_lets_the_sizes_go_gets_them_free(folder):
-    """Each by name."""
-    made = change(*adding(folder, free=("muscle.radius", "muscle.braid_angle")), lambda *_: None)
+@pytest.mark.parametrize("free", [("muscle.radius", "muscle.braid_angle"), ("muscle.braid_angle",)])
+def test_who_lets_a_size_go_gets_all_free(folder, free):
+    """By name."""
+    made = change(*adding(folder, free=free), lambda *_: None)
     assert [stage.held for stage in made.stages] == [(), ()]
     assert np.abs(made.after.prior_rows).max() > RULES.denied
     assert not made.task.experiments[0].is_confined
@@ -200,19 +204,33 @@ def test_commands_after_a_discovery_speak_of_its_muscle(after_discovery):
 
 
 @pytest.mark.parametrize("times", [1, 25])
-def test_all_loops_say_as_little_as_one_beside_a_stated_size(times):
-    """A slope and a size that the data tie to each other, from loops in which each reading is written several times."""
-    random, loops, count = np.random.default_rng(3), 40, 4000
+def test_all_readings_say_as_little_of_a_stated_size_as_they_are_missed_by(times):
+    """A slope and a size that the data tie to each other; each reading is written several times."""
+    random, count = np.random.default_rng(3), 400
     x = np.linspace(0.0, 1.0, count)
-    once, said = np.column_stack([x, 0.5 * x + 0.02 * x**2]), 0.3 * random.normal(size=count)
-    priors, loop = np.array([[0.0, 1 / 0.2]]), np.repeat(np.arange(loops), count // loops)
+    once, said = np.column_stack([x, 0.5 * x + x**2, np.sign(x - 0.5)]), 0.3 * random.normal(size=count)
+    once[:, 2] -= once[:, :2] @ np.linalg.lstsq(once[:, :2], once[:, 2], rcond=None)[0]  # what the size does not move
+    priors, loop, stated = np.array([[0.0, 1 / 0.2, 0.0]]), np.repeat(np.arange(8), count // 8), np.arange(3) == 1
     data, rows, cluster = (np.repeat(each, times, axis=0) for each in (once, said, loop))
-    plain, robust = beside_stated(data, rows, priors, cluster)
-    expected = np.linalg.inv(once.T @ once / (loops * np.var(said)) + priors.T @ priors)
-    assert np.all(np.diag(robust) > 0.9 * np.diag(expected))
-    assert np.all(np.diag(robust) < 2 * np.diag(expected))
-    taught = np.linalg.inv(data.T @ data / np.var(rows) + priors.T @ priors)
-    assert np.diag(plain) == pytest.approx(np.diag(taught), rel=1e-2)
+    held = covariances(data[:, ~stated], rows, priors[:, ~stated], cluster)
+    for found, alone in zip(beside_stated(data, rows, priors, cluster, stated), held, strict=True):
+        known = np.linalg.inv(once.T @ once / (said @ said) + priors.T @ priors)[1, 1]
+        slope = (x @ once[:, 1]) / (x @ x)  # how the slope gives way to the size
+        assert found[1, 1] == pytest.approx(known)
+        assert found[0, 0] == pytest.approx(alone[0, 0] + slope**2 * known)
+        assert found[0, 1] == pytest.approx(-slope * known)
+        assert found[2, 2] == pytest.approx(alone[1, 1])
+    assert 0.5 * 0.2**2 < known < 0.2**2
+
+
+def test_what_each_run_errs_by_counts_beside_a_confined_size():
+    """One run whose gain nobody knows to better than a tenth."""
+    x = np.linspace(0.1, 1.0, 100)
+    data, rows = np.column_stack([x, x**2]), 0.01 * np.random.default_rng(1).normal(size=100)
+    gain = Source(Channel.FORCE, ErrorKind.GAIN_PER_RUN, 0.1, 0.1)
+    errors = InstrumentErrors(0.1 * x[:, None], np.zeros((100, 0)), (gain,), (), np.zeros(100, int))
+    loose = beside_stated(data, rows, np.array([[0.0, 100.0]]), np.arange(100) // 10, np.arange(2) == 1, errors)
+    assert np.sqrt(loose[1][0, 0]) == pytest.approx(0.1, rel=0.1)
 
 
 def test_the_same_muscle_is_predicted_however_wrong_its_caliper_is(folder):

@@ -19,6 +19,7 @@ from hidden.simulator import (
     write,
 )
 from hidden.simulator import step as pressure_step
+from scipy.signal import savgol_filter
 
 from fitting.diagnosis.diagnose import diagnose, of_force
 from fitting.errors import InputError
@@ -94,7 +95,9 @@ def test_only_motion_one_way_counts(tmp_path):
             load = float(np.median(np.asarray(data.recordings[0].runs[int(run.name)].load)))
             inertia = np.abs(run.measured[counts] - load)
             assert np.all(inertia < DYNAMICS.inertia * load + 4 * recording.noise)
-            assert np.all(run.mean[counts].sum(1) > 1 - 1e-12)  # of states whose weights are those of a mean
+            weights = run.mean[counts]
+            assert weights.sum(1) == pytest.approx(1.0)
+            assert weights.max() < 0.5  # no state alone
             assert set(np.unique(run.branch[~counts])) <= {0}
 
 
@@ -104,6 +107,21 @@ def test_noise_is_that_of_the_position_times_the_mass(tmp_path):
     level = lambda data: np.median([r.noise for r in data.recordings for _ in r.runs])  # noqa: E731
     assert level(quiet) < level(loud)
     assert {recording.noise_source for recording in quiet.recordings} == {NoiseSource.MOTION}  # nobody stated it
+
+
+def test_noise_of_neighbours_is_hardly_alike_and_never_taken_for_less(tmp_path):
+    """Of positions that are noise alone, a quarter of a window apart: as far as is said where readings are chosen."""
+    data, _ = released(tmp_path, protocol=MANY)
+    half = 4 * 6
+    found = savgol_filter(np.random.default_rng(0).normal(size=200_000), 2 * half + 1, 2, deriv=2)[half:-half]
+    alike = lambda lag: np.corrcoef(found[:-lag], found[lag:])[0, 1]  # noqa: E731
+    assert alike(half // 2) == pytest.approx(-0.09, abs=0.03)
+    assert alike(half) == pytest.approx(-0.44, abs=0.03)
+    for recording in as_force(data)[0].recordings:
+        for run in recording.runs:
+            states = np.flatnonzero(run.weight)
+            apart = np.diff(states)
+            assert np.all(apart >= 2)  # states of the muscle from one reading to the next
 
 
 # ------------------------------------------------------------------------------------------------ what is set aside

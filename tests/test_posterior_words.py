@@ -35,7 +35,7 @@ def test_noise_that_is_alike_is_said_once():
     ("channel", "times", "said"),
     [
         (Channel.FORCE, 8.2, ["these values need the load cell to err by 8 times what is allowed"]),
-        (None, 16.0, ["these values need friction to differ by 16 times what is allowed"]),
+        (None, 16.0, ["these values need friction to differ from run to run by 16 times what is allowed"]),
         (Channel.FORCE, 3.0, []),
     ],
 )

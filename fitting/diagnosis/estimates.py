@@ -40,8 +40,8 @@ def estimates(world: Universe, fit: CandidateFit, effects: Iterable[str]) -> dic
 def untold(world: Universe, added: frozenset[str], fit: CandidateFit, least: float) -> tuple[str, ...]:
     """The effects of a set of several of which the data tell nothing: no value is so many standard errors large.
 
-    At one speed a friction that depends on speed may have any value, if another friction gives way. What stands at its
-    bound has no error, and says nothing here.
+    At one speed a friction that depends on speed may have any value, if another friction gives way. An effect
+    with a value at its bound is taken to be told: other rules are about bounds.
     """
     if len(added) < 2:
         return ()

@@ -9,7 +9,7 @@ from fitting.problem.residuals import Samples
 
 HATS = ((6, 5), (5, 4), (4, 3), (3, 2))  # along the stroke, and most in the other variable: pressure in loops,
 #                                          contraction where it is held; the first that readings are enough for
-ENOUGH = 3  # readings for each column: fewer leave nothing that tells the noise
+ENOUGH = 3  # readings for each column, if the coarsest hats have so few: fewer leave nothing that tells the noise
 SAME_LEVEL = 0.03  # of the range: levels closer than this are one
 FINE = 40  # most hats along the stroke: a ripple of a twentieth of it is seen
 PER_HAT = 5  # samples of one branch

@@ -55,10 +55,6 @@ class InstrumentErrors:
         """The same errors of other rows, for example whitened ones."""
         return replace(self, per_run=per_run, shared=shared)
 
-    def times(self, factor: float) -> "InstrumentErrors":
-        """The same of rows in other standard deviations."""
-        return self.changed(factor * self.per_run, factor * self.shared)
-
     def at(self, rows: np.ndarray) -> "InstrumentErrors":
         """Of some rows alone (positions)."""
         return replace(self, per_run=self.per_run[rows], shared=self.shared[rows], run=self.run[rows])

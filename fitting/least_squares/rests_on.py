@@ -6,7 +6,7 @@ from fitting.instruments.sources import Source
 from fitting.least_squares.decomposed import lstsq
 from fitting.least_squares.record import Fit
 from fitting.least_squares.run_differences import bounds
-from fitting.least_squares.uncertainty import clusters, moved_by, overrated
+from fitting.least_squares.uncertainty import misfit_of_all, moved_by, moved_by_sizes
 
 
 def rests_on(fit: Fit) -> dict[str, dict[str, float]]:
@@ -19,7 +19,7 @@ def rests_on(fit: Fit) -> dict[str, dict[str, float]]:
     stated = [entry.name for entry in fit.layout.entries if entry.prior is not None]
     if not stated or not fit.free:
         return {name: {} for name in fit.free}
-    moves = _moves(np.vstack([_counted(fit), fit.slopes[len(fit.samples) :]]), len(stated))
+    moves = _moves_beside_confined(fit, stated)
     variance = np.maximum(np.diag(fit.robust), 1e-300)
     shares = np.minimum(moves**2 / variance[:, None], 1.0)
     return {
@@ -31,7 +31,8 @@ def rests_on(fit: Fit) -> dict[str, dict[str, float]]:
 def rests_on_instruments(fit: Fit) -> dict[str, dict[Source, float]]:
     """The share of the robust variance of each free parameter that each error of an instrument makes, from 0 to 1.
 
-    Of errors alone that all runs share: those that differ from run to run are made small by more runs.
+    Of errors alone that all runs share: those that differ from run to run are made small by more runs. Sizes that the
+    recordings may not teach rest on no instrument.
     """
     shared = _moves_by_instruments(fit)
     variance = np.maximum(np.diag(fit.robust), 1e-300)
@@ -51,23 +52,29 @@ def shown_by_runs(fit: Fit) -> dict[tuple[Source, int], float]:
     return {(source, one): share * source.allowed for (source, one), share in shares.items()}
 
 
+def _moves_beside_confined(fit: Fit, stated: list[str]) -> np.ndarray:
+    """How far the optimum moves (parameters, stated sizes); of confined sizes the readings say next to nothing."""
+    confined, count = _confined(fit), len(fit.samples)
+    if not confined.any():
+        return _moves(fit.slopes, len(stated))
+    data, priors = fit.slopes[:count], fit.slopes[count:]
+    noise = misfit_of_all(fit.residual / fit.samples.sigma)
+    sizes = _moves(np.vstack([data / noise, priors]), len(stated))[confined]
+    return moved_by_sizes(data, priors, confined) @ sizes
+
+
 def _moves_by_instruments(fit: Fit) -> np.ndarray:
-    """How far the optimum moves (parameters, errors that all runs share) by each."""
-    return moved_by(fit.errors.times(1 / _noise(fit)), _counted(fit), fit.slopes[len(fit.samples) :])[1]
+    """How far the optimum moves (parameters, errors that all runs share) by each; confined sizes do not move."""
+    count, taught = len(fit.samples), ~_confined(fit)
+    slopes = fit.slopes[:, taught]
+    moves = np.zeros((len(fit.free), fit.errors.shared.shape[1]))
+    moves[taught] = moved_by(fit.errors, slopes[:count], slopes[count:])[1]
+    return moves
 
 
-def _counted(fit: Fit) -> np.ndarray:
-    """The slopes of the measurements (rows, parameters), as much as they count in the standard errors."""
-    return fit.slopes[: len(fit.samples)] / _noise(fit)
-
-
-def _noise(fit: Fit) -> float:
-    """What readings are taken to err by: more where a free fit would deny a stated size."""
-    if not any(fit.layout.entry(name).is_confined for name in fit.free):
-        return 1.0
-    count = len(fit.samples)
-    rows, cluster = fit.residual / fit.samples.sigma, clusters(fit.samples, fit.slopes)
-    return overrated(fit.slopes[:count], rows, fit.slopes[count:], cluster)
+def _confined(fit: Fit) -> np.ndarray:
+    """Which free parameters are sizes that the recordings may not teach (parameters,)."""
+    return np.array([fit.layout.entry(name).is_confined for name in fit.free], dtype=bool)
 
 
 def _moves(slopes: np.ndarray, priors: int) -> np.ndarray:

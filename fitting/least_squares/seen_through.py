@@ -59,9 +59,9 @@ def seen_through_instruments(fit: Fit, searches: Searches) -> Fit | None:
 def _sought(fit: Fit, searches: Searches, noise: Noise) -> Fit | None:
     """The values that leave the least beyond instruments and such noise, sought from those of a fit on.
 
-    None where no finite numbers were met. From a place where a size of the muscle stands at its limit the dogleg crawls
-    along that limit (500 evaluations without an end), where the reflective steps take 12; these stop short of every
-    limit, which the dogleg then finds.
+    None where no finite numbers were met, or no end in so many steps. From a place where a size of the muscle stands at
+    its limit the dogleg crawls along that limit (500 evaluations without an end), where the reflective steps take 12;
+    these stop short of every limit, which the dogleg then finds.
     """
     subset = subset_of(fit.layout, fit.vector, fit.free)
     seen = _Seen(searches, subset, fit, noise)
@@ -69,7 +69,8 @@ def _sought(fit: Fit, searches: Searches, noise: Noise) -> Fit | None:
     search = partial(least_squares, seen.rows, jac=slopes, bounds=(0.0, 1.0), max_nfev=MOST_STEPS)
     near = search(np.asarray(subset.place(fit.vector)), method="trf")
     found = search(near.x, method="dogbox")
-    return _recorded(fit, seen, found.x) if np.isfinite(found.cost) else None
+    ended = np.isfinite(found.cost) and near.status > 0 and found.status > 0
+    return _recorded(fit, seen, found.x) if ended else None
 
 
 def asked_of_instruments(fit: Fit, noise: Noise) -> float:

@@ -57,8 +57,8 @@ def spread_of_values(
     """
     count, cluster = len(samples), clusters(samples, slopes)
     parts = slopes[:count], rows[:count], slopes[count:], cluster
-    is_confined = any(layout.entry(name).is_confined for name in names)
-    return beside_stated(*parts, errors) if is_confined else covariances(*parts, errors)
+    stated = np.array([layout.entry(name).is_confined for name in names], dtype=bool)
+    return beside_stated(*parts, stated, errors) if stated.any() else covariances(*parts, errors)
 
 
 def repeatable_spread(
@@ -111,16 +111,13 @@ def covariances(
     return plain, robust + least * np.outer(lacking, lacking) + common
 
 
-def overrated(data: np.ndarray, rows: np.ndarray, priors: np.ndarray, cluster: np.ndarray) -> float:
-    """The noise of readings that err each for itself and say as little as these do, in standard deviations of one.
+def misfit_of_all(rows: np.ndarray) -> float:
+    """What all readings together are missed by, in standard deviations of one: the root of their sum of squares.
 
-    As little as in the direction of the parameters in which the robust variance is the largest multiple of the plain;
-    and all clusters together as little as one of them, for a wrong law misses every loop alike.
+    Readings with this noise say of a size that a change of it is one standard error where it changes them by as much,
+    in root mean square, as the model misses them by. A wrong law misses every loop alike: more readings tell no more.
     """
-    plain, robust = covariances(data, rows, priors, cluster)
-    root = _root_of_inverse(plain)
-    times = np.linalg.eigvalsh(root.T @ robust @ root).max(initial=1.0) * len(np.unique(cluster))
-    return float(np.sqrt(times * max(np.sum(rows**2) / max(len(rows) - data.shape[1], 1), 1e-30)))
+    return float(max(np.linalg.norm(rows), 1e-15))
 
 
 def beside_stated(
@@ -128,20 +125,34 @@ def beside_stated(
     rows: np.ndarray,
     priors: np.ndarray,
     cluster: np.ndarray,
+    stated: np.ndarray,
     errors: InstrumentErrors | None = None,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """The same where a free fit would deny a stated size: readings that a wrong law misses alike say one thing often.
+    """The same where a free fit would deny a size of the muscle; `stated` (k,) tells which parameters are such sizes.
 
-    They count as little as they do where they are most `overrated`, what is stated counts in full. So a radius and an
-    angle that the readings tie to each other stay tied, and each of them is hardly better known than it was stated.
+    They are known as by what was stated and by readings that say as little as `misfit_of_all` has it: a radius and an
+    angle that the readings tie to each other stay tied, and each of them is hardly better known than it was stated. All
+    other parameters have the covariance that they have with these sizes held, and move with them as the optimum does.
     """
-    plain, noise = covariances(data, rows, priors, cluster)[0], overrated(data, rows, priors, cluster)
+    noise, others, moved = misfit_of_all(rows), ~stated, moved_by_sizes(data, priors, stated)
     root = _root_of_inverse(data.T @ data / noise**2 + priors.T @ priors)
-    spread = root @ root.T
-    if errors is not None:
-        shared = moved_by(errors.times(1 / noise), data / noise, priors)[1]
-        spread = spread + shared @ shared.T
-    return plain, spread
+    by_sizes = moved @ (root[stated] @ root[stated].T) @ moved.T
+    found = []
+    for covariance in covariances(data[:, others], rows, priors[:, others], cluster, errors):
+        whole = by_sizes.copy()
+        whole[np.ix_(others, others)] += covariance
+        found.append(whole)
+    return found[0], found[1]
+
+
+def moved_by_sizes(data: np.ndarray, priors: np.ndarray, stated: np.ndarray) -> np.ndarray:
+    """How far all parameters move (k, sizes) with each `stated` (k,) size, to first order; slopes as `covariances`."""
+    others = ~stated
+    root = _root_of_inverse(data[:, others].T @ data[:, others] + priors[:, others].T @ priors[:, others])
+    moved = np.zeros((len(stated), int(stated.sum())))
+    moved[stated] = np.eye(moved.shape[1])
+    moved[others] = -root @ root.T @ (data[:, others].T @ data[:, stated] + priors[:, others].T @ priors[:, stated])
+    return moved
 
 
 def moved_by(errors: InstrumentErrors, data: np.ndarray, priors: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -56,7 +56,7 @@ def _asked_too_much(source: Source | None, times: float) -> list[str]:
     """That these values need an error of an instrument that is so many times what it may be, if it is too many."""
     if source is None or times <= LIMITS.asked:
         return []
-    need = "friction to differ" if source.channel is None else f"{INSTRUMENTS[source.channel]} to err"
+    need = "friction to differ from run to run" if source.channel is None else f"{INSTRUMENTS[source.channel]} to err"
     return [
         f"these values need {need} by {times:.0f} times what is allowed: the model is wrong somewhere, and these "
         "intervals are not calibrated"

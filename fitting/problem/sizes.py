@@ -188,7 +188,7 @@ def _shared_out(lengths: np.ndarray, lanes: int, samples: int) -> list[list[int]
 def _in_lanes(blocks: Sequence[Block]) -> tuple[Block, np.ndarray] | None:
     """Recordings of force as one block of a standard size, which is None where there is none so large.
 
-    What follows the last reading of a run with weight, and what that is the mean of, is dropped.
+    What follows the last reading of a run with weight is dropped, but not the states of which that is the mean.
     """
     flat = lambda pick: np.concatenate([np.asarray(pick(block)).reshape(-1) for block in blocks])  # noqa: E731
     width = np.concatenate([np.full(len(block.measured), block.measured.shape[1]) for block in blocks])

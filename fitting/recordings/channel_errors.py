@@ -33,7 +33,7 @@ class ChannelErrors:
 
     @property
     def noise(self) -> float | None:
-        """Standard deviation of one reading: as stated, else as found, and no less than a stated rounding makes."""
+        """Standard deviation of one reading: as stated; else as found, but no less than a stated rounding makes."""
         if "noise" in self.stated or self.found.noise is None:
             return self.allowed.noise if "noise" in self.stated else None
         return max(self.found.noise, self._of_stated_rounding)

@@ -134,8 +134,11 @@ class Motion:
 
     @cached_property
     def moving(self) -> np.ndarray:
-        """Samples whose window is whole and holds motion in one direction at a pressure that changes evenly."""
-        whole = 2 * self.half + 1
+        """Samples whose windows are whole and hold motion in one direction at a pressure that changes slowly.
+
+        Both windows: of a polynomial that reaches into a standstill the speed would be wrong.
+        """
+        whole = max(2 * self.half + 1, self.window)
         least = lambda values, over=whole: minimum_filter1d(values, over)  # noqa: E731
         most = lambda values, over=whole: maximum_filter1d(values, over)  # noqa: E731
         blur = 3 * self.error * np.linalg.norm(savgol_coeffs(self.window, DYNAMICS.order, deriv=1, delta=self.interval))
@@ -146,7 +149,7 @@ class Motion:
         steady = least(steady * 1.0) > 0
         complete = least(self._even * (self.run.weight > 0)) > 0
         inside = np.zeros(len(self.run), bool)
-        inside[self.half : len(self.run) - self.half] = True
+        inside[whole // 2 : len(self.run) - whole // 2] = True
         return one_way & steady & complete & inside
 
     @property
@@ -172,10 +175,11 @@ class Motion:
 
     @property
     def apart(self) -> np.ndarray:
-        """Which nodes are the middle of a reading, a mask: means so far apart err each for itself.
+        """Which nodes are the middle of a reading, a mask.
 
-        The first of a stretch of usable nodes is one, and every sixth after it: the noise of two means three quarters
-        of a window apart is uncorrelated (0.02 of its variance).
+        The first of a stretch of usable nodes is one, and every second after it, a quarter of a window apart. The noise
+        of neighbours has a correlation of -0.09, of the next but one -0.44: they are taken to err each for itself, and
+        what changes slowly is told from more noise than there is.
         """
         usable = self.usable[self.nodes]
         place = np.arange(len(usable))
@@ -227,7 +231,7 @@ def _let_go(run: Run) -> Run:
 
 
 def _smoothed(motion: Motion) -> Motion:
-    """With polynomials over the longest window, up to `LONGEST`, that blurs nothing."""
+    """With polynomials over the longest window that blurs nothing."""
     wanted = float(DYNAMICS.shortest)
     while (wanted := wanted * DYNAMICS.longer) * motion.interval <= DYNAMICS.longest and wanted < len(motion.run):
         longer = replace(motion, window=int(wanted) | 1)
@@ -250,21 +254,30 @@ def _blurs(longer: Motion, shorter: Motion) -> bool:
 
 
 def _averaged(motion: Motion) -> Motion:
-    """With means over the longest window, up to `LONGEST`, that leaves enough readings, or is quiet enough."""
-    best = motion
+    """With means over the longest window that leaves enough readings, or is quiet enough.
+
+    Where a reading would be too loud to be used, fewer of them are enough.
+    """
+    best = _over(motion, 1)
     while best.noise >= DYNAMICS.quiet * best.load:
-        longer = replace(best, spacing=best.spacing + 1)
-        if 2 * longer.half * longer.interval > DYNAMICS.longest or longer.readings < DYNAMICS.plenty:
+        longer = _over(motion, best.spacing + 1)
+        enough = DYNAMICS.fewest if best.noise > DYNAMICS.loud * best.load else DYNAMICS.plenty
+        if 2 * longer.half * longer.interval > DYNAMICS.longest or longer.readings < enough:
             break
         best = longer
     return best
+
+
+def _over(motion: Motion, spacing: int) -> Motion:
+    """With means over windows of this spacing, and polynomials that reach no further than these."""
+    return replace(motion, spacing=spacing, window=min(motion.window, 2 * NODES * spacing + 1))
 
 
 # ----------------------------------------------------------------------------------------------------- as recordings
 
 
 def _alike(motions: Sequence[Motion]) -> list[list[Motion]]:
-    """Motions, in the order of their noise, in groups of about one noise."""
+    """Motions, in the order of their noise, in groups within which it differs by a few times at most."""
     groups: list[list[Motion]] = []
     for motion in motions:
         if groups and motion.noise <= DYNAMICS.alike * groups[-1][0].noise:

@@ -80,7 +80,7 @@ def _changed(task: Task, effects: Sequence[Effect]) -> Task:
 def change(task: Task, changed: Task, by: Difference, progress: Callable[[str, float], None]) -> Change:
     """Fit before and after.
 
-    Where the larger model denies a stated size, both are fitted again with the stated sizes confined, as a discovery
+    Where the model after denies a stated size, both are fitted again with the stated sizes confined, as a discovery
     does: many readings that a wrong law misses alike outweigh a caliper that is right.
     """
     progress("fitting the model as it is", 0.05)
@@ -114,9 +114,9 @@ def _stage(task: Task, fit: Fit, label: str = "") -> Stage:
 
 
 def _denied(task: Task, fit: Fit) -> tuple[str, ...]:
-    """The stated sizes that vary, if a fit denies any of them that nobody has asked to be free."""
+    """The stated sizes that vary, if a fit denies any of them, and nobody has asked for one of them to be free."""
     entries = [fit.layout.entry(name) for name in fit.free]
     stated = {entry.name: entry.prior for entry in entries if entry.prior is not None and not entry.is_confined}
-    asked = {name for name in stated if {name, full_names.common(name)} & {*task.varying.free}}
-    away = {name: abs(fit.values[name] - mean) / error for name, (mean, error) in stated.items() if name not in asked}
-    return tuple(stated) if any(errors > RULES.denied for errors in away.values()) else ()
+    away = [abs(fit.values[name] - mean) / error for name, (mean, error) in stated.items()]
+    asked = {*stated, *map(full_names.common, stated)} & {*task.varying.free}
+    return tuple(stated) if not asked and max(away, default=0.0) > RULES.denied else ()

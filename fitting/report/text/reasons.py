@@ -47,7 +47,7 @@ def why_text(why: Why | None, unexplained: float | None = None) -> str:
         Reason.AT_BOUND: f"{names} ends at its bound",
         Reason.CONTRADICTS: f"contradicts what was measured: {names}",
         Reason.UNBELIEVED: f"needs an instrument that is off by more than a tenth of full scale: {names}",
-        Reason.UNTOLD: f"beside the others these data tell no value of {names}",
+        Reason.UNTOLD: f"beside the others these data do not determine {names}",
         Reason.SPECIAL_CASE: f"explains the data, and so does its special case {marked(why.names, ' + ')}",
         Reason.FEW_READINGS: f"{why.readings} readings cannot judge a model with {why.fitted} fitted numbers: "
         "record more",
