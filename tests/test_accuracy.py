@@ -10,7 +10,7 @@ from folders import MUSCLE, folder_of, isometric_columns, loop_columns, loop_csv
 from fitting.cli.main import main
 from fitting.errors import InputError
 from fitting.recordings.accuracy import NOTHING_STATED
-from fitting.recordings.experiment import read_experiment
+from fitting.recordings.experiment import read_experiment, read_single
 from fitting.recordings.noise import noise_of
 from fitting.recordings.presumed import allowed, presumed
 from fitting.recordings.template import write_muscle_file
@@ -253,6 +253,70 @@ def test_the_row_is_that_of_the_recording_meant(tmp_path):
     assert toml.split("\n")[met.value.row - 1] == 'pressure = "gage"'
 
 
+# ------------------------------------------------------------------------------------- of all recordings of a file
+
+COMMON = """[accuracy]
+pressure = { gain = "1 %", zero = "0.5 kPa" }
+force = { gain_per_run = "0.3 %", noise = "2 N" }
+displacement = { zero_per_run = "0.1 mm" }
+
+"""
+
+
+def common(folder, own="", noise=""):
+    """The recordings of a folder whose muscle.toml says something of all, and of the loops something besides."""
+    path = folder_of(folder, table(loop_columns()), more=own)
+    (path / "release.csv").write_text(table(release_columns()))
+    text = (path / "muscle.toml").read_text().replace("[[recording]]", COMMON + "[[recording]]", 1)
+    text = text.replace('test = "loop"', f'test = "loop"\n{noise}')
+    text += '\n[[recording]]\nfile = "release.csv"\ntest = "quick release"\n'
+    (path / "muscle.toml").write_text(text)
+    return read_experiment(path).recordings
+
+
+def test_what_holds_for_all_recordings_is_stated_once(tmp_path):
+    """Of a force only where one is read."""
+    loop, release = (each.accuracy for each in common(tmp_path))
+    for each in (loop, release):
+        assert (each.pressure.gain, each.pressure.zero) == (0.01, 500.0)
+        assert each.position.zero_per_run == pytest.approx(1e-4)
+    assert (loop.force.gain_per_run, loop.force.noise) == (0.003, 2.0)
+    assert release.force.gain_per_run is None
+
+
+def test_a_recording_has_the_last_word(tmp_path):
+    """Error by error, and column by column of the position; its own noise too."""
+    own = '[recording.accuracy]\npressure = { gain = "2 %" }\nlength = { gain = "1 %" }'
+    loop, release = (each.accuracy for each in common(tmp_path, own, 'noise = "0.5 N"'))
+    assert (loop.pressure.gain, loop.pressure.zero) == (0.02, 500.0)
+    assert (loop.position.gain, loop.position.zero_per_run) == (0.01, None)
+    assert loop.force.noise == 0.5
+    assert release.pressure.gain == 0.01
+
+
+@pytest.mark.parametrize(
+    ("line", "said"),
+    [
+        ('pressure = { gian = "1 %" }', "unknown key in [recording.accuracy], pressure: 'gian'"),
+        ("pressure = 3", "accuracy: pressure is not a table"),
+        ('time = { skew = "5" }', "skew"),
+    ],
+)
+def test_what_is_wrong_for_all_is_said_with_its_row(tmp_path, line, said):
+    path = folder_of(tmp_path, table(loop_columns()))
+    text = (path / "muscle.toml").read_text().replace("[[recording]]", f"[accuracy]\n{line}\n\n[[recording]]", 1)
+    (path / "muscle.toml").write_text(text)
+    with pytest.raises(InputError, match=re.escape(said)) as met:
+        read_experiment(path)
+    assert met.value.row == text.split("\n").index(line) + 1
+
+
+def test_a_single_file_is_read_with_the_accuracies_of_its_muscle(tmp_path):
+    common(tmp_path)
+    found = read_single(tmp_path / "data.csv", tmp_path / "muscle.toml", "loop").recordings[0].accuracy
+    assert (found.pressure.gain, found.force.gain_per_run) == (0.01, 0.003)
+
+
 # -------------------------------------------------------------------------------------------------------- round trip
 
 
@@ -289,6 +353,22 @@ def test_what_init_leaves_as_comments_is_what_is_presumed(tmp_path):
         if each.test != "quick release":
             assert stated.force.gain_per_run == pytest.approx(guessed.force.gain_per_run)
             assert stated.force.hysteresis == pytest.approx(guessed.force.hysteresis)
+
+
+def test_init_writes_once_what_recordings_of_one_rig_share(tmp_path):
+    """With the zero of the gauge's full scale, which is that of the largest pressure."""
+    for bar in (1.0, 4.0, 2.0):
+        (tmp_path / f"loops {bar:.0f} bar.csv").write_text(table(loop_columns() | {"pressure [bar]": bar}))
+    (tmp_path / "release.csv").write_text(table(release_columns()))
+    path = filled(tmp_path)
+    text = path.read_text()
+    assert text.count("# [accuracy]") == text.count("# [recording.accuracy]") == 1
+    assert text.count("# noise, force_sign and so on, as above") == 2
+    path.write_text(re.sub(r"^# (?=\[accuracy\])", "", uncommented(text), flags=re.M))
+    of_loops = [each.accuracy for each in read_experiment(tmp_path).recordings if each.test == "loop"]
+    assert len(of_loops) == 3
+    assert {each.pressure.zero for each in of_loops} == {400.0}
+    assert {each.force.gain_per_run for each in of_loops} == {0.001}
 
 
 def test_init_writes_an_accuracy_in_the_units_of_the_file(tmp_path):

@@ -175,8 +175,10 @@ def test_add_lets_the_error_fall_and_drop_lets_it_rise(data, tmp_path):
     assert found["held_out_rmse_N"] < 0.2 * found["before"]["held_out_rmse_N"]
     assert found["parameters"]["linear_spring.K"]["value"] == pytest.approx(400 / 0.25, rel=0.05)
     assert "linear_spring" in (data / "model.toml").read_text()
+    assert "It replaces a model" not in words  # which began with what was there
     assert "is in the model already" in refused("add", data, "linear_spring")
-    run("drop", data, "linear_spring", "--json", out, "--starts", 2)
+    words = run("drop", data, "linear_spring", "--json", out, "--starts", 2).stdout
+    assert "It replaces a model" not in words
     assert json.loads(out.read_text())["rmse_N"] > 1.0
 
 
@@ -188,6 +190,14 @@ def test_the_models_before_and_after_a_change_are_sought_by_shooting(data, monke
     run(verb, data, effect, "--shooting", 3, "--starts", 1, "--no-save")
     confined = {"add": 0, "drop": 2}[verb]  # without friction a size is denied, and both models are sought again
     assert sought == [3] * (2 + confined)
+
+
+def test_it_is_said_which_model_another_replaces(data):
+    """Where a command has begun with the baseline beside a model that knows more."""
+    run("add", data, "linear_spring", "--starts", 1)
+    words = " ".join(run("fit", data, "--baseline", "--starts", 1).stdout.split())
+    assert "It replaces a model that was there: ideal_cylinder + linear_spring + coulomb_friction." in words
+    assert "linear_spring" not in (data / "model.toml").read_text()
 
 
 def test_a_rival_is_replaced_and_it_is_said(data):

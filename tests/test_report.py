@@ -437,7 +437,7 @@ def test_the_nearest_set_says_why_it_explains_nothing(diagnosis):
     assert "others leave far less" not in words
     little = dataclasses.replace(near[1], unexplained=0.0)
     words = " ".join(text_of(diagnosis_report(dataclasses.replace(diagnosis, nearest=(little,)))).split())
-    assert "of which 0 N is unexplained; what is left is small but no mere chance (p = 0.002)" in words
+    assert "of which 0 N is unexplained; what is left is small, but too alike for chance (p = 0.002)" in words
 
 
 def test_the_terminal_gives_the_values_of_what_is_missing(diagnosis):

@@ -12,12 +12,14 @@ from fitting.recordings.settings import ACCURACY
 from fitting.recordings.tables import Table
 
 
-def accuracy_lines(table: Table | None, test: str, names: Collection[str]) -> Iterator[str]:
+def accuracy_lines(
+    table: Table | None, test: str, names: Collection[str], head: str = "[recording.accuracy]"
+) -> Iterator[str]:
     """Comments that become a table when their signs are taken away; `names` are the columns that the file has.
 
     `table` holds the readings, or is None where they cannot be read yet.
     """
-    yield "# [recording.accuracy]   # what the data sheets of your instruments say, one standard deviation each;"
+    yield f"# {head:<23}# what the data sheets of your instruments say, one standard deviation each;"
     yield "#                        # what is not stated is presumed as it stands here, and the noise is estimated"
     yield f'# pressure = {{ zero = "{_pressure_zero(table)}", gain = "{_share(PRESUMED.pressure_gain)}" }}'
     if test in FORCE_TESTS:

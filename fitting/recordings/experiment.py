@@ -16,6 +16,7 @@ from fitting.recordings.accuracy import Accuracy
 from fitting.recordings.accuracy_table import ACCURATE, accuracy_of
 from fitting.recordings.again import runs_of
 from fitting.recordings.channel_errors import found_errors
+from fitting.recordings.common_accuracy import common_accuracy, common_accuracy_of, with_common
 from fitting.recordings.constants import with_constants
 from fitting.recordings.gaps import gap_notes
 from fitting.recordings.kinds import INSIDE, is_recording
@@ -71,11 +72,11 @@ def read_experiment(folder: Path | str) -> Experiment:
     if not isinstance(entries, list) or not entries or not all(isinstance(entry, dict) for entry in entries):
         cure = 'add [[recording]] and below it file = "loops.csv" and test = "loop"'
         raise InputError("no recording is named", path, cure=cure)
-    digest = hashlib.sha256(raw)
+    digest, common = hashlib.sha256(raw), common_accuracy(table, path, raw)
     recordings = []
     for number, entry in enumerate(entries):
         try:
-            recording, content = _recording_of(entry, folder, muscle)
+            recording, content = _recording_of(entry, common, folder, muscle)
         except InputError as error:
             if error.file is not None:
                 raise
@@ -122,19 +123,23 @@ def read_single(
     """A data set of one file, with the muscle of a muscle.toml that may stand elsewhere."""
     path = Path(path)
     muscle, priors, name, source = read_muscle(muscle_file)
-    recording, content = _read(path, test, muscle, dict(options or {}), path.name)
     described = Path(muscle_file) / "muscle.toml" if Path(muscle_file).is_dir() else Path(muscle_file)
+    asked = with_common(dict(options or {}), test, common_accuracy_of(described))
+    recording, content = _read(path, test, muscle, asked, path.name)
     digest = hashlib.sha256(described.read_bytes() + content).hexdigest()
     return with_limits(without_copies(Experiment(name, path.parent, muscle, (recording,), priors, digest, source)))
 
 
-def _recording_of(entry: dict[str, Any], folder: Path, muscle: Muscle) -> tuple[Recording, bytes]:
-    """One `[[recording]]` of a muscle.toml."""
+def _recording_of(
+    entry: dict[str, Any], common: Mapping[str, Any], folder: Path, muscle: Muscle
+) -> tuple[Recording, bytes]:
+    """One `[[recording]]` of a muscle.toml with its [accuracy]."""
     for key in ("file", "test"):
         if not isinstance(entry.get(key), str):
             cure = f'add {key} = "{"loops.csv" if key == "file" else "loop"}"'
             raise InputError(f"a [[recording]] lacks {key}", value=entry.get(key), cure=cure)
-    return _read(folder / entry["file"], entry["test"], muscle, entry, entry["file"])
+    whole = with_common(entry, entry["test"], common)
+    return _read(folder / entry["file"], entry["test"], muscle, whole, entry["file"])
 
 
 def _read(path: Path, test: str, muscle: Muscle, options: dict[str, Any], name: str) -> tuple[Recording, bytes]:

@@ -15,7 +15,7 @@ from fitting.units import Measured
 from mckibben_jax.laws.rubber import shear_modulus_of_hardness
 from mckibben_jax.muscle import Muscle, quantities
 
-TOP_KEYS = ("name", "muscle", "recording", "source")
+TOP_KEYS = ("name", "muscle", "accuracy", "recording", "source")
 INSTEAD = ("cord_length", "turns", "hardness")  # other ways to say the braid angle and the shear modulus
 TOO_MUCH = "a file of this kind has some dozens of lines; is it another file?"
 LEAST_ANGLE = math.radians(1.0)  # every braid has more, and every one in radians that is read as degrees has less

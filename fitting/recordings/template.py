@@ -4,6 +4,8 @@ import json
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
+import numpy as np
+
 from fitting.errors import InputError
 from fitting.recordings.accuracy_template import accuracy_lines
 from fitting.recordings.guesses import SIGNED, Guess, guesses_of
@@ -15,6 +17,7 @@ from fitting.showing import shown_in
 from fitting.writing import FULL, refused, text_replaced
 from mckibben_jax.muscle import quantities
 
+POSITION_SIGN = "position_sign = -1       # a guess: the force rises with this reading, so that lengthening is positive"
 TYPICAL = {
     "shear_modulus": 1e6,
     "mooney_c10": 1e6,
@@ -54,7 +57,9 @@ def muscle_file(folder: Path) -> str:
 
 
 def _text(folder: Path, guesses: Sequence[Guess]) -> str:
-    parts = [_muscle_part(folder), *map(_recording_part, guesses)]
+    shared = _shared(guesses)
+    parts = [_muscle_part(folder), *_shared_part(shared)]
+    parts += [_recording_part(guess, shared) for guess in guesses]
     if not guesses:
         parts.append('# [[recording]]\n# file = "loops.csv"\n# test = "loop"\n')
     return "\n".join([*parts, '[source]\ncitation = ""\nlicence  = ""\n'])
@@ -82,11 +87,31 @@ def _muscle_lines(folder: Path) -> Iterator[str]:
     yield '# cord_length = "? mm"       # with turns = "?" instead of braid_angle: one strand and its turns'
 
 
-def _recording_part(guess: Guess) -> str:
-    return "\n".join(_recording_lines(guess)) + "\n"
+def _shared(guesses: Sequence[Guess]) -> list[Guess]:
+    """The recordings that one rig seems to have made: all that are like the first; none where that is alone."""
+    read = [guess for guess in guesses if not guess.reason]
+    like_first = [guess for guess in read if _kind(guess) == _kind(read[0])]
+    return like_first if len(like_first) > 1 else []
 
 
-def _recording_lines(guess: Guess) -> Iterator[str]:
+def _kind(guess: Guess) -> tuple[str, frozenset[str]]:
+    return guess.test, frozenset(guess.columns or {})
+
+
+def _shared_part(shared: Sequence[Guess]) -> list[str]:
+    """What the instruments of these recordings may err by, stated once; full scale is that of the largest pressure."""
+    if not shared:
+        return []
+    readable = [guess.readable for guess in shared if guess.readable is not None and "pressure" in guess.readable]
+    largest = max(readable, key=lambda table: float(np.nanmax(np.abs(table["pressure"]))), default=None)
+    return ["\n".join(accuracy_lines(largest, shared[0].test, shared[0].columns or {}, "[accuracy]")) + "\n"]
+
+
+def _recording_part(guess: Guess, shared: Sequence[Guess]) -> str:
+    return "\n".join(_recording_lines(guess, shared)) + "\n"
+
+
+def _recording_lines(guess: Guess, shared: Sequence[Guess]) -> Iterator[str]:
     """One [[recording]]: the kind of test and the columns as far as they can be told."""
     if guess.reason:
         yield f"# {guess.name}{',' * bool(guess.inside)} is left out: {guess.reason}"
@@ -104,14 +129,27 @@ def _recording_lines(guess: Guess) -> Iterator[str]:
     if guess.unused:
         named = ", ".join(_quoted(head) for head in guess.unused)
         yield f"# not used: {named}; if one is needed, name it in `columns`"
+    if guess in shared[1:]:
+        yield from _what_differs(guess)
+        return
     yield '# noise = "0.5 N"        # standard deviation of one reading, if known'
     yield guess.pressure
     yield "# force_sign = -1        # where the rig counts pulling as negative"
     if guess.position_sign < 0:
-        yield "position_sign = -1       # a guess: the force rises with this reading, so that lengthening is positive"
+        yield POSITION_SIGN
     elif {*SIGNED} & {*(guess.columns or {})}:
         yield "# position_sign = -1     # where the rig counts lengthening as positive, as an extension"
-    yield from accuracy_lines(guess.readable, guess.test, guess.columns or {})
+    if guess not in shared:
+        yield from accuracy_lines(guess.readable, guess.test, guess.columns or {})
+
+
+def _what_differs(guess: Guess) -> Iterator[str]:
+    """Of a recording that is like one above: what is in force, and that the rest may stand here too."""
+    if not guess.pressure.startswith("#"):
+        yield guess.pressure
+    if guess.position_sign < 0:
+        yield POSITION_SIGN
+    yield "# noise, force_sign and so on, as above; [recording.accuracy] where its instruments are others"
 
 
 def _table(entries: dict[str, str]) -> str:

@@ -25,6 +25,17 @@ def row_in_recording(raw: bytes, number: int, key: str | None) -> int | None:
     return 1 + _row(lines, first, table, name, first)
 
 
+def row_in_table(raw: bytes, table: str, key: str) -> int | None:
+    """Line, as an editor counts, that sets a key of a [table]; else where that begins; None where it stands nowhere."""
+    lines = raw.decode("utf-8-sig", "replace").split("\n")
+    head = re.compile(rf"\s*\[\s*{re.escape(table)}\s*\]")
+    first = next((row for row, line in enumerate(lines) if head.match(line)), None)
+    if first is None:
+        return None
+    end = next((row for row in range(first + 1, len(lines)) if lines[row].lstrip().startswith("[")), len(lines))
+    return 1 + _row(lines, first, end, key, first)
+
+
 def _row(lines: list[str], first: int, end: int, key: str, otherwise: int) -> int:
     """The one line from `first` on and before `end` that sets the key or heads its table."""
     called = rf"[\"']?{re.escape(key)}[\"']?\s*"

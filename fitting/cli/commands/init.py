@@ -8,8 +8,8 @@ from fitting.cli.options import Command, output_options
 from fitting.cli.run import errors_for_machines
 
 ACCURACY = (
-    "what the data sheets of your instruments say belongs below [recording.accuracy]; what is not stated is presumed "
-    "as it stands there, and compare and diagnose print it"
+    "what the data sheets of your instruments say belongs below [recording.accuracy], or below [accuracy] if it holds "
+    "for all recordings; what is not stated is presumed as it stands there, and compare and diagnose print it"
 )
 
 

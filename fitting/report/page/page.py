@@ -155,7 +155,7 @@ def _side_by_side(models: Sequence[ShownModel], names: PageNames) -> list[Sectio
 
 def _instruments(c: Comparison, d: Diagnosis | None) -> Section:
     """What each channel may err by, each in a sentence; and folded, each error and each recording."""
-    words = "What is presumed is that of common instruments: state yours below [recording.accuracy] in muscle.toml."
+    words = "What is presumed is that of common instruments: state yours below [accuracy] in muscle.toml."
     by_recording = tuple(Line(channel_cells(each)) for each in c.channels)
     errors = [errors_grid(d)] if d is not None and d.instruments else []
     explain = ", and what would explain the misfit" if d is not None and d.verdict not in NOTHING_MISSING else ""

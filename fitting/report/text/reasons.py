@@ -54,7 +54,7 @@ def why_text(why: Why | None, unexplained: float | None = None) -> str:
         Reason.FAINT: f"only a large amount of each of these would show: {names}",
     }
     if why.p_value is not None:
-        said = "something is still missing" if unexplained != 0 else "what is left is small but no mere chance"
+        said = "something is still missing" if unexplained != 0 else "what is left is small, but too alike for chance"
         return f"{said} (p = {why.p_value:.2g})"
     return about.get(why.reason) or SENTENCES[why.reason]
 
