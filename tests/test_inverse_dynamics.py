@@ -24,7 +24,7 @@ from scipy.signal import savgol_filter
 from fitting.diagnosis.diagnose import diagnose, of_force
 from fitting.errors import InputError
 from fitting.recordings.experiment import read_experiment
-from fitting.recordings.inverse_dynamics import as_force
+from fitting.recordings.inverse_dynamics import Motion, as_force
 from fitting.recordings.records import NoiseSource
 from fitting.recordings.settings import DYNAMICS
 from mckibben_jax.effect import name_of
@@ -107,6 +107,44 @@ def test_noise_is_that_of_the_position_times_the_mass(tmp_path):
     level = lambda data: np.median([r.noise for r in data.recordings for _ in r.runs])  # noqa: E731
     assert level(quiet) < level(loud)
     assert {recording.noise_source for recording in quiet.recordings} == {NoiseSource.MOTION}  # nobody stated it
+
+
+def stroke(folder, position):
+    """A data set of one release whose readings of the position (m) are these."""
+    data, _ = released(folder, protocol={**FEW, "pressures": (5e5,), "masses": (50.0,)})
+    (recording,) = data.recordings
+    (run,) = recording.runs
+    count = len(position)
+    made = replace(run.at(slice(0, count)), measured=position, time=0.002 * np.arange(count), weight=np.ones(count))
+    return replace(data, recordings=(replace(recording, runs=(made,)),)), made
+
+
+def test_no_polynomial_reaches_into_a_standstill(tmp_path):
+    """However long it is beside the window of the mean: the speed would be wrong."""
+    time = 0.002 * np.arange(300)
+    begins = 100
+    position = 0.05 * (1 - np.cos(6 * np.maximum(time - time[begins], 0.0)))
+    _, run = stroke(tmp_path, position)
+    for window, half in ((67, 20), (9, 20)):
+        motion = Motion(run, 0.002, window, half // 4, 2e-5, 50.0, 490.0)
+        first = int(np.argmax(motion.moving))
+        assert first > begins + max(window // 2, half)
+        assert first < begins + max(window // 2, half) + 40
+
+
+def test_a_short_stroke_is_read_though_long_polynomials_would_not_blur_it(tmp_path):
+    """A fifth of a second of even acceleration."""
+    time = 0.002 * np.arange(100)
+    noise = 2e-5 * np.random.default_rng(4).normal(size=100)
+    data, _ = stroke(tmp_path, 0.02 * time + 0.5 * time**2 + noise)
+    read, notes = as_force(data)
+    ((run,),) = (recording.runs for recording in read.recordings)
+    assert np.count_nonzero(run.weight) >= DYNAMICS.fewest
+    assert all(note.startswith(READ) for note in notes)
+    mass = float(np.median(data.recordings[0].runs[0].load)) / 9.80665 + float(data.muscle.moving_mass)
+    force = float(np.median(data.recordings[0].runs[0].load)) + mass * 1.0
+    off = (run.measured - force)[run.weight > 0] / read.recordings[0].noise
+    assert np.abs(off).max() < 4
 
 
 def test_noise_of_neighbours_is_hardly_alike_and_never_taken_for_less(tmp_path):

@@ -76,6 +76,18 @@ def test_what_loops_change_smoothly_is_spanned_at_every_pressure():
         assert left_of(law, basis.whole) < 0.15
 
 
+@pytest.mark.parametrize("count", [70, 120, 400])
+def test_few_readings_have_few_columns(count):
+    """At most one for three of them, or nothing would be left that tells the noise; and still each direction's own."""
+    few = LOOPS.where(np.linspace(0, len(LOOPS) - 1, count).astype(int))
+    columns = omnibus.basis(few).smooth
+    assert 3 * columns.shape[1] <= count
+    assert np.linalg.matrix_rank(columns) < count / 2
+    for law in (few.contraction, few.branch.astype(float)):
+        assert left_of(law, columns) < 1e-6
+    assert columns.shape[1] < omnibus.basis(LOOPS).smooth.shape[1] or count == 400
+
+
 def test_recordings_have_bases_of_their_own():
     """And each is told by what was imposed."""
     parts = [LOOPS.where(LOOPS.run == 0), held(), static_map()]
