@@ -66,7 +66,7 @@ def test_means_are_the_same_in_arrays_of_standard_size(read):
     given, _ = problem([read], layout)
     usual = Standard.of(given)
     assert rows_of(usual.problem, layout)[usual.rows] == pytest.approx(rows_of(given, layout), abs=1e-9)
-    instants = replace(given, blocks=tuple(replace(block, mean=None) for block in given.blocks))
+    instants = replace(given, blocks=tuple(replace(block, averaging=None) for block in given.blocks))
     assert np.abs(rows_of(instants, layout) - rows_of(given, layout)).max() > 0.1
 
 

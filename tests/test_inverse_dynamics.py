@@ -51,9 +51,9 @@ def errors(data, truth):
     for recording in data.recordings:
         for run in recording.runs:
             state = felt(truth, State(run.contraction, run.pressure, run.time, run.rate))
-            force, reach = pull(truth, state) - lost(truth, state), run.mean.shape[1] // 2
+            force, reach = pull(truth, state) - lost(truth, state), run.averaging.shape[1] // 2
             counts = np.flatnonzero(run.weight)
-            mean = [run.mean[at] @ force[at - reach : at + reach + 1] for at in counts]
+            mean = [run.averaging[at] @ force[at - reach : at + reach + 1] for at in counts]
             found.append((run.measured[counts] - mean) / recording.noise)
     return found
 
@@ -95,7 +95,7 @@ def test_only_motion_one_way_counts(tmp_path):
             load = float(np.median(np.asarray(data.recordings[0].runs[int(run.name)].load)))
             inertia = np.abs(run.measured[counts] - load)
             assert np.all(inertia < DYNAMICS.inertia * load + 4 * recording.noise)
-            weights = run.mean[counts]
+            weights = run.averaging[counts]
             assert weights.sum(1) == pytest.approx(1.0)
             assert weights.max() < 0.5  # no state alone
             assert set(np.unique(run.branch[~counts])) <= {0}

@@ -32,7 +32,7 @@ class Block(eqx.Module):
     test: str = eqx.field(static=True, default="loop")
     start: jax.Array | None = None  # (runs,), m; where a run begins in which the position is measured
     taken: jax.Array | None = None  # steps of integration that are taken
-    mean: jax.Array | None = None  # (runs, time, neighbours), weights of the means that were measured; None: instants
+    averaging: jax.Array | None = None  # (runs, time, neighbours), weights of what was measured; None: instants
 
     def imposed(self, length: jax.Array) -> State:
         """The states that the rig imposed on a muscle of this length at rest."""
@@ -57,12 +57,12 @@ class Block(eqx.Module):
             sigma=of_chosen(self.sigma),
             keep=jnp.asarray(number * self.measured.shape[1] + place),
             start=None if self.start is None else of_chosen(self.start),
-            mean=None if self.mean is None else of_chosen(self.mean),
+            averaging=None if self.averaging is None else of_chosen(self.averaging),
         )
 
     def averaged(self, force: jax.Array) -> jax.Array:
         """Forces (runs, time) as they are measured: their means, where that is what was measured."""
-        return force if self.mean is None else mean_of(force, self.mean, jnp)
+        return force if self.averaging is None else mean_of(force, self.averaging, jnp)
 
     def whitened(self, shown: jax.Array) -> jax.Array:
         """What the instrument shows minus the measurement, in standard deviations: the rows of samples with weight.

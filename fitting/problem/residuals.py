@@ -183,7 +183,7 @@ def _block(recording: Recording, dataset: int, length: float) -> Block:
 
 def _means(runs: Sequence[Run], size: int) -> jax.Array | None:
     """The weights of the means that were measured (runs, size, neighbours); None where none were."""
-    weights = [run.mean for run in runs if run.mean is not None]
+    weights = [run.averaging for run in runs if run.averaging is not None]
     if not weights:
         return None
     return jnp.asarray(np.stack([np.pad(each, ((0, size - len(each)), (0, 0))) for each in weights]))

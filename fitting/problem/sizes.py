@@ -87,7 +87,7 @@ def _together(given: Problem) -> list[list[Block]]:
 
 
 def _alike(first: Block, second: Block) -> bool:
-    of = [(b.of_force, b.dataset, float(b.scaled), float(b.from_length), b.mean is None) for b in (first, second)]
+    of = [(b.of_force, b.dataset, float(b.scaled), float(b.from_length), b.averaging is None) for b in (first, second)]
     return first.of_force and of[0] == of[1]
 
 
@@ -113,7 +113,7 @@ def _one(first: Block, second: Block) -> Block:
         load=both(first.load, second.load),
         sigma=both(first.sigma, second.sigma),
         keep=jnp.asarray(np.concatenate(kept)),
-        mean=jax.tree.map(both, first.mean, second.mean),
+        averaging=jax.tree.map(both, first.averaging, second.averaging),
     )
 
 
@@ -197,7 +197,7 @@ def _in_lanes(blocks: Sequence[Block]) -> tuple[Block, np.ndarray] | None:
     counted = np.concatenate([first + np.asarray(block.keep) for first, block in zip(before, blocks, strict=False)])
     run = np.searchsorted(begin, counted, side="right") - 1
     lengths, time = np.zeros(len(begin), int), flat(lambda block: block.states.time)
-    reach = 0 if blocks[0].mean is None else blocks[0].mean.shape[-1] // 2
+    reach = 0 if blocks[0].averaging is None else blocks[0].averaging.shape[-1] // 2
     np.maximum.at(lengths, run, np.minimum(counted - begin[run] + 1 + reach, width[run]))
     used = np.flatnonzero(lengths)
     ends = np.maximum(time[(begin + lengths - 1)[used]], time[begin[used]].max()) + 1.0
@@ -221,7 +221,7 @@ def _in_lanes(blocks: Sequence[Block]) -> tuple[Block, np.ndarray] | None:
         sigma=jnp.asarray(sigma.reshape(source.shape)),
         keep=jnp.arange(source.size),
         test=FORCE,
-        mean=_laid_out([block.mean for block in blocks], source),
+        averaging=_laid_out([block.averaging for block in blocks], source),
     )
     return grown, kept
 
@@ -252,7 +252,7 @@ def _padded(block: Block) -> tuple[Block, np.ndarray]:
         load=more(block.load),
         sigma=jnp.asarray(sigma.reshape(wanted, samples)),
         keep=jnp.arange(wanted * samples),
-        mean=jax.tree.map(more, block.mean),
+        averaging=jax.tree.map(more, block.averaging),
     )
     return grown, kept
 

@@ -38,7 +38,7 @@ def _one_figure(share: float) -> int:
 
 
 def _every(run: Run, stride: int) -> Run:
-    if run.mean is not None:  # the states that enter a mean stand one beside the other
+    if run.averaging is not None:  # the states that enter a mean stand one beside the other
         return replace(run, weight=run.weight * (np.cumsum(run.usable) % stride == 1))
     kept = np.zeros(len(run), bool)
     kept[::stride] = True

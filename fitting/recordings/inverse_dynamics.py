@@ -301,8 +301,8 @@ def _run(motion: Motion, length: float) -> Run:
     places, apart = motion.nodes[motion.kept], motion.apart[motion.kept]
     thin = motion.run.at(places)
     half = np.concatenate([[0], np.cumsum(np.diff(_filled(way * motion.moving)) != 0)])[places]
-    mean = of_an_instant(len(thin), NODES - 1)
-    mean[apart] = weights_of_mean(motion.half, motion.spacing, NODES - 1)
+    averaging = of_an_instant(len(thin), NODES - 1)
+    averaging[apart] = weights_of_mean(motion.half, motion.spacing, NODES - 1)
     return replace(
         thin,
         contraction=motion.position[places] / length,
@@ -312,7 +312,7 @@ def _run(motion: Motion, length: float) -> Run:
         branch=(way[places] * apart).astype(int),
         loop=half // 2,
         half=half,
-        mean=mean,
+        averaging=averaging,
         load=None,
         set_pressure=None,
     )

@@ -57,7 +57,7 @@ class Run:
     contraction_variance: np.ndarray | None = None  # 1, of the estimate `contraction`; None where it is no estimate
     pressure_reading: np.ndarray | None = None  # Pa, that `pressure` was estimated from; None where it is as read
     contraction_reading: np.ndarray | None = None  # 1, the same of `contraction`
-    mean: np.ndarray | None = None  # (samples, neighbours), weights of the mean that `measured` is (`averages`)
+    averaging: np.ndarray | None = None  # (samples, neighbours), weights of the mean that `measured` is (`averages`)
     without_weight: Mapping[str, int] = field(default_factory=dict)  # samples that lost their weight, by reason
 
     def __len__(self) -> int:
