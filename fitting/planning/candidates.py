@@ -36,14 +36,15 @@ class RigAbilities:
 def rig_abilities(experiment: Experiment) -> RigAbilities:
     """What one data set shows that its rig can do; recordings of force count, motions where there are only those.
 
-    Motions show pressures and contractions; no rig that lets go of a load can move the length at a speed one chooses.
+    Motions show pressures and contractions, where they are read as force: a mass swings beyond where any muscle holds
+    it. No rig that lets go of a load can move the length at a speed one chooses.
     """
     measured = [r for r in experiment.recordings if r.test in FORCE_TESTS]
     recordings = measured or list(as_force(experiment)[0].recordings)
     if not recordings:
         cure = "record a loop, an isometric or a static test"
         raise InputError("nothing here shows what the rig can do", experiment.folder, cure=cure)
-    runs = [run for r in recordings for run in r.runs if run.weight.any()]
+    runs = [run if measured else run.at(run.usable) for r in recordings for run in r.runs if run.weight.any()]
     every = lambda name: np.concatenate([getattr(run, name) for run in runs])  # noqa: E731
     length = float(experiment.muscle.length)
     steps = [float(np.median(np.diff(run.time))) for r in recordings if r.test != "static" for run in r.runs]
