@@ -151,7 +151,7 @@ def test_values_that_ask_too_much_of_an_instrument_are_not_the_likelier_ones(exp
     rubs = replace(first, measured=first.measured - 0.2 * first.branch * rubbing(experiment, first))
     odd = replace(experiment, recordings=(replace(recording, runs=(rubs, *runs)), *others))
     assert fit([odd], EFFECTS, starts=2).through is None
-    monkeypatch.setattr(seen_through, "MOST_WIDTHS", 1e3)
+    monkeypatch.setattr(seen_through, "MOST_ASKED", 1e3)
     assert fit([odd], EFFECTS, starts=2).through is not None
 
 

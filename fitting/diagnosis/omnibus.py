@@ -66,9 +66,8 @@ def _piecewise(s: Samples, most_along: int, most_across: int) -> np.ndarray:
     levels = _hats(across, _levels(across, most_across))
     surface = (hats[:, :, None] * levels[:, None, :]).reshape(len(hats), -1)
     direction = np.sign(s.branch)[:, None]
-    losses = direction * (
-        moving[:, None] if held else _hats(moving, _levels(moving, most_across))
-    )  # that depend on speed
+    of_speed = moving[:, None] if held else _hats(moving, _levels(moving, most_across))
+    losses = direction * of_speed
     turned = _after_turning(s, along)
     both = [surface, turned]
     return np.hstack([*both, *(part * direction for part in both), moving[:, None], losses, _unit(s.loop)[:, None]])

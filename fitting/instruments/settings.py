@@ -11,6 +11,7 @@ class InstrumentSettings:
     point_time: float = 10.0  # s from one point of a map to the next: points have no time; chosen
     warming_share: float = 0.2  # of the time of all recordings, in which a drift dies away; chosen
     least_share: float = 1e-3  # of a reading or full scale: where an error begins of which no accuracy is known; chosen
+    believed: float = 5.0  # accuracies: none of some hundred errors is larger, if instruments err as they may; chosen
     least_skew: float = 1e-3  # s; the same of a skew; chosen
     sizes: tuple[float, float] = (0.03, 300.0)  # widths of an error among which the likeliest is sought; chosen
     visible: float = 0.03  # standard errors of a reading: an error that changes all rows by less is not seen; chosen

@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 from scipy.optimize import least_squares
 
+from fitting.instruments.settings import INSTRUMENTS
 from fitting.least_squares.held_out import rms
 from fitting.least_squares.latest import latest_kept
 from fitting.least_squares.record import Fit
@@ -25,7 +26,7 @@ from fitting.least_squares.uncertainty import at_bound, spread_of_values
 from fitting.least_squares.working_noise import Kinds, Noise, Whitener, stretches, white_noise
 from fitting.problem.unknowns import BELIEVED
 
-MOST_WIDTHS = 5.0  # accuracies: none of some hundred errors is larger, if instruments err as they may; chosen
+MOST_ASKED = INSTRUMENTS.believed
 MOST_STEPS = 60  # of a search: where more are needed nothing is sharp enough to be likelier; measured: 4 to 12
 LEAST_NOISE = 0.01  # of a reading's: who leaves less fits readings that were made up, which no instrument has bent
 
@@ -51,7 +52,7 @@ def seen_through_instruments(fit: Fit, searches: Searches) -> Fit | None:
     found = None if near is None or fading is None else _sought(near, searches, fading)
     if near is None or found is None or fading is None or np.any(np.abs(found.prior_rows) > BELIEVED):
         return None
-    if max(asked_of_instruments(near, white), asked_of_instruments(found, fading)) > MOST_WIDTHS:
+    if max(asked_of_instruments(near, white), asked_of_instruments(found, fading)) > MOST_ASKED:
         return None
     return replace(found, robust=_at_least(found.robust, near.robust))
 

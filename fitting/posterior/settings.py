@@ -2,6 +2,8 @@
 
 from dataclasses import dataclass
 
+from fitting.instruments.settings import INSTRUMENTS
+
 
 @dataclass(frozen=True)
 class SamplerSettings:
@@ -105,7 +107,7 @@ class WarningSettings:
     misfit_excess: float = 2.0  # times the noise of a reading: something is missing from the model
     stated_excess: float = 1.5  # the same where the noise is stated, not read from data whose errors may be correlated
     conflict: float = 3.5  # standard deviations of its prior that the data move a parameter: one of both is wrong
-    asked: float = 5.0  # accuracies that an instrument errs by: no error of some hundred is larger by chance; chosen
+    asked: float = INSTRUMENTS.believed  # accuracies that an instrument errs by, as of the values of a fit
     kept_away: float = 1.5  # times the misfit of the fit, which knows no stated priors
     bent: float = 3.0  # standard deviations: a value that lies so far from the fit's is named; chosen
     roughly: float = 1.1  # R-hat above which chains have not arrived, and say nothing of priors

@@ -27,14 +27,14 @@ def common_accuracy_of(path: Path) -> Mapping[str, Any]:
     return common_accuracy(table, path, raw)
 
 
-def with_common(options: Mapping[str, Any], test: str, common: Mapping[str, Any]) -> dict[str, Any]:
-    """The keys of a `[[recording]]` with the accuracies of the whole file where it does not state its own.
+def with_common(options: Mapping[str, Any], test: str, common: Mapping[str, Any]) -> Any:
+    """What a recording with these keys states of its accuracy, and of what it does not state the whole file's.
 
     Those of a force are not of a recording in which none is read, nor those of a position that is read another way.
     """
     own = options.get("accuracy")
     if not common or not (own is None or isinstance(own, Mapping)):
-        return dict(options)
+        return own
     stated: Mapping[str, Any] = own or {}
     merged: dict[str, Any] = {c: dict(errors) for c, errors in common.items() if _is_about(c, test, stated)}
     if "noise" in options:  # of what the test measures
@@ -43,11 +43,11 @@ def with_common(options: Mapping[str, Any], test: str, common: Mapping[str, Any]
     for column, errors in stated.items():
         both = column in merged and isinstance(errors, Mapping)
         merged[column] = merged[column] | dict(errors) if both else errors
-    return {**options, "accuracy": merged}
+    return merged
 
 
 def _is_about(column: str, test: str, own: Mapping[str, Any]) -> bool:
     """Whether what the whole file states of a column may be said of a recording."""
     if column == "force":
-        return test.replace("_", " ").replace("-", " ").strip().lower() not in POSITION_TESTS
+        return test not in POSITION_TESTS
     return column not in POSITIONS or not {*POSITIONS} & {*own} - {column}

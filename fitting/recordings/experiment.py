@@ -114,7 +114,7 @@ def _check_inside(folder: Path) -> None:
 
 def read_recording(path: Path | str, test: str, muscle: Muscle, options: Mapping[str, Any] | None = None) -> Recording:
     """Read one file as a recording of this kind of test; `options` are the keys a `[[recording]]` may have."""
-    return _read(Path(path), test, muscle, dict(options or {}), Path(path).name)[0]
+    return _read(Path(path), test, muscle, dict(options or {}), {}, Path(path).name)[0]
 
 
 def read_single(
@@ -124,8 +124,8 @@ def read_single(
     path = Path(path)
     muscle, priors, name, source = read_muscle(muscle_file)
     described = Path(muscle_file) / "muscle.toml" if Path(muscle_file).is_dir() else Path(muscle_file)
-    asked = with_common(dict(options or {}), test, common_accuracy_of(described))
-    recording, content = _read(path, test, muscle, asked, path.name)
+    common = common_accuracy_of(described)
+    recording, content = _read(path, test, muscle, dict(options or {}), common, path.name)
     digest = hashlib.sha256(described.read_bytes() + content).hexdigest()
     return with_limits(without_copies(Experiment(name, path.parent, muscle, (recording,), priors, digest, source)))
 
@@ -138,15 +138,18 @@ def _recording_of(
         if not isinstance(entry.get(key), str):
             cure = f'add {key} = "{"loops.csv" if key == "file" else "loop"}"'
             raise InputError(f"a [[recording]] lacks {key}", value=entry.get(key), cure=cure)
-    whole = with_common(entry, entry["test"], common)
-    return _read(folder / entry["file"], entry["test"], muscle, whole, entry["file"])
+    return _read(folder / entry["file"], entry["test"], muscle, entry, common, entry["file"])
 
 
-def _read(path: Path, test: str, muscle: Muscle, options: dict[str, Any], name: str) -> tuple[Recording, bytes]:
+def _read(
+    path: Path, test: str, muscle: Muscle, options: dict[str, Any], common: Mapping[str, Any], name: str
+) -> tuple[Recording, bytes]:
+    """One recording; `common` holds the accuracies of all recordings of its muscle.toml."""
     with concerning("test"):
         test = kind_of(test)
     _check_options(options)
-    accuracy = accuracy_of(options.get("accuracy"), test, float(muscle.length), _noise(options.get("noise"), test))
+    stated = with_common(options, test, common)
+    accuracy = accuracy_of(stated, test, float(muscle.length), _noise(options.get("noise"), test))
     inside = {key: options[key] for key in INSIDE if key in options}
     table = read_table(path, options.get("columns"), options.get("units"), inside)
     table = with_hung_load(with_constants(table, options.get("constant", {}), test), test)

@@ -129,7 +129,7 @@ def _recording_lines(guess: Guess, shared: Sequence[Guess]) -> Iterator[str]:
     if guess.unused:
         named = ", ".join(_quoted(head) for head in guess.unused)
         yield f"# not used: {named}; if one is needed, name it in `columns`"
-    if guess in shared[1:]:
+    if any(guess is each for each in shared[1:]):
         yield from _what_differs(guess)
         return
     yield '# noise = "0.5 N"        # standard deviation of one reading, if known'
@@ -139,7 +139,7 @@ def _recording_lines(guess: Guess, shared: Sequence[Guess]) -> Iterator[str]:
         yield POSITION_SIGN
     elif {*SIGNED} & {*(guess.columns or {})}:
         yield "# position_sign = -1     # where the rig counts lengthening as positive, as an extension"
-    if guess not in shared:
+    if not any(guess is each for each in shared):
         yield from accuracy_lines(guess.readable, guess.test, guess.columns or {})
 
 
