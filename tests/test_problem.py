@@ -7,7 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from fitting.least_squares.fit import starting_places
+from fitting.least_squares.starts import starting_places
 from fitting.least_squares.subset import subset_of
 from fitting.problem.residuals import problem
 from fitting.problem.unknowns import unknowns

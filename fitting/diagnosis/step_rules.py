@@ -12,7 +12,7 @@ from fitting.diagnosis.findings import Fault, Objection
 from fitting.diagnosis.universe import Universe
 from fitting.full_names import owner_of
 from fitting.least_squares import held_out
-from fitting.least_squares.fit import SETTINGS
+from fitting.least_squares.starts import STARTS
 
 
 @dataclass(frozen=True)
@@ -137,7 +137,7 @@ def _is_untold(model: Fitted, name: str) -> bool:
     if name not in model.fit.free:
         return False
     moves = np.linalg.norm(model.fit.slopes, axis=0)
-    return bool(moves[model.fit.free.index(name)] <= SETTINGS.blind * moves.max())
+    return bool(moves[model.fit.free.index(name)] <= STARTS.blind * moves.max())
 
 
 def _is_absent(model: Fitted, name: str) -> bool:

@@ -4,13 +4,13 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from fitting.least_squares.fit import constrained_names
 from fitting.least_squares.held_out import HELD_OUT, folds, left_out_rows
 from fitting.least_squares.instruments import accuracies_of, errors_in
 from fitting.least_squares.record import Fit, record_fit
 from fitting.least_squares.refits import without_each
 from fitting.least_squares.search import Evaluated
 from fitting.least_squares.searches import Alone
+from fitting.least_squares.starts import constrained_names
 from fitting.least_squares.subset import subset_of
 from fitting.least_squares.summary import SearchSummary
 from fitting.precision import require_x64

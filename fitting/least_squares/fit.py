@@ -6,12 +6,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fitting.instruments.errors import InstrumentErrors
-from fitting.least_squares.absent import as_good_as_absent
 from fitting.least_squares.instruments import accuracies_of, errors_in
 from fitting.least_squares.record import Fit, record_fit
 from fitting.least_squares.search import MultistartResult, SearchEnd
 from fitting.least_squares.searches import Alone, Searches, cost_of
 from fitting.least_squares.seen_through import seen_through_instruments
+from fitting.least_squares.starts import constrained_somewhere, from_known, starting_places
 from fitting.least_squares.subset import Subset, subset_of
 from fitting.least_squares.summary import FailedStart, Failure, MissedMotions, SearchSummary
 from fitting.least_squares.unbent import is_better, leaves_noise, unbent
@@ -27,49 +27,11 @@ from fitting.recordings.accuracy import Accuracy
 class FitSettings:
     """Settings of a fit. All were chosen: nobody has derived them."""
 
-    blind: float = 1e-7  # of the strongest column's norm: a parameter whose whole range moves the rows by less is held
     far: float = 5.0  # standard deviations, rms: a fit of motions that misses by more is warned of
     coarse: float = 4.0  # times longer steps of integration while a search looks around
-    looks: int = 4  # places at which to see whether the data constrain a parameter
-    spread: float = 0.6  # of a range over which further starts are spread, from `spread_from`
-    spread_from: float = 0.02  # of a range
 
 
 SETTINGS = FitSettings()
-
-
-def constrained_names(searches: Searches, subset: Subset, names: Sequence[str]) -> tuple[str, ...]:
-    """Those of the free names that the data constrain: along which the rows of the measurements change at all."""
-    count = sum(int(block.keep.size) for block in searches.standard.problem.blocks)
-    slopes = searches.at(subset, np.clip(subset.place(subset.full), 0.01, 0.99)).slopes
-    moves = np.linalg.norm(np.nan_to_num(np.asarray(slopes)[:count], posinf=0.0, neginf=0.0), axis=0)
-    least = SETTINGS.blind * max(moves.max(), 1e-300)
-    return tuple(name for name, move in zip(names, moves, strict=True) if move > least)
-
-
-def starting_places(layout: Unknowns, subset: Subset, names: Sequence[str], count: int, seed: int) -> np.ndarray:
-    """Where to begin: at the declared starts, then spread over the effects' ranges; the muscle as it was measured."""
-    at = layout.at(names)
-    first = subset.full.copy()
-    for i in at:
-        first[i] = layout.entries[i].starts[0]
-    declared = [first]
-    for i in at:
-        for other in layout.entries[i].starts[1:]:
-            declared.append(first.copy())
-            declared[-1][i] = other
-    places = [subset.place(vector) for vector in [subset.full, *declared]]
-    spread = _sobol(len(at), seed) if len(places) < count and len(at) else np.zeros((0, len(at)))
-    own = np.array([layout.entries[i].name.startswith("muscle.") for i in at], bool)
-    more = [np.where(own, places[0], SETTINGS.spread_from + SETTINGS.spread * row) for row in spread]
-    return np.array([*places, *more][: max(count, 1)])
-
-
-def _sobol(dimensions: int, seed: int) -> np.ndarray:
-    """Places (64, dimensions) spread evenly over the unit box."""
-    from scipy.stats import qmc  # it takes half a second to load, and a saved model is looked at without it
-
-    return qmc.Sobol(dimensions, rng=seed).random_base2(6)
 
 
 def fit(
@@ -131,14 +93,14 @@ def fit_problem(
     """
     asked, searches = tuple(names), Alone.of(given) if searches is None else searches
     whole = subset_of(layout, vector, asked)
-    names = _constrained_somewhere(layout, searches, whole, asked, seed) if asked else ()
+    names = constrained_somewhere(layout, searches, whole, asked, seed) if asked else ()
     held = tuple(name for name in asked if name not in names)
     if not names:
         return _not_fitted(layout, given, samples, searches, vector, held)
     subset = subset_of(layout, vector, names)
     begin, search_from = starting_places(layout, subset, names, starts, seed), SearchSummary()
     coarse = searches.coarser(SETTINGS.coarse)
-    begin = _from_known(coarse, layout, subset, names, known, begin)
+    begin = from_known(coarse, layout, subset, names, known, begin)
     first = begin[0]
     if shooting > 1:
         from fitting.least_squares.shooting import begin_by_shooting  # diffrax is only needed where something moves
@@ -190,38 +152,11 @@ def _in_another_valley(
     return replace(result, place=place, cost=np.asarray(cost_of(there)), rows=there.rows, slopes=there.slopes)
 
 
-def _from_known(
-    searches: Searches, layout: Unknowns, subset: Subset, names: tuple[str, ...], known: Sequence[str],
-    begin: np.ndarray,
-) -> np.ndarray:  # fmt: skip
-    """The places to begin from, the first of them at the values that are known, with what is new as good as absent."""
-    new = np.array([name not in known for name in names], bool)
-    if not new.any() or new.all():
-        return begin
-    entries = [layout.entries[i] for i in layout.at(names)]
-    place = as_good_as_absent(searches, subset, entries, new)
-    return np.concatenate([place[None], begin])[: len(begin)]
-
-
 def _no_higher(searches: Searches, subset: Subset, first: np.ndarray, result: MultistartResult) -> MultistartResult:
     """The end of a search that looked around with long steps or by shooting, or a lower one near where it began."""
     if not searches.look(subset, first[None])[0] < float(result.cost):
         return result
     return searches.search(subset, first[None])
-
-
-def _constrained_somewhere(
-    layout: Unknowns, searches: Searches, subset: Subset, asked: tuple[str, ...], seed: int
-) -> tuple[str, ...]:
-    """Those that the data constrain, at the start or at other places to begin from.
-
-    A muscle may be stuck at the start, and a stop of the stroke lie beyond all that was measured.
-    """
-    found = set(constrained_names(searches, subset, asked))
-    if len(found) < len(asked):
-        for place in starting_places(layout, subset, asked, SETTINGS.looks, seed)[1:]:
-            found |= set(constrained_names(searches, replace(subset, full=subset.vector(np.asarray(place))), asked))
-    return tuple(name for name in asked if name in found)
 
 
 def _not_fitted(

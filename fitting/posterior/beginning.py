@@ -3,11 +3,11 @@
 import numpy as np
 
 from fitting.instruments.errors import InstrumentErrors
-from fitting.least_squares.fit import starting_places
 from fitting.least_squares.held_out import rms
 from fitting.least_squares.record import Fit
 from fitting.least_squares.search import Evaluated
 from fitting.least_squares.searches import Alone
+from fitting.least_squares.starts import starting_places
 from fitting.least_squares.subset import Subset
 from fitting.least_squares.unbent import left_beyond, through_instruments
 from fitting.posterior.instruments import visible

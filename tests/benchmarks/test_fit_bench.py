@@ -24,8 +24,9 @@ from fitting.diagnosis.lay_out import universe
 from fitting.diagnosis.missing_effect import MissingEffectTest, missing_effect_test
 from fitting.diagnosis.nuisance import Nuisance
 from fitting.diagnosis.signatures import signatures
-from fitting.least_squares.fit import fit, starting_places
+from fitting.least_squares.fit import fit
 from fitting.least_squares.search import joined, solve
+from fitting.least_squares.starts import starting_places
 from fitting.least_squares.subset import Subset, subset_of
 from fitting.problem.residuals import Problem, Samples, problem
 from fitting.problem.unknowns import Unknowns, unknowns
