@@ -51,7 +51,26 @@ def asked(monkeypatch, after):
     def fit(task):
         tasks.append(task)
         rmse = (4e-3, after)[len(tasks) - 1]
-        return SimpleNamespace(values={}, rmse=rmse, over_noise=rmse / 5e-5)
+        return SimpleNamespace(values={}, free=(), rmse=rmse, over_noise=rmse / 5e-5)
+
+    monkeypatch.setattr(discovering, "fit_task", fit)
+    return tasks
+
+
+@pytest.fixture
+def denying(monkeypatch):
+    """The tasks that are fitted, in their order; a fit with a drag denies the radius, unless it may not."""
+    tasks = []
+
+    def fit(task):
+        tasks.append(task)
+        confined_sizes = any(experiment.is_confined for experiment in task.experiments)
+        far = "viscous_damping" in task.names and not confined_sizes
+        mean, error = task.experiments[0].priors["muscle.radius"]
+        values = {"muscle.radius": mean + far * 10 * error}
+        return SimpleNamespace(
+            values=values, free=tuple(values), layout=task.layout, rmse=1e-3 * (2 - far), over_noise=2.0
+        )
 
     monkeypatch.setattr(discovering, "fit_task", fit)
     return tasks
@@ -82,6 +101,25 @@ def test_sizes_that_the_discovery_confined_stay_so_in_the_motions(tmp_path, aske
     before, last = asked
     assert [e.is_confined for e in (*before.experiments, *last.experiments)] == [False, True]
     assert [r.test for e in last.experiments for r in e.recordings] == ["quick release"]
+
+
+def test_positions_do_not_overrule_a_caliper_where_forces_do_not(tmp_path, denying):
+    released(tmp_path)
+    task = task_of(Request(data=(str(tmp_path),)))
+    motions = on_motions(task, found_on(task), told)
+    assert [task.experiments[0].is_confined for task in denying] == [False, False, True, True]
+    assert "muscle.radius" in motions.held
+    assert motions.after.rmse == 2e-3
+    assert "(equation of motion, with the sizes of the muscle as measured): " in on_motions_text(motions)
+    assert len(denying[1].known) == 2
+    assert [task.starts > 1 for task in denying] == [True, False, True, False]
+
+
+def test_a_size_that_is_asked_to_be_free_may_be_denied(tmp_path, denying):
+    released(tmp_path)
+    task = task_of(Request(data=(str(tmp_path),), free=("muscle.radius",)))
+    assert on_motions(task, found_on(task), told).held == ()
+    assert len(denying) == 2
 
 
 def test_where_force_was_measured_it_was_in_the_fit_already(tmp_path, asked):

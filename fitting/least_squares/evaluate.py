@@ -37,7 +37,7 @@ def evaluate(
     require_x64()
     layout = unknowns(experiments, effects, own)
     given, samples = problem(experiments, layout)
-    vector = np.array([values.get(name, start) for name, start in zip(layout.names, layout.start, strict=True)])
+    vector = layout.vector_of(values)
     searches, whole = Alone.of(given), subset_of(layout, vector, free)
     names = constrained_names(searches, whole, tuple(free)) if free else ()
     subset, place = subset_of(layout, vector, names), whole.place(whole.full)

@@ -11,7 +11,7 @@ from fitting.least_squares.record import Fit, record_fit
 from fitting.least_squares.search import MultistartResult, SearchEnd
 from fitting.least_squares.searches import Alone, Searches, cost_of
 from fitting.least_squares.seen_through import seen_through_instruments
-from fitting.least_squares.starts import constrained_somewhere, from_known, starting_places
+from fitting.least_squares.starts import constrained_somewhere, from_known, from_looked, starting_places
 from fitting.least_squares.subset import Subset, subset_of
 from fitting.least_squares.summary import FailedStart, Failure, MissedMotions, SearchSummary
 from fitting.least_squares.unbent import is_better, leaves_noise, unbent
@@ -21,6 +21,7 @@ from fitting.problem.residuals import Problem, Samples, problem
 from fitting.problem.unknowns import Unknowns, unknowns
 from fitting.problem.varying import Varying
 from fitting.recordings.accuracy import Accuracy
+from fitting.recordings.inverse_dynamics import as_force
 
 
 @dataclass(frozen=True)
@@ -51,6 +52,7 @@ def fit(
     `experiments` from `read_experiment`, `effects` as instances whose values are where the search starts. `fix` and
     `free` name parameters; `own` those that each data set has for itself; `start` gives other starting values (SI), as
     those of a smaller model: the search also begins there with what is new as good as absent, and ends no higher.
+    Of several starts those of motions are of the motions read as force, and the search goes on from the best end.
     `shooting` cuts every recorded motion into so many stretches to find where the search had better begin.
     The fit is the curve of least error; `through` of it has the values that are likelier where instruments err.
     InputError where the model gives no finite number wherever the search begins.
@@ -58,18 +60,36 @@ def fit(
     require_x64()
     layout = unknowns(experiments, effects, own)
     given, samples = problem(experiments, layout)
-    vector = layout.start.copy()
-    for name, value in (start or {}).items():
-        if name in layout.names:
-            vector[layout.names.index(name)] = value
+    vector = layout.vector_of(start or {})
     names, known = Varying(fix, free, own).names(layout), tuple(start or ())
-    searches = Alone.of(given)
+    searches, looked = Alone.of(given), None
+    if starts > 1 and shooting <= 1 and any(block.steps for block in given.blocks):
+        looked = _fit_of_forces(experiments, effects, own, start or {}, names, starts, seed)
     found = fit_problem(
         layout, given, samples, vector, names, known, accuracies_of(experiments), starts=starts, seed=seed,
-        shooting=shooting, searches=searches,
+        shooting=shooting, searches=searches, looked=looked,
     )  # fmt: skip
     refuse_no_number(found.residual, samples, experiments)
     return replace(found, through=seen_through_instruments(found, searches))
+
+
+def _fit_of_forces(
+    experiments: Sequence, effects: Sequence, own: Sequence[str], start: dict[str, float], names: Sequence[str],
+    starts: int, seed: int,
+) -> Fit | None:  # fmt: skip
+    """The fit to the motions read as force, beside the forces that were measured; None where none can be read so.
+
+    A step of a search costs a second through the equation of motion and some milliseconds through forces: eight motions
+    took three minutes from eight places. Forces show no break-away and no standstill: motions have the last word.
+    """
+    read = [experiment for each in experiments if (experiment := as_force(each)[0]).recordings]
+    if not read:
+        return None
+    layout = unknowns(read, effects, own, several=len(experiments) > 1)
+    given, samples = problem(read, layout)
+    asked = [name for name in names if name in layout.names]
+    found = fit_problem(layout, given, samples, layout.vector_of(start), asked, tuple(start), starts=starts, seed=seed)
+    return found if found.search.reached else None
 
 
 def fit_problem(
@@ -85,11 +105,13 @@ def fit_problem(
     seed: int = 0,
     shooting: int = 0,
     searches: Searches | None = None,
+    looked: Fit | None = None,
 ) -> Fit:
     """Fit the named unknowns of a problem that is laid out; `known` are those whose values were fitted before.
 
     `accuracies` of the instruments of each recording widen the standard errors, and let the fit leave a valley that
     instruments made; without them every reading is trusted. `searches` are those of a program of its own, unless given.
+    The search begins where a fit to the same data, `looked` at in another way, has ended, if there is one.
     """
     asked, searches = tuple(names), Alone.of(given) if searches is None else searches
     whole = subset_of(layout, vector, asked)
@@ -107,6 +129,9 @@ def fit_problem(
 
         begin = begin_by_shooting(coarse.standard.problem, subset, begin, shooting)
         search_from = SearchSummary(stretches=shooting, shooting_starts=starts)
+    elif looked is not None:
+        begin = from_looked(coarse, subset, subset.place(layout.vector_of(looked.values)), begin)
+        search_from = SearchSummary(looked=looked.search)
     result = coarse.search(subset, np.asarray(begin))
     ends, moves = result.ends, any(block.steps for block in given.blocks)
     if moves and np.isfinite(result.cost):
@@ -125,7 +150,7 @@ def fit_problem(
     fit = record_fit(
         layout, given, samples, subset, names, best, errors=errors, held=held, converged=converged, search=summary
     )
-    warnings = _warnings(fit, ends) if moves and shooting <= 1 else ()
+    warnings = _warnings(fit, ends, looked) if moves and shooting <= 1 else ()
     return replace(fit, failures=(*failures, *warnings))
 
 
@@ -193,13 +218,14 @@ def _best(ends: SearchEnd) -> np.ndarray:
     return np.asarray(ends.cost <= np.min(ends.cost) * (1 + 1e-4) + 1e-6)
 
 
-def _warnings(fit: Fit, ends: SearchEnd) -> tuple[Failure, ...]:
+def _warnings(fit: Fit, ends: SearchEnd, looked: Fit | None) -> tuple[Failure, ...]:
     """A warning where motions are missed by far: the model lacks something, or the search was caught on its way."""
     moving = np.array([block.steps > 0 for block in fit.problem.blocks])[fit.samples.recording]
     off = float(np.sqrt(np.mean((fit.residual / fit.samples.sigma)[moving] ** 2)))
     if not off > SETTINGS.far:
         return ()
-    return (MissedMotions(off, int(np.sum(_best(ends))), len(ends.cost)),)
+    as_force = None if looked is None else looked.over_noise
+    return (MissedMotions(off, int(np.sum(_best(ends))), len(ends.cost), as_force),)
 
 
 def _failures(

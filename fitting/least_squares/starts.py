@@ -83,3 +83,9 @@ def from_known(
     entries = [layout.entries[i] for i in layout.at(names)]
     place = as_good_as_absent(searches, subset, entries, new)
     return np.concatenate([place[None], begin])[: len(begin)]
+
+
+def from_looked(searches: Searches, subset: Subset, place: np.ndarray, begin: np.ndarray) -> np.ndarray:
+    """Places to begin from where a cheaper problem had its best end at `place`: others only where they lie lower."""
+    cost, *others = searches.look(subset, np.concatenate([place[None], begin]))
+    return np.concatenate([place[None], begin[np.array(others) < cost]])

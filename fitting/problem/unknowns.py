@@ -1,7 +1,7 @@
 """What may vary in a fit: every parameter of a set of effects and of each data set's muscle, as one flat vector."""
 
 import dataclasses
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from functools import cached_property
 from typing import Any
 
@@ -105,6 +105,10 @@ class Unknowns:
     def start(self) -> np.ndarray:
         """Where a search starts."""
         return np.array([entry.start for entry in self.entries])
+
+    def vector_of(self, values: Mapping[str, float]) -> np.ndarray:
+        """The vector with these values, by full name (those of other models are passed over), and starts elsewhere."""
+        return np.array([values.get(entry.name, entry.start) for entry in self.entries], float)
 
     @cached_property
     def _positions(self) -> dict[str, int]:

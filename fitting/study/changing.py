@@ -10,7 +10,7 @@ from fitting.errors import InputError, unknown_name
 from fitting.least_squares.evaluate import held_out_rmse
 from fitting.least_squares.record import Fit
 from fitting.library.library import effects_named
-from fitting.study.confined import confined
+from fitting.study.confined import confined, denied_sizes
 from fitting.study.stages import Stage
 from fitting.study.task import Task, check_needs, fit_task
 from mckibben_jax.effect import Effect, name_of
@@ -88,7 +88,7 @@ def change(task: Task, changed: Task, by: Difference, progress: Callable[[str, f
     progress("fitting the changed model", 0.35)
     after = fit_task(_beginning_at(changed, before))
     stages = [_stage(task, before, "model before")]
-    held = _denied(changed, after)
+    held = denied_sizes(after, changed.varying.free)
     if held:
         progress("the same with the sizes of the muscle as measured", 0.65)
         task, changed = (replace(each, experiments=confined(each.experiments)) for each in (task, changed))
@@ -111,12 +111,3 @@ def _beginning_at(changed: Task, before: Fit) -> Task:
 
 def _stage(task: Task, fit: Fit, label: str = "") -> Stage:
     return Stage(label, fit.rmse, held_out_rmse(fit), comparison=compare(fit, task.experiments))
-
-
-def _denied(task: Task, fit: Fit) -> tuple[str, ...]:
-    """The stated sizes that vary, if a fit denies any of them, and nobody has asked for one of them to be free."""
-    entries = [fit.layout.entry(name) for name in fit.free]
-    stated = {entry.name: entry.prior for entry in entries if entry.prior is not None and not entry.is_confined}
-    away = [abs(fit.values[name] - mean) / error for name, (mean, error) in stated.items()]
-    asked = {*stated, *map(full_names.common, stated)} & {*task.varying.free}
-    return tuple(stated) if not asked and max(away, default=0.0) > RULES.denied else ()

@@ -9,6 +9,8 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from fitting import full_names
+from fitting.diagnosis.step_rules import RULES
+from fitting.least_squares.record import Fit
 from fitting.model_files.model_file import ModelFile
 from fitting.problem.estimate import ParameterState
 from fitting.problem.unknowns import BELIEVED
@@ -61,3 +63,12 @@ def _is_at_limit(place: float) -> bool:
 def confined(experiments: Sequence[Experiment]) -> tuple[Experiment, ...]:
     """The same data sets where a fit may not deny the stated sizes."""
     return tuple(replace(experiment, is_confined=True) for experiment in experiments)
+
+
+def denied_sizes(fit: Fit, free: Sequence[str]) -> tuple[str, ...]:
+    """The stated sizes that vary, if a fit denies any of them, and nobody has asked for one of them to be `free`."""
+    entries = [fit.layout.entry(name) for name in fit.free]
+    stated = {entry.name: entry.prior for entry in entries if entry.prior is not None and not entry.is_confined}
+    away = [abs(fit.values[name] - mean) / error for name, (mean, error) in stated.items()]
+    asked = {*stated, *map(full_names.common, stated)} & {*free}
+    return tuple(stated) if not asked and max(away, default=0.0) > RULES.denied else ()

@@ -13,7 +13,7 @@ from fitting.least_squares.record import Fit
 from fitting.library.library import effects_named
 from fitting.progress import Progress
 from fitting.recordings.records import force_was_measured
-from fitting.study.confined import confined
+from fitting.study.confined import confined, denied_sizes
 from fitting.study.stages import Stage
 from fitting.study.task import Task, fit_task
 from mckibben_jax.effect import Effect, name_of
@@ -72,6 +72,7 @@ class OnMotions:
 
     before: Fit
     after: Fit
+    held: tuple[str, ...] = ()  # stated sizes that both fits were not free to deny, where the second would have
 
     @property
     def confirmed(self) -> bool:
@@ -81,7 +82,11 @@ class OnMotions:
 
 def on_motions(task: Task, found: Discovery, progress: Progress) -> OnMotions | None:
     """Where no force was measured a discovery reads motions as force, which sees no break-away and no standstill: the
-    equation of motion has the last word. None where force was measured: then it was in the fit already."""
+    equation of motion has the last word. None where force was measured: then it was in the fit already.
+
+    Positions are read so finely that a clock or a scale that errs outweighs every caliper: where they deny a stated
+    size, both models are fitted again with the stated sizes confined.
+    """
     if force_was_measured(task.experiments):
         return None
     progress("fitting the motions themselves, before", 0.9)
@@ -89,11 +94,20 @@ def on_motions(task: Task, found: Discovery, progress: Progress) -> OnMotions | 
     if found.task.names == task.names:
         return OnMotions(before, before)
     progress("fitting the motions themselves, after", 0.95)
-    known = {**before.values, **found.comparison.fit.values}
     held = any(experiment.is_confined for experiment in found.task.experiments)  # those are read as force
-    there = confined(task.experiments) if held else task.experiments
-    after = fit_task(replace(task.with_effects(found.task.effects), experiments=there, known=known))
-    return OnMotions(before, after)
+    # the values of the discovery are those of its search: nothing is gained by another
+    known = {**before.values, **found.comparison.fit.values}
+    larger = replace(task.with_effects(found.task.effects), known=known, starts=1)
+    after = fit_task(_confined(larger) if held else larger)
+    denied = () if held else denied_sizes(after, task.varying.free)
+    if denied:
+        progress("fitting the motions themselves with the sizes of the muscle as measured", 0.97)
+        before, after = fit_task(_confined(task)), fit_task(_confined(larger))
+    return OnMotions(before, after, denied)
+
+
+def _confined(task: Task) -> Task:
+    return replace(task, experiments=confined(task.experiments))
 
 
 def _compared(task: Task, step: Step) -> Comparison:

@@ -42,7 +42,8 @@ def on_motions_text(motions: OnMotions) -> str:
     before, after = (amount(fit.rmse, "m") for fit in (motions.before, motions.after))
     if motions.after is motions.before:
         return f"On the positions themselves (equation of motion) the model errs by {after}."
-    told = f"On the positions themselves (equation of motion): {before} -> {after}"
+    sizes = ", with the sizes of the muscle as measured" if motions.held else ""
+    told = f"On the positions themselves (equation of motion{sizes}): {before} -> {after}"
     if motions.confirmed and motions.after.over_noise > MOTION.far:
         missed = f"the model misses them by {motions.after.over_noise:.1f} times their noise"
         return f"{told}. They confirm what was added, but {missed}."

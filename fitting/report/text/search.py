@@ -1,7 +1,7 @@
 """How the search for a fit ended, in words."""
 
 from fitting.least_squares.record import Fit
-from fitting.least_squares.summary import FailedStart, Failure
+from fitting.least_squares.summary import Failure, MissedMotions, SearchSummary
 from fitting.problem.no_number import state_at
 from fitting.showing import counted
 
@@ -9,6 +9,7 @@ UNBENT = (
     "it bends to errors that instruments may have made, so another point was taken, whose error is a little larger and "
     "which leaves less beyond the instruments"
 )
+AS_NOISE = 1.5  # times the noise of one reading: what misses by less leaves noise alone, more or less
 
 
 def search_text(fit: Fit) -> str:
@@ -23,10 +24,15 @@ def search_text(fit: Fit) -> str:
         begun = (
             f"multiple shooting, {s.stretches} stretches a run, from {s.shooting_starts} starts; from its best ends "
         )
+    if s.looked is not None:
+        begun = f"motions read as force, {_ended(s.looked)}; from there on the motions themselves, "
     if not s.reached:
         return f"{begun}none of {s.starts} starts gave finite numbers"
-    ended = f"{begun}{counted(s.starts, 'start')}: {s.reached} reached the same best point"
-    return f"{ended}; {UNBENT}" if s.unbent else ended
+    return f"{begun}{_ended(s)}; {UNBENT}" if s.unbent else f"{begun}{_ended(s)}"
+
+
+def _ended(s: SearchSummary) -> str:
+    return f"{counted(s.starts, 'start')}: {s.reached} reached the same best point"
 
 
 def failure_texts(fit: Fit) -> list[str]:
@@ -35,13 +41,22 @@ def failure_texts(fit: Fit) -> list[str]:
 
 
 def _failure_text(fit: Fit, failure: Failure) -> str:
-    if not isinstance(failure, FailedStart):
-        return (
-            f"the motions are missed by {failure.noises:.0f} times their noise, and {failure.reached} of "
-            f"{failure.starts} starts ended there: the model lacks something, or the "
-            "search was caught in a poor neighbourhood; a fit with --shooting 8 tells which"
-        )
+    if isinstance(failure, MissedMotions):
+        return _missed_text(failure)
     if failure.sample is None:
         return f"start {failure.start}: the search met a state without finite numbers and stopped"
     row, state = fit.samples.row[failure.sample], state_at(fit.samples, failure.sample)
     return f"start {failure.start}: the model gives no finite number at row {row} ({state})"
+
+
+def _missed_text(missed: MissedMotions) -> str:
+    told = f"the motions are missed by {missed.noises:.0f} times their noise"
+    if missed.as_force is not None and missed.as_force < AS_NOISE:
+        return (
+            f"{told}, where read as force they are missed by {missed.as_force:.1f} times: what is wrong is small "
+            "against the forces, as a position that is late or has a zero or a gain, or friction at a standstill"
+        )
+    return (
+        f"{told}, and {missed.reached} of {missed.starts} starts ended there: the model lacks something, or the "
+        "search was caught in a poor neighbourhood; a fit with --shooting 8 tells which"
+    )
