@@ -26,7 +26,7 @@ def compared(folder, rows, described=("", "")):
     (place / "muscle.toml").write_text(told.replace(*described))
     muscle = read_experiment(place)
     found = compare(fit([muscle], [IdealCylinder(), CoulombFriction()], starts=2), [muscle])
-    return found, " ".join(comparison_warnings(found)), after_comparison(found, [muscle], ["here"])
+    return found, " ".join(comparison_warnings(found)), after_comparison(found, ["here"])
 
 
 def rows(force=1.0, pressure=1.0):

@@ -32,10 +32,10 @@ def change_model(
     held = [text for stage in found.stages for text in held_text(stage.held)]
     run.print([line("RESULT", change_text(found, unit), "bold"), *steps_report(found.stages, unit)])
     run.print([*lines("SIZES", held), *fit_report(found.after)])
-    after = after_change(run.task.experiments, run.request.data_again, run.request.save)
+    after = after_change(run.request.data_again, run.request.save)
     run.print([line("SAVED", NOT_TAKEN, "yellow")] if found.worse else save(run, found.after, after))
     run.write(change_result(found))
     if run.request.html:
-        following = None if found.worse or after is None else (STILL, after)
+        following = None if found.worse else (STILL, after)
         write_page(run.request.html, found.task, found.comparison, stages=found.stages, following=following)
     run.end(found.before.converged and found.after.converged)

@@ -142,7 +142,7 @@ def compare(fit: Fit, experiments: Sequence[Experiment]) -> Comparison:
         full_scale=full_scale,
         noise=float(np.sqrt(np.average([s.noise**2 for s in chosen], weights=[s.count for s in chosen]))),
         noise_sources=tuple(dict.fromkeys(score.noise_source for score in chosen)),
-        noise_floor=noise_floor(pairs),
+        noise_floor=_noise_floor(samples, pairs, tests),
         one_way=one_way(pairs),
         by_recording=scores,
         tables=_tables(samples, residual, tests, fit, recordings),
@@ -156,6 +156,16 @@ def compare(fit: Fit, experiments: Sequence[Experiment]) -> Comparison:
         slips=likely_slips(fit) if unit == "N" else (),
         bands=force_bands(fit),
     )
+
+
+def _noise_floor(samples: Samples, pairs: tuple[Pair, ...], tests: np.ndarray) -> float | None:
+    """Standard deviation of one reading from repetitions; None without any.
+
+    A model takes out of a repetition what pressure and length differ by. One that is far off puts more in than it takes
+    out: then the readings themselves agree better, and no model may make noise of its own failure.
+    """
+    found = [noise_floor(each) for each in (pairs, repetitions(samples, samples.measured, tests))]
+    return min((floor for floor in found if floor is not None), default=None)
 
 
 def _channels(recordings: Sequence[tuple[Experiment, Recording]]) -> tuple[ChannelErrors, ...]:

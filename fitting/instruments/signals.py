@@ -65,12 +65,25 @@ def channel_signals(
     force = samples.measured + rows * samples.sigma  # as predicted: no error of the reading
     of_force = _of_force(problem, samples)
     by_position = np.where(of_force, by_contraction / length, -1 / samples.sigma)
-    rate = (by_pressure * samples.pressure_rate + by_contraction * samples.rate) * samples.sigma
+    of_pressure, of_length = by_pressure * samples.pressure_rate, by_contraction * samples.rate
+    # a force that stays the same is never late, but the pressure may be late against the length
+    rate = np.where(_is_held(samples, settings), of_pressure, of_pressure + of_length) * samples.sigma
     return {
         Channel.PRESSURE: Signal(by_pressure, samples.pressure, samples.pressure_rate, _largest(samples.pressure)),
         Channel.POSITION: Signal(by_position, position, length * samples.rate, _largest(position)),
         Channel.FORCE: Signal(np.where(of_force, -1 / samples.sigma, 0.0), force, rate, _largest(samples.measured)),
     }
+
+
+def _is_held(samples: Samples, settings: InstrumentSettings) -> np.ndarray:
+    """Rows of runs in which the force stays the same, as under a load that hangs, a mask."""
+    held = np.zeros(len(samples), bool)
+    for one in np.unique(samples.run):
+        mine = samples.run == one
+        force = samples.measured[mine]
+        steady = float(np.std(force)) < settings.held_force * abs(float(np.median(force)))
+        held[mine] = steady and len(force) >= settings.held_readings
+    return held
 
 
 def _of_force(problem: Problem, samples: Samples) -> np.ndarray:

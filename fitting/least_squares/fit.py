@@ -63,7 +63,7 @@ def fit(
     vector = layout.vector_of(start or {})
     names, known = Varying(fix, free, own).names(layout), tuple(start or ())
     searches, looked = Alone.of(given), None
-    if starts > 1 and shooting <= 1 and any(block.steps for block in given.blocks):
+    if starts > 1 and shooting <= 1 and not all(block.of_force for block in given.blocks):
         looked = _fit_of_forces(experiments, effects, own, start or {}, names, starts, seed)
     found = fit_problem(
         layout, given, samples, vector, names, known, accuracies_of(experiments), starts=starts, seed=seed,

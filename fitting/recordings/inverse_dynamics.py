@@ -17,6 +17,7 @@ from scipy.signal import savgol_coeffs, savgol_filter
 
 from fitting import showing
 from fitting.recordings.averages import of_an_instant, weights_of_mean
+from fitting.recordings.hung_load import hung_as_force
 from fitting.recordings.noise import noise_of
 from fitting.recordings.noted import Noted, said_of
 from fitting.recordings.records import FORCE_TESTS, MOVING_TESTS, Experiment, NoiseSource, Recording, Run
@@ -29,7 +30,7 @@ ASIDE = "joins the fit and the comparison, but is not looked at here"
 
 
 def as_force(experiment: Experiment) -> tuple[Experiment, tuple[str, ...]]:
-    """The data set in newtons: recordings of force as they are, motions as loops; and what is said of the others.
+    """The data set in newtons: recordings of force as they are, motions and hung loads as loops; and what is said.
 
     A motion becomes one recording for each kind of noise, for a force errs by mass x gain of the filter x noise of the
     position. The data set has no recordings where none is of use.
@@ -43,7 +44,9 @@ def as_force(experiment: Experiment) -> tuple[Experiment, tuple[str, ...]]:
             recordings += loops
             noted += [(recording.file, each) for each in said]
         else:
-            noted.append((recording.file, f"the {recording.test} test {ASIDE}"))
+            hung, said = hung_as_force(recording, experiment)
+            recordings += [] if hung is None else [hung]
+            noted += [(recording.file, f"the {recording.test} test {each}") for each in said]
     files = list(dict.fromkeys(recording.file for recording in experiment.recordings))
     return replace(experiment, recordings=tuple(recordings)), tuple(said_of(noted, files))
 

@@ -41,10 +41,15 @@ def noise_of_inputs(runs: Sequence[Run], accuracy: Accuracy, muscle: Muscle) -> 
     Points stand alone: no course along time shows the true pressure and length, as that of a loop does. The slopes are
     those of the ideal law (eq 10), in mean square over all points.
     """
-    place, pressure = (np.concatenate([getattr(run, name)[run.usable] for run in runs]) for name in INPUTS)
-    steps = _white(accuracy.position) / float(muscle.length), _white(accuracy.pressure)
-    by_place = ideal_pull(place + steps[0], pressure, muscle) - ideal_pull(place - steps[0], pressure, muscle)
-    by_pressure = ideal_pull(place, pressure + steps[1], muscle) - ideal_pull(place, pressure - steps[1], muscle)
+    return force_of_errors(runs, _white(accuracy.position) / float(muscle.length), _white(accuracy.pressure), muscle)
+
+
+def force_of_errors(runs: Sequence[Run], contraction: float, pressure: float, muscle: Muscle) -> float:
+    """Standard deviation, N, of the ideal force where contractions and pressures (Pa) err by these, in mean square."""
+    steps = contraction, pressure
+    place, pressures = (np.concatenate([getattr(run, name)[run.usable] for run in runs]) for name in INPUTS)
+    by_place = ideal_pull(place + steps[0], pressures, muscle) - ideal_pull(place - steps[0], pressures, muscle)
+    by_pressure = ideal_pull(place, pressures + steps[1], muscle) - ideal_pull(place, pressures - steps[1], muscle)
     return float(np.sqrt(np.mean((by_place / 2) ** 2 + (by_pressure / 2) ** 2)))
 
 
@@ -74,9 +79,12 @@ def one_load_cell(recordings: Sequence[Recording]) -> tuple[Recording, ...]:
 
 
 def resolution(recording: Recording) -> float:
-    """The step in which a channel was digitised: the smallest difference between two different readings."""
-    levels = np.unique(np.concatenate([run.measured for run in recording.runs]))
-    steps = np.diff(levels)[np.diff(levels) > 1e-9 * full_scale(recording)]
+    """The step in which a channel was digitised: the smallest difference between two different readings of a run.
+
+    Weights that hang on a muscle in turn are no steps of a channel.
+    """
+    steps = np.concatenate([np.diff(np.unique(run.measured)) for run in recording.runs])
+    steps = steps[steps > 1e-9 * full_scale(recording)]
     return float(steps.min()) if len(steps) else 0.0
 
 

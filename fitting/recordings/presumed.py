@@ -30,9 +30,11 @@ PRESUMED = PresumedSettings()
 def presumed(recording: Recording, settings: PresumedSettings = PRESUMED) -> Accuracy:
     """What is presumed of the instruments of a recording; full scale is its largest reading.
 
-    A motion that is read as force has no load cell: nothing is presumed of its force.
+    A motion that is read as force has no load cell, nor has a load that hangs: nothing is presumed of their force. (The
+    zero of a run and the gain of a gauge would together make whatever a model misses a constant force by.)
     """
-    of_force = recording.test in FORCE_TESTS and recording.noise_source is not NoiseSource.MOTION
+    of_cell = recording.noise_source is not NoiseSource.MOTION and not recording.hangs
+    of_force = recording.test in FORCE_TESTS and of_cell
     pressures = [float(np.max(np.abs(run.pressure))) for run in recording.runs]
     scale, noise = max(pressures), noise_of_cell(recording)
     reach = max(float(np.max(np.abs(run.measured))) for run in recording.runs) if of_force else 0.0

@@ -123,6 +123,16 @@ class InverseDynamicsSettings:
 
 
 @dataclass(frozen=True)
+class HungLoadSettings:
+    """Isotonic tests read as force."""
+
+    fewest: int = 12  # readings of one run while the muscle slides; chosen
+    inertia: float = 0.005  # largest |M x''| over the load: it is left out of the force; chosen
+    clear: float = 5.0  # errors of one position by which a muscle has left where it stood; chosen
+    window: float = 0.01  # of a run's readings, to either side of one, from which its acceleration is told; chosen
+
+
+@dataclass(frozen=True)
 class ReleaseSettings:
     """When a muscle is let go."""
 
@@ -154,4 +164,4 @@ class CycleSettings:
 TABLES, SIGNALS, JUMPS = TableSettings(), MotionSignalSettings(), JumpSettings()
 PLAUSIBLE, DYNAMICS, CYCLES = PlausibleSettings(), InverseDynamicsSettings(), CycleSettings()
 ACCURACY, SPIKES, GAPS, CUT_SHORT = AccuracySettings(), SpikeSettings(), GapSettings(), CutShortSettings()
-RELEASES = ReleaseSettings()
+RELEASES, HUNG = ReleaseSettings(), HungLoadSettings()

@@ -12,7 +12,7 @@ from fitting.least_squares.evaluate import evaluate
 from fitting.least_squares.record import Fit
 from fitting.library.library import effects_named
 from fitting.progress import Progress
-from fitting.recordings.records import force_was_measured
+from fitting.recordings.records import MOVING_TESTS, force_was_measured
 from fitting.study.confined import confined, denied_sizes
 from fitting.study.stages import Stage
 from fitting.study.task import Task, fit_task
@@ -82,12 +82,14 @@ class OnMotions:
 
 def on_motions(task: Task, found: Discovery, progress: Progress) -> OnMotions | None:
     """Where no force was measured a discovery reads motions as force, which sees no break-away and no standstill: the
-    equation of motion has the last word. None where force was measured: then it was in the fit already.
+    equation of motion has the last word. None where force was measured, for then it was in the fit already,
+    and where nothing moves by its own inertia: a load that hangs on a muscle is its force.
 
     Positions are read so finely that a clock or a scale that errs outweighs every caliper: where they deny a stated
     size, both models are fitted again with the stated sizes confined.
     """
-    if force_was_measured(task.experiments):
+    tests = {recording.test for experiment in task.experiments for recording in experiment.recordings}
+    if force_was_measured(task.experiments) or not tests & {*MOVING_TESTS}:
         return None
     progress("fitting the motions themselves, before", 0.9)
     before = fit_task(task)

@@ -45,7 +45,7 @@ def command(alike: bool, **options: Any) -> None:
     run.print(comparison_report(found))
     run.print(known_report(fit))
     run.print([] if can_be_known is None else alike_report(can_be_known))
-    after = after_comparison(found, run.task.experiments, run.request.again)
+    after = after_comparison(found, run.request.again)
     run.print([line("", ""), paste_line("NEXT", after)] if after else [])
     if run.request.json:  # limits of values at their bounds take seconds
         run.write(comparison_result(found) | {"fit": fit_result(fit), "known": known_result(fit)} | more)

@@ -138,7 +138,7 @@ def next_command(model: ShownModel, models: Sequence[ShownModel], task: Task) ->
     if d is not None and set(suggested(d)) in tried:  # a discovery has tried it, and did not keep it
         return None
     if d is None:
-        command = after_comparison(model.comparison, task.experiments, folders)
+        command = after_comparison(model.comparison, folders)
         return ("Which effect is missing?", command) if command else None
     return None if any({*names} <= {*task.names} for names in d.explanations) else after_diagnosis(d, folders)
 

@@ -8,7 +8,6 @@ from fitting import full_names
 from fitting.comparison.compare import Comparison
 from fitting.diagnosis.outcomes import NOTHING_MISSING, Verdict
 from fitting.diagnosis.record import Diagnosis
-from fitting.recordings.records import Experiment
 from fitting.report.text.comparison import fails
 from fitting.report.text.stated_sizes import denied, stated_and_free
 from fitting.report.text.warnings import unlikely_ratio
@@ -18,28 +17,19 @@ ADD = "Put it into the model:"
 HOLD = "Look again with the sizes of the muscle as they were measured:"
 
 
-def after_comparison(c: Comparison, experiments: Sequence[Experiment], data: Sequence[str]) -> str | None:
-    """The diagnosis, where the model fails; it reads forces, and motions as force, but no position without inertia.
+def after_comparison(c: Comparison, data: Sequence[str]) -> str | None:
+    """The diagnosis, where the model fails.
 
     Nothing where a unit or a size is likelier to be wrong than the physics: that comes first.
     """
     if not fails(c) or unlikely_ratio(c) is not None:
         return None
-    if _positions_alone(experiments):
-        suspect = "EFFECT, one that you suspect (mckibben effects): 'diagnose' needs a force"
-        return f"mckibben add {shell_words(data)} {suspect}"
     return f"mckibben diagnose {shell_words(data)}"
 
 
-def after_change(experiments: Sequence[Experiment], data: Sequence[str], model: str | None) -> str | None:
+def after_change(data: Sequence[str], model: str | None) -> str:
     """Whether anything is still missing; of a `model` that was saved elsewhere than with the data, by its file."""
-    if _positions_alone(experiments):
-        return None
     return f"mckibben diagnose {shell_words(data)}" + (f" --model {shell_words([model])}" if model else "")
-
-
-def _positions_alone(experiments: Sequence[Experiment]) -> bool:
-    return all(recording.test == "isotonic" for each in experiments for recording in each.recordings)
 
 
 class NextStep(NamedTuple):
