@@ -33,6 +33,8 @@ SIGNED = ("displacement", "contraction")  # positions that have a sign
 RISES, HELD_PRESSURE = 0.8, 0.2  # correlation of force and such a position, share of the pressure it may change by
 VENTED, SWEPT = 0.9, ("isometric", "isotonic")  # atmospheres that a vented muscle reads at least; tests that may vent
 PLACED = 0.4  # of its largest reading: a position that comes nearer to 0 is no length of a muscle
+SAME_FORCE, SWEPT_PRESSURE = 0.1, 0.5  # of a force, of the largest pressure: a weight that is lifted by a sweep
+FEWEST_STILL, STILL = 30, 1.5  # readings; times its noise: readings that differ by less from their mean stand
 STRETCHES, STANDING = 50, 0.7  # of a recording; share of them in which an isometric test leaves the length as it was
 
 
@@ -97,11 +99,19 @@ class Guess:
 
 
 def guesses_of(folder: Path) -> list[Guess]:
-    """One guess for each recording, or for each part of one."""
-    return [_guess(path, inside) for path in recordings_in(folder) for inside in parts_of(path)]
+    """One guess for each recording, or for each part of one.
+
+    A column whose readings are no lengths in one file is none in the others either: a muscle that is held at 20 mm of
+    shortening shows a number that might be one.
+    """
+    parts = [(path, inside) for path in recordings_in(folder) for inside in parts_of(path)]
+    found = [_guess(*part) for part in parts]
+    moved = {(guess.columns or {}).get("displacement") for guess in found} - {None}
+    again = lambda guess: (guess.columns or {}).get("length") in moved  # noqa: E731
+    return [_guess(*part, is_moved=True) if again(guess) else guess for part, guess in zip(parts, found, strict=True)]
 
 
-def _guess(path: Path, inside: dict[str, str]) -> Guess:
+def _guess(path: Path, inside: dict[str, str], is_moved: bool = False) -> Guess:
     try:
         heads = read_heads(path, inside)
     except InputError as error:
@@ -119,20 +129,20 @@ def _guess(path: Path, inside: dict[str, str]) -> Guess:
         units["force"] = any_units["force"] = weighed
     named = {name: head for name, head in called.items() if plain_name(head) != name}
     table, problem = _read(path, named, any_units, inside)
-    if table is not None and _is_no_length(table, called):
-        called["displacement"] = called.pop("length")
+    if table is not None and (is_moved or _is_no_length(table, called)):
+        called, units, any_units = (_renamed(each, "length", "displacement") for each in (called, units, any_units))
         named = {name: head for name, head in called.items() if plain_name(head) != name}
-        units, any_units = (
-            {_MOVED.get(name, name): unit for name, unit in each.items()} for each in (units, any_units)
-        )
         table, problem = _read(path, named, any_units, inside)
     if table is not None and table.has_stamps:
         units.pop("time", None)  # they need none
     test = _test(" ".join((path.stem, *inside.values())), table, set(called), bool(unused))
+    if test == "isotonic" and "load" not in called:  # a load cell reads what hangs on the muscle
+        called, units = (_renamed(each, "force", "load") for each in (called, units))
     return Guess(path, inside, test, called, units, unused, table, problem)
 
 
-_MOVED = {"length": "displacement"}
+def _renamed(given: dict[str, str], old: str, new: str) -> dict[str, str]:
+    return {new if name == old else name: value for name, value in given.items()}
 
 
 def _is_no_length(table: Table, called: dict[str, str]) -> bool:
@@ -212,7 +222,20 @@ def _test(name: str, table: Table | None, names: set[str], more: bool) -> str:
         return "static"
     if table is not None and not more and not names & {"contraction", "length", "displacement"}:
         return "isometric"  # whoever lets the length move records it
-    return "isometric" if table is not None and _length_is_held(table) else "loop"
+    if table is not None and _length_is_held(table):
+        return "isometric"
+    return "isotonic" if table is not None and _lifts_a_weight(table) else "loop"
+
+
+def _lifts_a_weight(table: Table) -> bool:
+    """Whether a force that pulls stays nearly the same while the pressure is swept: then a weight hangs there."""
+    if not {"force", "pressure"} <= {*table.columns}:
+        return False
+    force, pressure = (table[name][np.isfinite(table[name])] for name in ("force", "pressure"))
+    if not len(force) or not len(pressure):
+        return False
+    swept = np.ptp(np.quantile(pressure, [0.01, 0.99])) > SWEPT_PRESSURE * np.max(np.abs(pressure))
+    return bool(swept and np.std(force) < SAME_FORCE * np.median(force))
 
 
 def _is_reading(path: Path, head: str, inside: dict[str, str]) -> bool:
@@ -238,8 +261,10 @@ def _length_is_held(table: Table) -> bool:
 
 def _stands(position: np.ndarray) -> bool:
     """Whether a noisy reading mostly stands: from stretch to stretch its median moves by less than the noise."""
+    noise = 1.48 * np.median(np.abs(np.diff(position))) / np.sqrt(2)
+    if len(position) >= FEWEST_STILL and np.std(position) < STILL * noise:
+        return True
     if len(position) < 2 * STRETCHES:
         return False
-    noise = 1.48 * np.median(np.abs(np.diff(position))) / np.sqrt(2)
     medians = [np.median(part) for part in np.array_split(position, STRETCHES)]
     return bool(np.mean(np.abs(np.diff(medians)) <= noise) >= STANDING)

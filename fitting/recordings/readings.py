@@ -31,12 +31,19 @@ FEWEST_SAMPLES = TABLES.fewest_samples  # of a run
 
 
 def with_hung_load(table: Table, test: str) -> Table:
-    """The table of a static test in which weights were hung on: at rest a muscle pulls with what hangs on it."""
+    """The table of a static test in which weights were hung on: at rest a muscle pulls with what hangs on it.
+
+    And that of an isotonic test in which a load cell read what hangs there.
+    """
+
+    def renamed(given: Mapping[str, Any], old: str = "load", new: str = "force") -> dict[str, Any]:
+        return {new if name == old else name: value for name, value in given.items()}
+
+    if test == "isotonic" and "force" in table and "load" not in table:
+        parts = (renamed(each, "force", "load") for each in (table.columns, table.heads, table.units))
+        return replace(table, **dict(zip(("columns", "heads", "units"), parts, strict=True)))
     if test != "static" or "force" in table or "load" not in table:
         return table
-
-    def renamed(given: Mapping[str, Any]) -> dict[str, Any]:
-        return {"force" if name == "load" else name: value for name, value in given.items()}
 
     unit = table.units["load"]
     is_mass = units.dimension(unit) == units.dimension("kg")

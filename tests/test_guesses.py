@@ -1,0 +1,66 @@
+"""What `mckibben init` takes the files of one bench for: weights that are lifted, lengths that are held."""
+
+import numpy as np
+import pytest
+from folders import folder_of, only_run, table
+
+from fitting.recordings.guesses import guesses_of
+
+RANDOM = np.random.default_rng(4)
+HEADS = ("Time (s)", "p_muscle (kPa)", "Laser (mm)", "Load cell (N)")
+
+
+def logged(path, pressure, place, force, errors=(0.4, 0.02, 0.3)):
+    """A file as a logger writes it, every channel with its noise."""
+    signals = [np.broadcast_to(each, pressure.shape) for each in (pressure, place, force)]
+    read = [each + RANDOM.normal(0, error, each.size) for each, error in zip(signals, errors, strict=True)]
+    columns = dict(zip(HEADS, (np.arange(pressure.size) * 0.05, *read), strict=True))
+    path.write_text(table({head: np.round(values, 3) for head, values in columns.items()}))
+
+
+def ramp(samples):
+    """Up to 400 kPa and back."""
+    return 400 * (1 - np.abs(np.linspace(-1, 1, samples)))
+
+
+@pytest.mark.parametrize(("force", "test", "name"), [(98.0, "isotonic", "load"), (None, "loop", "force")])
+def test_a_load_cell_that_reads_the_same_while_the_pressure_is_swept_carries_a_weight(tmp_path, force, test, name):
+    pressure = ramp(800)
+    logged(tmp_path / "bench.csv", pressure, 0.1 * pressure - 3, 0.5 * pressure if force is None else force)
+    (guess,) = guesses_of(tmp_path)
+    assert guess.test == test
+    assert guess.columns == {
+        "time": HEADS[0], "pressure": HEADS[1], "displacement": HEADS[2], name: HEADS[3],
+    }  # fmt: skip
+
+
+def test_a_force_that_stays_at_a_held_pressure_is_no_weight(tmp_path):
+    logged(tmp_path / "bench.csv", np.full(800, 300.0), 20 + 10 * np.sin(np.arange(800) / 50), 98.0)
+    (guess,) = guesses_of(tmp_path)
+    assert guess.test == "loop"
+
+
+@pytest.mark.parametrize("samples", [60, 160, 1600])
+def test_a_length_that_differs_by_its_noise_is_held_however_short_the_file(tmp_path, samples):
+    pressure = ramp(samples)
+    logged(tmp_path / "bench.csv", pressure, 0.03, 0.5 * pressure)
+    (guess,) = guesses_of(tmp_path)
+    assert guess.test == "isometric"
+
+
+def test_a_column_is_the_same_in_all_files_of_a_bench(tmp_path):
+    """Held at 20 mm of shortening, a laser shows what might be a length, but for the file at 0 mm."""
+    pressure = ramp(400)
+    for name, place in (("a", 0.0), ("b", 20.0), ("c", 40.0)):
+        logged(tmp_path / f"{name}.csv", pressure, place, 0.5 * pressure)
+    assert [guess.columns["displacement"] for guess in guesses_of(tmp_path)] == [HEADS[2]] * 3
+    (tmp_path / "a.csv").unlink()
+    assert [guess.columns["length"] for guess in guesses_of(tmp_path)] == [HEADS[2]] * 2
+
+
+def test_a_load_cell_may_read_what_hangs_on_the_muscle(tmp_path):
+    pressure = 5 * (1 - np.abs(np.arange(201) / 100 - 1)) + 0.1
+    columns = {"time [s]": np.arange(201) * 0.1, "pressure [bar]": pressure, "length [mm]": 300 - 10 * pressure}
+    recording, run = only_run(folder_of(tmp_path, table(columns | {"force [kN]": 0.05}), test="isotonic"))
+    assert run.load == pytest.approx(50.0)
+    assert recording.units["N"] == "kN"
