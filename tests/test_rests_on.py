@@ -59,9 +59,17 @@ def test_of_many_causes_the_two_largest_are_named_and_each_kind_once():
     drifts = [Source(Channel.FORCE, ErrorKind.DRIFT, 1e-4 * n, 1e-4 * n) for n in (1, 2)]
     zero = Source(Channel.PRESSURE, ErrorKind.ZERO, 100.0, 100.0)
     assert dict(by_kind({drifts[0]: 0.2, drifts[1]: 0.3, zero: 0.4})) == {drifts[1]: 0.5, zero: 0.4}
-    said = rests_on_text("muscle.length", [(0.5, "this"), (0.2, "that"), (0.2, "a third"), (0.1, "a fourth")])
-    assert said == (
+    parts = [(0.5, "this"), (0.2, "that"), (0.2, "a third"), (0.1, "a fourth")]
+    assert rests_on_text({"muscle.length": parts}) == (
         "Most of the uncertainty of ⟦muscle.length⟧ comes from this (50 % of it), that (20 % of it) and 2 others."
+    )
+
+
+def test_parameters_that_are_uncertain_for_the_same_causes_share_a_sentence():
+    alike = {"tip.k": [(0.5, "this"), (0.2, "that")], "hill.b": [(0.4, "that"), (0.3, "this"), (0.1, "a third")]}
+    assert rests_on_text(alike) == (
+        "Most of the uncertainty of ⟦tip.k⟧, ⟦hill.b⟧ comes from this (30 % to 50 % of it), that (20 % to 40 % of it) "
+        "and one other."
     )
 
 

@@ -1,6 +1,6 @@
 """Sizes that muscle.toml states with an error beside what the fit made of them, and what the fit's errors rest on."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 
 from fitting import full_names, showing
 from fitting.instruments.sources import ErrorKind, Source
@@ -92,19 +92,22 @@ def confined_texts(held: Sequence[str]) -> list[str]:
     ]
 
 
+Parts = list[tuple[float, str]]  # shares of an uncertainty, and what each comes from, the largest first
+
+
 def rests_on_texts(fit: Fit) -> list[str]:
-    """A sentence for each parameter that is mostly as uncertain as stated sizes and instruments are, the most first."""
+    """A sentence for the parameters that are mostly as uncertain as the same sizes and instruments, the most first."""
     own = {entry.name for entry in fit.layout.entries if entry.prior is not None}
     instruments = rests_on_instruments(fit)
-    found: list[tuple[float, str]] = []
+    found: dict[frozenset[str], dict[str, Parts]] = {}
     for name, sizes in rests_on(fit).items():
         parts = [(share, mark(size)) for size, share in sizes.items() if name not in own]
         parts += [(share, known_to_text(source)) for source, share in by_kind(instruments[name])]
         parts = sorted((part for part in parts if part[0] > STATED.part), reverse=True)
-        total = sum(share for share, _ in parts)
-        if total > STATED.most:
-            found.append((total, rests_on_text(name, parts)))
-    said = [text for _, text in sorted(found, key=lambda each: -each[0])]
+        if _whole(parts) > STATED.most:
+            found.setdefault(frozenset(text for _, text in parts[: STATED.named]), {})[name] = parts
+    most_first = sorted(found.values(), key=lambda alike: -max(map(_whole, alike.values())))
+    said = [rests_on_text(alike) for alike in most_first]
     cure = "To know these values better, measure better what is named; more recordings of the same kind hardly help."
     return [*said, cure] if said else []
 
@@ -131,13 +134,25 @@ def by_kind(shares: Mapping[Source, float]) -> list[tuple[Source, float]]:
     return list(found.values())
 
 
-def rests_on_text(name: str, parts: list[tuple[float, str]]) -> str:
-    named = [f"{text} ({percent(share)} of it)" for share, text in parts[: STATED.named]]
-    others = len(parts) - len(named)
+def rests_on_text(alike: Mapping[str, Parts]) -> str:
+    """The sentence on parameters whose uncertainty comes from the same causes: those named are the largest of each."""
+    causes = list(dict.fromkeys(text for parts in alike.values() for _, text in parts[: STATED.named]))
+    named = [f"{text} ({_shares(alike.values(), text)} of it)" for text in causes]
+    others = max(len(parts) for parts in alike.values()) - len(named)
     if others:
         named.append("one other" if others == 1 else f"{others} others")
-    causes = " and ".join(filter(None, (", ".join(named[:-1]), named[-1])))
-    return f"Most of the uncertainty of {mark(name)} comes from {causes}."
+    joined = " and ".join(filter(None, (", ".join(named[:-1]), named[-1])))
+    return f"Most of the uncertainty of {marked(alike)} comes from {joined}."
+
+
+def _shares(parts: Iterable[Parts], cause: str) -> str:
+    shares = [share for each in parts for share, text in each if text == cause]
+    least, most = percent(min(shares)), percent(max(shares))
+    return most if least == most else f"{least} to {most}"
+
+
+def _whole(parts: Parts) -> float:
+    return sum(share for share, _ in parts)
 
 
 def _apart(fit: Fit, name: str) -> float:
