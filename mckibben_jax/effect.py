@@ -124,6 +124,10 @@ class Felt(Effect):
         """The state that the braid feels."""
         raise NotImplementedError
 
+    def spring(self, muscle: Muscle) -> jax.Array | None:
+        """Stiffness of a spring between the rig and the braid, N per contraction of 1; None where there is none."""
+        return None
+
 
 class Energy(Effect):
     """Stores energy: `energy` in J as a function of the felt state; its force is dE/dl at fixed pressure."""

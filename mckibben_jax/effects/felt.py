@@ -149,7 +149,8 @@ class SeriesCompliance(Felt):
     """End fittings, cable and rig give way: the muscle is shorter than the rig says, by F/k_s.
 
     The muscle stands where rig and spring agree, eps = reading + F(eps)/(k_s l0), with F the frictionless pull at the
-    muscle's own state.
+    muscle's own state. Dry friction holds it within a band around there: where the path turns, the braid
+    sticks until friction has changed sides (`mckibben_jax.laws.sticking`), which is the hysteresis of a held muscle.
     """
 
     knows_rates = False
@@ -157,12 +158,15 @@ class SeriesCompliance(Felt):
     part = "fittings"
     formula = "eps -> eps + F/(k_s l0)"
     source = "rig property; statics of a spring in series"
-    suspect = "misfit that grows with the square of the pressure and is largest near rest"
+    suspect = "misfit that grows with the square of the pressure, largest near rest; hysteresis of a held length"
     states_rates = True
     k_s: jax.Array = parameter(2e5, "N/m", "stiffness in series", range=(1e4, 1e8))
 
+    def spring(self, muscle: Muscle) -> jax.Array:
+        return self.k_s * muscle.length
+
     def felt(self, muscle: Muscle, state: State, pull: Pull) -> State:
-        give = self.k_s * muscle.length
+        give = self.spring(muscle)
         own_pull = lambda *at: pull(state.replace(**dict(zip(PLACE, at, strict=True))))  # noqa: E731
         stands = standing(own_pull, state, jax.lax.stop_gradient(give))
         near = near_by(own_pull, stands, state, pull.rates_matter)

@@ -104,6 +104,12 @@ FELT = {
 }
 
 
+BEFORE, BEHIND = (
+    list(FELT)[: list(FELT).index("series_compliance")],
+    list(FELT)[list(FELT).index("series_compliance") + 1 :],
+)
+
+
 def through(truth: Truth, state: State, names) -> State:
     """The felt effects `names` in turn."""
     for name in names:
@@ -114,13 +120,16 @@ def through(truth: Truth, state: State, names) -> State:
     return state
 
 
-def yielded(truth: Truth, state: State, k_s: float) -> State:
-    """The muscle is shorter than the rig says by pull/k_s, the pull being the muscle's own (Newton's method)."""
-    later = list(FELT)[list(FELT).index("series_compliance") + 1 :]
+def yielded(truth: Truth, state: State, k_s: float, resisted=None) -> State:
+    """The muscle is shorter than the rig says by pull/k_s, the pull being the muscle's own (Newton's method).
+
+    `resisted` takes a force from the pull at a felt state; nothing, unless given.
+    """
 
     def excess(contraction):
-        there = through(truth, replace(state, contraction=contraction), later)
-        return contraction - state.contraction - pull(truth, there) / (k_s * truth.muscle.length)
+        there = through(truth, replace(state, contraction=contraction), BEHIND)
+        taken = 0.0 if resisted is None else resisted(there)
+        return contraction - state.contraction - (pull(truth, there) - taken) / (k_s * truth.muscle.length)
 
     own, step = np.asarray(state.contraction, float), 1e-7
     for _ in range(30):

@@ -8,9 +8,9 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from scipy.signal import lfilter
 
-from .felt import felt, pull
+from .felt import BEFORE, felt, pull, through, yielded
 from .instruments import EXACT, Instruments, RunErrors, Session
-from .lost import lost, size
+from .lost import direction, lost, size
 from .physics import Muscle, State, Truth
 
 OVERSAMPLE = 16
@@ -145,8 +145,36 @@ def read(truth: Truth, time, force):
 def force_of(truth: Truth, time, contraction, pressure, session=0.0):
     """Reading of the load cell without noise, on the time grid given (which must be fine for memory)."""
     rate = np.gradient(contraction, time)
-    state = felt(truth, State(contraction, pressure, time + session, rate))
+    seen = State(contraction, pressure, time + session, rate)
+    state = felt(truth, seen)
+    if "series_compliance" in truth.effects and not STICKS_ITSELF & set(truth.effects):
+        dry = size(truth, state) * direction(truth, state)
+        first = float(direction(truth, state)[0])
+        return read(truth, time, borne_by_the_spring(truth, seen, first) - (lost(truth, state) - dry))
     return read(truth, time, pull(truth, state) - lost(truth, state))
+
+
+STICKS_ITSELF = {"presliding", "maxwell_slip"}  # friction that gives way before it slides
+
+
+def borne_by_the_spring(truth: Truth, seen: State, first: float):
+    """What a spring in series carries, N: the braid stands behind it until friction of either direction is overcome.
+
+    Before the `first` sample it slid in this direction.
+    """
+    k_s = truth.effects["series_compliance"]["k_s"]
+    shown = through(truth, seen, BEFORE)
+
+    def slides(sign):
+        """Where the braid stands while it slides in one direction."""
+        resisted = lambda there: sign * size(truth, replace(there, rate=felt(truth, seen).rate))  # noqa: E731
+        return yielded(truth, shown, k_s, resisted).contraction
+
+    contracting, free, elongating = slides(1.0), slides(0.0), slides(-1.0)
+    place = [float({1.0: contracting, 0.0: free, -1.0: elongating}[first][0])]
+    for least, most in zip(contracting[1:].tolist(), elongating[1:].tolist(), strict=True):
+        place.append(min(max(place[-1], least), most))
+    return k_s * truth.muscle.length * (np.array(place) - shown.contraction)
 
 
 def polyline(turns, speed: float, count: int, rounding: float):
