@@ -1,5 +1,7 @@
 """A braid behind a spring: it sticks where its path turns. Against a simulator that solves for where it slides."""
 
+from types import SimpleNamespace
+
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -7,6 +9,7 @@ import pytest
 from hidden.rig import force_of, polyline
 from hidden.simulator import Muscle, Truth, with_baseline
 
+from fitting.report.text.fit import still_texts
 from mckibben_jax import Muscle as LibraryMuscle
 from mckibben_jax import model
 from mckibben_jax.effects import (
@@ -127,3 +130,18 @@ def test_slopes_are_finite_at_rest_and_at_zero_pressure():
     slopes = jax.jacfwd(lambda k: model(SIZES, *DRY, SeriesCompliance(k)).force(rest))(6e4)
     assert np.all(np.isfinite(given.force(rest)))
     assert np.all(np.isfinite(slopes))
+
+
+@pytest.mark.parametrize(
+    ("test", "more", "said"),
+    [("isometric", (), True), ("loop", (), False), ("isometric", (SeriesCompliance(),), False)],
+)
+def test_why_the_friction_of_a_held_muscle_is_not_seen(test, more, said):
+    fit = SimpleNamespace(
+        held=("coulomb_friction.f_s",),
+        layout=SimpleNamespace(templates=[SimpleNamespace(effects=[IdealCylinder(), CoulombFriction(), *more])]),
+        problem=SimpleNamespace(blocks=[SimpleNamespace(test=test)]),
+    )
+    texts = still_texts(fit)
+    assert len(texts) == said
+    assert all("does not slide" in text and "⟦series_compliance⟧" in text for text in texts)

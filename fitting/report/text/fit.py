@@ -3,6 +3,7 @@
 from rich.console import RenderableType
 from rich.text import Text
 
+from fitting import full_names
 from fitting.least_squares.record import Fit
 from fitting.report.results import shown_names
 from fitting.report.text.bounds import allowed_note, allowed_text, bound_text
@@ -12,6 +13,8 @@ from fitting.report.text.names import mark, marked
 from fitting.report.text.search import failure_texts, search_text
 from fitting.report.text.stated_sizes import denied_texts, kept_from, rests_on_texts, runs_agree_texts
 from fitting.report.text.values import range_cells, value_cells
+from mckibben_jax.effect import Felt, name_of
+from mckibben_jax.effects import LIBRARY
 
 
 def fit_warnings(fit: Fit) -> list[str]:
@@ -23,7 +26,23 @@ def fit_warnings(fit: Fit) -> list[str]:
     words += [f"{marked(g, ' and ')} are strongly correlated, not separately identifiable." for g in tied_groups(fit)]
     if fit.held:
         words.append(f"Not constrained by these data, and held at their values: {marked(fit.held)}.")
+    words += still_texts(fit)
     return words + [f"Search: {failure}" for failure in failure_texts(fit)]
+
+
+def still_texts(fit: Fit) -> list[str]:
+    """Why a friction is not seen where every length was held, and what lets a braid slide there."""
+    effects = fit.layout.templates[0].effects
+    friction = {name_of(effect) for effect in effects if "friction" in effect.gives}
+    unseen = friction & {full_names.owner_of(full_names.common(name)) for name in fit.held}
+    held = all(block.test == "isometric" for block in fit.problem.blocks)
+    springs = [name_of(kind) for kind in LIBRARY if issubclass(kind, Felt) and kind.spring is not Felt.spring]
+    if not unseen or not held or any(name_of(effect) in springs for effect in effects):
+        return []
+    return [
+        "A muscle whose length is held does not slide in this model, so its friction is not seen. If its force differs "
+        f"between rising and falling pressure, something gives way: try {marked(springs)}."
+    ]
 
 
 def tied_groups(fit: Fit) -> list[list[str]]:
