@@ -10,7 +10,7 @@ from jaxtyping import ArrayLike
 
 from mckibben_jax.effect import Effect, Loss, Pull, blend, name_of
 from mckibben_jax.effects import ORDER
-from mckibben_jax.laws.shape import path_rate
+from mckibben_jax.laws.shape import direction_of_path
 from mckibben_jax.laws.sticking import played, share_felt
 from mckibben_jax.memory import Memory, remember
 from mckibben_jax.muscle import Muscle
@@ -89,7 +89,7 @@ class Model(eqx.Module):
     def loss_before(self, felt: State, elastic: jax.Array) -> Loss:
         """No loss yet, along the direction in which the braid moves."""
         zero = jnp.zeros_like(elastic)
-        return Loss(zero, jnp.sign(path_rate(self.muscle, felt)), zero, elastic)
+        return Loss(zero, direction_of_path(self.muscle, felt), zero, elastic)
 
     # What happens along a run --------------------------------------------------------------------------------------
 
@@ -117,43 +117,44 @@ class Model(eqx.Module):
 
     def force(self, run: State) -> jax.Array:
         """The force that the instrument shows along a run, N."""
-        felt = self.felt(self.supplied(run), self.knows_rates)
+        run = self.supplied(run)
+        felt = self.felt(run, self.knows_rates)
         total, elastic = jax.vmap(self.pull)(felt, self._recall_stored(felt))
         loss = self.lost(felt, elastic)
-        friction = self._friction(run.contraction, felt, total, loss)
+        friction = self._friction(run, felt, total, loss)
         return self.show(total - friction - loss.drag, run.time, "force")
 
-    def _friction(self, reading: jax.Array, felt: State, total: jax.Array, loss: Loss) -> jax.Array:
+    def _friction(self, run: State, felt: State, total: jax.Array, loss: Loss) -> jax.Array:
         """Dry friction along a run as the rig feels it, N: behind a spring the braid sticks where its path turns."""
         friction = loss.size * loss.direction
         for index in self.at("felt"):
             spring = self.effects[index].spring(self.muscle)
             if spring is not None:
                 behind = lambda f, i=index, k=spring: blend(  # noqa: E731
-                    self.switches[i], f, self._sticking(k, reading, felt, total, loss)
+                    self.switches[i], f, self._sticking(i, k, run, felt, total, loss)
                 )
                 friction = self.when_live(index, behind, friction)
         return friction
 
-    def _sticking(self, spring: jax.Array, reading: jax.Array, felt: State, total: jax.Array, loss: Loss) -> jax.Array:
+    def _sticking(
+        self, index: int, spring: jax.Array, run: State, felt: State, total: jax.Array, loss: Loss
+    ) -> jax.Array:
         """Dry friction along a run behind a spring (N per contraction), N.
 
         Where friction itself gives way elastically, it has come less far at every turn: that counts then.
         """
-        share = share_felt(spring, self._steepness(felt))
+        share = share_felt(spring, self._steepness(index, run.replace(contraction=run.contraction + total / spring)))
         sliding = loss.size * loss.direction * share
-        held = played(total + spring * reading, loss.size * share, sliding, felt.time)
-        way = jnp.sign(jax.vmap(lambda state: path_rate(self.muscle, state))(felt))
+        held = played(total + spring * run.contraction, loss.size * share, sliding, felt.time)
+        way = jax.vmap(lambda state: direction_of_path(self.muscle, state))(felt)
         return jnp.where(way > 0, jnp.minimum(held, sliding), jnp.where(way < 0, jnp.maximum(held, sliding), held))
 
-    def _steepness(self, felt: State) -> jax.Array:
-        """Slope of the frictionless pull over contraction along a run, N, without derivatives.
-
-        A per cent of it is a thousandth of the friction: neither effects behind the spring nor memories count.
-        """
-        ends = (felt.replace(contraction=felt.contraction + way * SLOPE_STEP) for way in (1.0, -1.0))
-        beyond, before = (jax.vmap(lambda state: self.pull(state)[0])(end) for end in ends)
-        return jax.lax.stop_gradient((beyond - before) / (2 * SLOPE_STEP))
+    def _steepness(self, index: int, run: State) -> jax.Array:
+        """Slope of the frictionless pull behind a felt effect over the contraction of `run`, N."""
+        pull = self._pull_behind(index)
+        ends = (run.replace(contraction=run.contraction + way * SLOPE_STEP) for way in (1.0, -1.0))
+        beyond, before = (jax.vmap(pull)(end) for end in ends)
+        return (beyond - before) / (2 * SLOPE_STEP)
 
     def supplied(self, run: State) -> State:
         """The run with what the supply makes of its pressure channel: a delay shifts the pressure and its rate."""

@@ -8,7 +8,7 @@ import pytest
 from small_muscle import LENGTH, ideal, loops, surface, write
 
 from fitting.comparison.bins import bins
-from fitting.comparison.compare import Row, compare, repetitions
+from fitting.comparison.compare import Row, compare, floor_of, repetitions
 from fitting.comparison.repeats import Pair, one_way
 from fitting.least_squares.evaluate import evaluate, held_out_rmse
 from fitting.least_squares.fit import fit
@@ -235,6 +235,24 @@ def test_what_comes_next_is_a_command_that_takes_these_data():
     poor, good = (SimpleNamespace(rmse=rmse, floor=1.0, over_stated=None, unit="m") for rmse in (2.0, 1.4))
     assert after_comparison(poor, ["folder"]) == "mckibben diagnose folder"
     assert after_comparison(good, ["folder"]) is None
+
+
+@pytest.mark.parametrize(
+    ("missed", "differs", "expected"), [(0.05, 5.0, 0.05), (50.0, 0.5, 0.5), (50.0, 0.0, 0.1), (0.15, 0.0, 0.15)]
+)
+def test_no_model_makes_noise_of_its_own_failure(missed, differs, expected):
+    """Two loops whose readings differ by one size, what a model leaves of them by another; a reading errs by 0.1."""
+    count, random = 400, np.random.default_rng(2)
+    loop, zero = np.repeat([0, 1], count), np.zeros(2 * count)
+    along, steady = np.tile(np.linspace(0, 0.1, count), 2), zero + 1
+    samples = Samples(
+        dataset=loop * 0, recording=loop * 0, run=loop * 0, loop=loop, half=2 * loop, row=np.arange(2 * count),
+        time=along, contraction=along, pressure=steady, rate=steady, pressure_rate=zero, branch=loop * 0 + 1,
+        measured=100 + differs * random.normal(size=2 * count), sigma=steady, position=np.arange(2 * count),
+    )  # fmt: skip
+    tests = np.array(["loop"] * 2 * count)
+    pairs = repetitions(samples, missed * random.normal(size=2 * count), tests)
+    assert floor_of(samples, pairs, tests, 0.1) == pytest.approx(expected, rel=0.15)
 
 
 @pytest.mark.parametrize(("test", "pairs"), [("loop", 1), ("quick release", 0), ("step", 0)])

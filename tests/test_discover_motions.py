@@ -115,6 +115,17 @@ def test_positions_do_not_overrule_a_caliper_where_forces_do_not(tmp_path, denyi
     assert [task.starts > 1 for task in denying] == [True, False, True, False]
 
 
+def test_a_model_to_which_nothing_was_added_denies_no_caliper_either(tmp_path, denying):
+    released(tmp_path)
+    task = task_of(Request(data=(str(tmp_path),)))
+    task = task.with_effects([*task.effects, ViscousDamping()])
+    same = SimpleNamespace(task=in_newtons(task), comparison=None)
+    motions = on_motions(task, same, told)
+    assert [task.experiments[0].is_confined for task in denying] == [False, True]
+    assert motions.after is motions.before
+    assert motions.held
+
+
 def test_a_size_that_is_asked_to_be_free_may_be_denied(tmp_path, denying):
     released(tmp_path)
     task = task_of(Request(data=(str(tmp_path),), free=("muscle.radius",)))

@@ -48,6 +48,14 @@ def test_a_length_that_differs_by_its_noise_is_held_however_short_the_file(tmp_p
     assert guess.test == "isometric"
 
 
+@pytest.mark.parametrize("each", [8, 10, 16])
+def test_a_loop_that_is_read_a_few_times_in_each_cycle_is_no_held_length(tmp_path, each):
+    for name, place in (("sine", np.sin), ("triangle", lambda angle: np.arcsin(np.sin(angle)))):
+        stroke = 15 + 15 * place(2 * np.pi * np.arange(200) / each)
+        logged(tmp_path / f"{name}.csv", np.full(200, 300.0), stroke, 400 - 5 * stroke)
+    assert [guess.test for guess in guesses_of(tmp_path)] == ["loop", "loop"]
+
+
 def test_a_column_is_the_same_in_all_files_of_a_bench(tmp_path):
     """Held at 20 mm of shortening, a laser shows what might be a length, but for the file at 0 mm."""
     pressure = ramp(400)

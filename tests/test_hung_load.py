@@ -8,11 +8,14 @@ from hidden.motion import isotonic
 from hidden.simulator import Muscle, Noise, State, Truth, dataset, felt, loops, lost, pull, with_baseline, write
 from test_discover_motions import found_on, told
 
+from fitting.comparison.compare import compare
 from fitting.diagnosis.diagnose import diagnose
+from fitting.least_squares.fit import fit
 from fitting.problem.unknowns import unknowns
 from fitting.recordings.experiment import read_experiment
 from fitting.recordings.inverse_dynamics import as_force
 from fitting.recordings.noise import noise_of
+from fitting.report.text.comparison import fails
 from fitting.study.baseline import BASELINE
 from fitting.study.discovering import on_motions
 from fitting.study.request import Request
@@ -92,6 +95,25 @@ def test_a_hidden_effect_is_found_where_weights_are_lifted(tmp_path, hidden, fou
     candidates = [Tip(), ConstantFriction(), KineticFriction(), ViscousDamping()]
     verdict = diagnose([data], [kind() for kind in BASELINE], candidates=candidates)
     assert verdict.explanations == found
+
+
+def test_a_weight_that_reads_the_same_at_every_repetition_tells_no_noise(tmp_path):
+    data, *_ = swept(tmp_path, constant_friction={"F_c": 4.0})
+    (read, _), effects = as_force(data), [*(kind() for kind in BASELINE), ConstantFriction()]
+    found = compare(fit([read], effects, starts=1), [read])
+    assert found.noise_floor is None or found.noise_floor >= 0.3 * found.noise
+    assert not fails(found)
+
+
+def test_loops_alone_say_nothing_of_motions_that_cannot_be_read(tmp_path):
+    pulled = lambda truth: loops(truth, pressures=(2e5,), speeds=(0.01,), samples=200, noise=Noise(sd=0.3), seed=5)  # noqa: E731
+    data, *_ = swept(tmp_path, more=(pulled,))
+    isotonic_one, loop = data.recordings
+    run = isotonic_one.runs[0].leave_out(np.arange(len(isotonic_one.runs[0])) > 8, "for this test")
+    poor = replace(data, recordings=(replace(isotonic_one, runs=(run,)), loop))
+    effects = [kind() for kind in BASELINE]
+    assert fit([poor], effects, starts=2).search.looked is None
+    assert fit([data], effects, starts=2).search.looked is not None
 
 
 def test_where_weights_are_lifted_slowly_no_motion_has_to_confirm(tmp_path):

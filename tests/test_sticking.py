@@ -18,6 +18,7 @@ from mckibben_jax.effects import (
     IdealCylinder,
     Presliding,
     SeriesCompliance,
+    Tip,
     ViscousDamping,
 )
 from mckibben_jax.laws.sticking import played, share_felt
@@ -46,11 +47,12 @@ def states(time, contraction, pressure):
 
 
 @pytest.mark.parametrize("test", ["isometric", "loop"])
-@pytest.mark.parametrize("k_s", [3e4, 6e4, 2e5])
-def test_the_force_is_that_of_a_simulator_that_finds_both_ends_of_the_band(test, k_s):
+@pytest.mark.parametrize(("k_s", "k"), [(3e4, 1.0), (6e4, 1.0), (2e5, 1.0), (3e4, 1.3)])
+def test_the_force_is_that_of_a_simulator_that_finds_both_ends_of_the_band(test, k_s, k):
     along = course(test)
-    truth = Truth(MUSCLE, with_baseline(f_s=F_S, constant_friction={"F_c": F_C}, series_compliance={"k_s": k_s}))
-    force = model(SIZES, *DRY, SeriesCompliance(k_s)).force(states(*along))
+    hidden = {"constant_friction": {"F_c": F_C}, "series_compliance": {"k_s": k_s}, "tip": {"k": k}}
+    truth = Truth(MUSCLE, with_baseline(f_s=F_S, **hidden))
+    force = model(SIZES, *DRY, SeriesCompliance(k_s), Tip(k)).force(states(*along))
     expected = force_of(truth, *along)
     assert np.ptp(expected) > 250
     np.testing.assert_allclose(force, expected, atol=0.5)
@@ -107,6 +109,28 @@ def test_a_drag_is_no_friction_that_sticks():
     model_without = model(SIZES, IdealCylinder(), SeriesCompliance(6e4))
     dragged = model_without.add(ViscousDamping(50.0)).force(along)
     np.testing.assert_allclose(dry - viscous, model_without.force(along) - dragged, atol=1e-9)
+
+
+@pytest.mark.parametrize("name", ["radius", "k_s"])
+def test_slopes_are_those_of_differences(name):
+    along = states(*course("isometric", 60))
+
+    def force(change):
+        sizes = LibraryMuscle(MUSCLE.length, MUSCLE.radius * (1 + change * (name == "radius")), MUSCLE.braid_angle)
+        return model(sizes, *DRY, SeriesCompliance(3e4 * (1 + change * (name == "k_s")))).force(along)
+
+    slope = jax.jvp(force, (0.0,), (1.0,))[1]
+    difference = (force(1e-5) - force(-1e-5)) / 2e-5
+    assert np.sqrt(np.mean((slope - difference) ** 2)) < 2e-3 * np.sqrt(np.mean(difference**2))
+
+
+def test_a_point_of_which_nobody_knows_the_direction_has_no_friction():
+    still = jnp.zeros(1)
+    point = State(
+        still + 0.1, still + 3e5, time=still, rate=still, pressure_rate=still, stretch=still, stretch_rate=still
+    )
+    dry, free = (model(SIZES, *effects, SeriesCompliance(3e4)).force(point) for effects in (DRY, DRY[:1]))
+    np.testing.assert_allclose(dry, free, rtol=1e-12)
 
 
 @pytest.mark.parametrize(("slope", "share"), [(0.0, 1.0), (-1000.0, 0.5), (-3000.0, 0.25), (500.0, 1.0)])

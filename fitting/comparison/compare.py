@@ -134,15 +134,16 @@ def compare(fit: Fit, experiments: Sequence[Experiment]) -> Comparison:
     )
     chosen = [score for score in scores if score.unit == unit]
     full_scale = max(score.full_scale for score in chosen)
+    noise = float(np.sqrt(np.average([s.noise**2 for s in chosen], weights=[s.count for s in chosen])))
     return Comparison(
         fit=fit,
         unit=unit,
         rmse=rmse,
         largest=float(np.max(np.abs(residual))),
         full_scale=full_scale,
-        noise=float(np.sqrt(np.average([s.noise**2 for s in chosen], weights=[s.count for s in chosen]))),
+        noise=noise,
         noise_sources=tuple(dict.fromkeys(score.noise_source for score in chosen)),
-        noise_floor=_noise_floor(samples, pairs, tests),
+        noise_floor=floor_of(samples, pairs, tests, noise),
         one_way=one_way(pairs),
         by_recording=scores,
         tables=_tables(samples, residual, tests, fit, recordings),
@@ -158,14 +159,18 @@ def compare(fit: Fit, experiments: Sequence[Experiment]) -> Comparison:
     )
 
 
-def _noise_floor(samples: Samples, pairs: tuple[Pair, ...], tests: np.ndarray) -> float | None:
-    """Standard deviation of one reading from repetitions; None without any.
+def floor_of(samples: Samples, pairs: tuple[Pair, ...], tests: np.ndarray, noise: float) -> float | None:
+    """Standard deviation of one reading from repetitions; None without any. `noise` is that of one reading.
 
     A model takes out of a repetition what pressure and length differ by. One that is far off puts more in than it takes
-    out: then the readings themselves agree better, and no model may make noise of its own failure.
+    out: then the readings themselves agree better, and no model may make noise of its own failure. A load that hangs
+    reads the same at every repetition, which tells nothing: no less than the noise of one reading is taken from there.
     """
-    found = [noise_floor(each) for each in (pairs, repetitions(samples, samples.measured, tests))]
-    return min((floor for floor in found if floor is not None), default=None)
+    floor, of_readings = (noise_floor(each) for each in (pairs, repetitions(samples, samples.measured, tests)))
+    if floor is None or of_readings is None:
+        return floor
+    least = max(of_readings, noise)
+    return least if floor > ERRORS.put_in * least else floor
 
 
 def _channels(recordings: Sequence[tuple[Experiment, Recording]]) -> tuple[ChannelErrors, ...]:

@@ -23,6 +23,7 @@ class ErrorSettings:
     vented: float = 0.9  # atmospheres, at least: what a gauge shows that reads absolute; chosen
     fewest: int = 10  # samples in a place that may be called the worst; chosen
     fewest_shared: int = 8  # samples that two branches must share to be repetitions; chosen
+    put_in: float = 2.0  # times what readings differ by between repetitions, that a model far off makes of it; chosen
     fewest_agreeing: int = 6  # runs whose loops all change in one direction: by chance in 1 of 32; derived
 
 

@@ -16,7 +16,7 @@ class InstrumentSettings:
     sizes: tuple[float, float] = (0.03, 300.0)  # widths of an error among which the likeliest is sought; chosen
     visible: float = 0.03  # standard errors of a reading: an error that changes all rows by less is not seen; chosen
     step: float = 1e-4  # of the largest reading, by which a channel is shifted for its slope; error 1e-8
-    held_force: float = 0.05  # of a force, within which it stays the same throughout a run; chosen
+    held_force: float = 2.0  # noises of one reading, within which a force stays the same throughout a run; chosen
     held_readings: int = 8  # of a run at least, by which that is told; chosen
     beyond: float = 3.0  # accuracies: an instrument as its data sheet says errs by more once in 400; derived
 

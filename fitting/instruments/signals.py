@@ -81,7 +81,7 @@ def _is_held(samples: Samples, settings: InstrumentSettings) -> np.ndarray:
     for one in np.unique(samples.run):
         mine = samples.run == one
         force = samples.measured[mine]
-        steady = float(np.std(force)) < settings.held_force * abs(float(np.median(force)))
+        steady = float(np.std(force)) < settings.held_force * float(np.median(samples.sigma[mine]))
         held[mine] = steady and len(force) >= settings.held_readings
     return held
 

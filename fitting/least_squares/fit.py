@@ -21,7 +21,7 @@ from fitting.problem.residuals import Problem, Samples, problem
 from fitting.problem.unknowns import Unknowns, unknowns
 from fitting.problem.varying import Varying
 from fitting.recordings.accuracy import Accuracy
-from fitting.recordings.inverse_dynamics import as_force
+from fitting.recordings.inverse_dynamics import as_force, is_read_as_force
 
 
 @dataclass(frozen=True)
@@ -83,7 +83,7 @@ def _fit_of_forces(
     took three minutes from eight places. Forces show no break-away and no standstill: motions have the last word.
     """
     read = [experiment for each in experiments if (experiment := as_force(each)[0]).recordings]
-    if not read:
+    if not any(is_read_as_force(recording) for experiment in read for recording in experiment.recordings):
         return None
     layout = unknowns(read, effects, own, several=len(experiments) > 1)
     given, samples = problem(read, layout)
@@ -224,7 +224,8 @@ def _warnings(fit: Fit, ends: SearchEnd, looked: Fit | None) -> tuple[Failure, .
     off = float(np.sqrt(np.mean((fit.residual / fit.samples.sigma)[moving] ** 2)))
     if not off > SETTINGS.far:
         return ()
-    as_force = None if looked is None else looked.over_noise
+    other_forces = any(block.of_force for block in fit.problem.blocks)  # these say nothing of the motions
+    as_force = None if looked is None or other_forces else looked.over_noise
     return (MissedMotions(off, int(np.sum(_best(ends))), len(ends.cost), as_force),)
 
 

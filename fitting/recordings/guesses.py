@@ -261,10 +261,12 @@ def _length_is_held(table: Table) -> bool:
 
 def _stands(position: np.ndarray) -> bool:
     """Whether a noisy reading mostly stands: from stretch to stretch its median moves by less than the noise."""
-    noise = 1.48 * np.median(np.abs(np.diff(position))) / np.sqrt(2)
+    # of a motion that is read a few times in each cycle neighbours differ as much, but second differences do not
+    noise = 1.48 * np.median(np.abs(np.diff(position, 2))) / np.sqrt(6)
     if len(position) >= FEWEST_STILL and np.std(position) < STILL * noise:
         return True
     if len(position) < 2 * STRETCHES:
         return False
+    noise = 1.48 * np.median(np.abs(np.diff(position))) / np.sqrt(2)
     medians = [np.median(part) for part in np.array_split(position, STRETCHES)]
     return bool(np.mean(np.abs(np.diff(medians)) <= noise) >= STANDING)

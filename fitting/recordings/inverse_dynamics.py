@@ -51,6 +51,11 @@ def as_force(experiment: Experiment) -> tuple[Experiment, tuple[str, ...]]:
     return replace(experiment, recordings=tuple(recordings)), tuple(said_of(noted, files))
 
 
+def is_read_as_force(recording: Recording) -> bool:
+    """Whether a recording of a data set in newtons was one of positions."""
+    return recording.hangs or recording.noise_source is NoiseSource.MOTION
+
+
 def _loops(recording: Recording, experiment: Experiment) -> tuple[list[Recording], list[str]]:
     """A recording of motions as recordings of force, each of runs that err alike, and what to say of it."""
     read, refused = [], {}

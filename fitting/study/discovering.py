@@ -94,10 +94,12 @@ def on_motions(task: Task, found: Discovery, progress: Progress) -> OnMotions | 
     progress("fitting the motions themselves, before", 0.9)
     before = fit_task(task)
     if found.task.names == task.names:
-        return OnMotions(before, before)
+        denied = denied_sizes(before, task.varying.free)
+        before = fit_task(_confined(task)) if denied else before
+        return OnMotions(before, before, denied)
     progress("fitting the motions themselves, after", 0.95)
     held = any(experiment.is_confined for experiment in found.task.experiments)  # those are read as force
-    # the values of the discovery are those of its search: nothing is gained by another
+    # the discovery has searched from many places: the motions are followed from its values alone
     known = {**before.values, **found.comparison.fit.values}
     larger = replace(task.with_effects(found.task.effects), known=known, starts=1)
     after = fit_task(_confined(larger) if held else larger)

@@ -2,10 +2,13 @@
 
 import equinox as eqx
 import jax
+import jax.numpy as jnp
 
 from mckibben_jax.laws import braid
 from mckibben_jax.muscle import Muscle
 from mckibben_jax.state import State
+
+STANDSTILL = 1e-15  # m/s: what rounding makes of a standstill; a static point is approached at some 1e-10
 
 
 class Shape(eqx.Module):
@@ -80,3 +83,9 @@ def path_rate(muscle: Muscle, state: State) -> jax.Array:
         (state.rate, state.stretch_rate),
     )
     return moved[1]
+
+
+def direction_of_path(muscle: Muscle, state: State) -> jax.Array:
+    """Direction of the motion along that path: 1, -1, or 0 at a standstill, whatever rounding makes of it."""
+    rate = path_rate(muscle, state)
+    return jnp.sign(jnp.where(jnp.abs(rate) < STANDSTILL, 0.0, rate))
