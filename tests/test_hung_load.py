@@ -1,6 +1,7 @@
 """Isotonic tests as recordings of force: what a sliding muscle pulls is the load, and what stands still is not seen."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -10,6 +11,8 @@ from test_discover_motions import found_on, told
 
 from fitting.comparison.compare import compare
 from fitting.diagnosis.diagnose import diagnose
+from fitting.instruments.settings import INSTRUMENTS
+from fitting.instruments.signals import of_held_force
 from fitting.least_squares.fit import fit
 from fitting.problem.unknowns import unknowns
 from fitting.recordings.experiment import read_experiment
@@ -103,6 +106,19 @@ def test_a_weight_that_reads_the_same_at_every_repetition_tells_no_noise(tmp_pat
     found = compare(fit([read], effects, starts=1), [read])
     assert found.noise_floor is None or found.noise_floor >= 0.3 * found.noise
     assert not fails(found)
+
+
+@pytest.mark.parametrize(
+    ("force", "held"),
+    [(np.full(60, 98.0), True), (98 + 0.3 * np.sin(np.arange(60.0)), True), (np.linspace(549, 650, 60), False)],
+)
+def test_a_force_is_held_where_it_differs_by_its_noise_alone(force, held):
+    """A loop of little stroke is none: of a force that changes a late load cell shows another one."""
+    one, zero = np.ones(60), np.zeros(60, int)
+    samples = SimpleNamespace(run=zero, measured=force, sigma=0.3 * one)
+    assert np.all(of_held_force(samples, INSTRUMENTS) == held)
+    few = SimpleNamespace(run=np.arange(60) // 4, measured=force, sigma=0.3 * one)
+    assert not np.any(of_held_force(few, INSTRUMENTS))
 
 
 def test_loops_alone_say_nothing_of_motions_that_cannot_be_read(tmp_path):

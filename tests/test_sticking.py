@@ -7,8 +7,10 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 from hidden.rig import force_of, polyline
-from hidden.simulator import Muscle, Truth, with_baseline
+from hidden.simulator import Muscle, Truth, dataset, static, with_baseline, write
 
+from fitting.least_squares.evaluate import evaluate
+from fitting.recordings.experiment import read_experiment
 from fitting.report.text.fit import still_texts
 from mckibben_jax import Muscle as LibraryMuscle
 from mckibben_jax import model
@@ -56,6 +58,19 @@ def test_the_force_is_that_of_a_simulator_that_finds_both_ends_of_the_band(test,
     expected = force_of(truth, *along)
     assert np.ptp(expected) > 250
     np.testing.assert_allclose(force, expected, atol=0.5)
+
+
+@pytest.mark.parametrize("branch", ["contraction", "elongation"])
+def test_points_of_a_map_are_those_of_the_simulator(tmp_path, branch):
+    """Each is reached along its branch, so that friction has come whole, and the spring's share of it is felt."""
+    hidden = {"constant_friction": {"F_c": F_C}, "series_compliance": {"k_s": 3e4}}
+    truth = Truth(MUSCLE, with_baseline(f_s=F_S, **hidden))
+    points = static(truth, contractions=(0.02, 0.08, 0.15), pressures=(1e5, 3e5), branches=(branch,), seed=1)
+    write(dataset(truth, [points], seed=1), tmp_path)
+    effects = [*DRY, SeriesCompliance(3e4)]
+    found = evaluate([read_experiment(tmp_path)], effects, {}, ())
+    exact = dict(zip(found.samples.row - found.samples.row.min(), found.samples.measured + found.residual, strict=True))
+    np.testing.assert_allclose([exact[row] for row in sorted(exact)], points.clean, atol=1.5)
 
 
 def test_a_held_muscle_pulls_the_same_while_its_braid_sticks():

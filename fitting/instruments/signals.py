@@ -67,7 +67,7 @@ def channel_signals(
     by_position = np.where(of_force, by_contraction / length, -1 / samples.sigma)
     of_pressure, of_length = by_pressure * samples.pressure_rate, by_contraction * samples.rate
     # a force that stays the same is never late, but the pressure may be late against the length
-    rate = np.where(_is_held(samples, settings), of_pressure, of_pressure + of_length) * samples.sigma
+    rate = np.where(of_held_force(samples, settings), of_pressure, of_pressure + of_length) * samples.sigma
     return {
         Channel.PRESSURE: Signal(by_pressure, samples.pressure, samples.pressure_rate, _largest(samples.pressure)),
         Channel.POSITION: Signal(by_position, position, length * samples.rate, _largest(position)),
@@ -75,9 +75,9 @@ def channel_signals(
     }
 
 
-def _is_held(samples: Samples, settings: InstrumentSettings) -> np.ndarray:
+def of_held_force(samples: Samples, settings: InstrumentSettings) -> np.ndarray:
     """Rows of runs in which the force stays the same, as under a load that hangs, a mask."""
-    held = np.zeros(len(samples), bool)
+    held = np.zeros(len(samples.run), bool)
     for one in np.unique(samples.run):
         mine = samples.run == one
         force = samples.measured[mine]

@@ -162,19 +162,21 @@ def borne_by_the_spring(truth: Truth, seen: State, first: float):
 
     Before the `first` sample it slid in this direction.
     """
+    contracting, free, elongating = (slid(truth, seen, sign) for sign in (1.0, 0.0, -1.0))
+    force = [float({1.0: contracting, 0.0: free, -1.0: elongating}[first][0])]
+    stretch = through(truth, seen, BEFORE).contraction * truth.effects["series_compliance"]["k_s"] * truth.muscle.length
+    ends = (each.tolist() for each in (contracting[1:], elongating[1:], np.diff(stretch)))
+    for least, most, moved in zip(*ends, strict=True):
+        force.append(min(max(force[-1] - moved, least), most))  # of a braid that stands
+    return np.array(force)
+
+
+def slid(truth: Truth, seen: State, sign: float):
+    """What the spring carries, N, while the braid slides in one direction (1, -1; 0: without friction)."""
     k_s = truth.effects["series_compliance"]["k_s"]
-    shown = through(truth, seen, BEFORE)
-
-    def slides(sign):
-        """Where the braid stands while it slides in one direction."""
-        resisted = lambda there: sign * size(truth, replace(there, rate=felt(truth, seen).rate))  # noqa: E731
-        return yielded(truth, shown, k_s, resisted).contraction
-
-    contracting, free, elongating = slides(1.0), slides(0.0), slides(-1.0)
-    place = [float({1.0: contracting, 0.0: free, -1.0: elongating}[first][0])]
-    for least, most in zip(contracting[1:].tolist(), elongating[1:].tolist(), strict=True):
-        place.append(min(max(place[-1], least), most))
-    return k_s * truth.muscle.length * (np.array(place) - shown.contraction)
+    shown, rate = through(truth, seen, BEFORE), felt(truth, seen).rate
+    place = yielded(truth, shown, k_s, lambda there: sign * size(truth, replace(there, rate=rate)))
+    return k_s * truth.muscle.length * (place.contraction - shown.contraction)
 
 
 def polyline(turns, speed: float, count: int, rounding: float):
@@ -306,9 +308,10 @@ def static(
         contraction, pressure = (grid.ravel() for grid in np.meshgrid(contractions, pressures, indexing="ij"))
         clock = DWELL * (number * len(pressure) + np.arange(len(pressure)))
         own = errors.warmed(truth, clock)
-        state = felt(own, State(contraction, pressure))
+        seen = State(contraction, pressure)
+        state = felt(own, seen)
         force = pull(own, state) - sign * size(own, state)
-        force = weighed(own, force)
+        force = weighed(own, slid(own, seen, sign) if "series_compliance" in own.effects else force)
         shown = errors.shown("force", force, clock)
         columns = {
             "pressure": errors.read("pressure", errors.shown("pressure", pressure, clock)),
