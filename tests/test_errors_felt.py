@@ -15,7 +15,7 @@ from fitting.recordings.accuracy import Accuracy, Channel, ChannelAccuracy
 
 AREA, SIGMA, LENGTH = 2e-4, 0.5, 0.3  # m^2, N, m
 FRICTION = {"coulomb_friction": 3.0, "viscous_damping": 40.0}  # N; N s
-S = replace(samples(), sigma=np.full(len(samples()), SIGMA), measured=np.full(len(samples()), 60.0))
+S = replace(samples(), sigma=np.full(len(samples()), SIGMA), measured=60 * np.linspace(0.1, 1.0, len(samples())))
 S = replace(S, recording=S.run // 3, pressure=S.pressure * (1 + 0.1 * np.sin(S.time)), pressure_rate=np.cos(S.time))
 
 
@@ -79,6 +79,13 @@ def test_readings_rates_and_full_scales_are_in_the_unit_of_the_channel():
     np.testing.assert_allclose(found[Channel.FORCE].rate, change, rtol=1e-6)
     scales = [found[channel].full_scale for channel in (Channel.PRESSURE, Channel.POSITION, Channel.FORCE)]
     assert scales == pytest.approx([S.pressure.max(), LENGTH * S.contraction.max(), 60.0])
+
+
+def test_a_force_that_stays_the_same_is_late_by_what_the_pressure_is():
+    """Of a load that hangs: the force is never late, but the pressure may be against the length."""
+    still = replace(S, measured=np.full(len(S), 60.0))
+    found = channel_signals(ClosedForm(), still, ClosedForm().rows(()), rows_at, np.array([LENGTH]))  # type: ignore[arg-type]
+    np.testing.assert_allclose(found[Channel.FORCE].rate, BY_PRESSURE * S.pressure_rate * SIGMA, rtol=1e-6)
 
 
 def test_rows_that_measure_the_position_feel_its_gauge_by_itself():
