@@ -8,6 +8,7 @@ import numpy as np
 
 from fitting.errors import InputError, nearest
 from fitting.recordings.kinds import parts_of, recordings_in
+from fitting.recordings.readings import renamed
 from fitting.recordings.tables import COLUMNS, Table, is_absolute, plain_name, read_heads, read_table, split_head
 from fitting.units import ATMOSPHERE, PULL_OF_MASS, dimension, is_unit
 
@@ -130,19 +131,15 @@ def _guess(path: Path, inside: dict[str, str], is_moved: bool = False) -> Guess:
     named = {name: head for name, head in called.items() if plain_name(head) != name}
     table, problem = _read(path, named, any_units, inside)
     if table is not None and (is_moved or _is_no_length(table, called)):
-        called, units, any_units = (_renamed(each, "length", "displacement") for each in (called, units, any_units))
+        called, units, any_units = (renamed(each, "length", "displacement") for each in (called, units, any_units))
         named = {name: head for name, head in called.items() if plain_name(head) != name}
         table, problem = _read(path, named, any_units, inside)
     if table is not None and table.has_stamps:
         units.pop("time", None)  # they need none
     test = _test(" ".join((path.stem, *inside.values())), table, set(called), bool(unused))
     if test == "isotonic" and "load" not in called:  # a load cell reads what hangs on the muscle
-        called, units = (_renamed(each, "force", "load") for each in (called, units))
+        called, units = (renamed(each, "force", "load") for each in (called, units))
     return Guess(path, inside, test, called, units, unused, table, problem)
-
-
-def _renamed(given: dict[str, str], old: str, new: str) -> dict[str, str]:
-    return {new if name == old else name: value for name, value in given.items()}
 
 
 def _is_no_length(table: Table, called: dict[str, str]) -> bool:

@@ -35,20 +35,21 @@ def with_hung_load(table: Table, test: str) -> Table:
 
     And that of an isotonic test in which a load cell read what hangs there.
     """
-
-    def renamed(given: Mapping[str, Any], old: str = "load", new: str = "force") -> dict[str, Any]:
-        return {new if name == old else name: value for name, value in given.items()}
-
     if test == "isotonic" and "force" in table and "load" not in table:
         parts = (renamed(each, "force", "load") for each in (table.columns, table.heads, table.units))
         return replace(table, **dict(zip(("columns", "heads", "units"), parts, strict=True)))
     if test != "static" or "force" in table or "load" not in table:
         return table
-
+    columns, heads, given = (renamed(each, "load", "force") for each in (table.columns, table.heads, table.units))
     unit = table.units["load"]
     is_mass = units.dimension(unit) == units.dimension("kg")
-    stated = renamed(table.units) | {"force": units.PULL_OF_MASS.get(unit, "N") if is_mass else unit}
-    return replace(table, columns=renamed(table.columns), heads=renamed(table.heads), units=stated)
+    stated = given | {"force": units.PULL_OF_MASS.get(unit, "N") if is_mass else unit}
+    return replace(table, columns=columns, heads=heads, units=stated)
+
+
+def renamed(given: Mapping[str, Any], old: str, new: str) -> dict[str, Any]:
+    """The same by name, of which one is another."""
+    return {new if name == old else name: value for name, value in given.items()}
 
 
 def read_runs(table: Table, test: str, muscle: Muscle, options: dict[str, Any], counts: Counter[str]) -> list[Run]:
