@@ -128,8 +128,8 @@ def test_loops_alone_say_nothing_of_motions_that_cannot_be_read(tmp_path):
     run = isotonic_one.runs[0].leave_out(np.arange(len(isotonic_one.runs[0])) > 8, "for this test")
     poor = replace(data, recordings=(replace(isotonic_one, runs=(run,)), loop))
     effects = [kind() for kind in BASELINE]
-    assert fit([poor], effects, starts=2).search.looked is None
-    assert fit([data], effects, starts=2).search.looked is not None
+    assert fit([poor], effects, starts=2).search.of_forces is None
+    assert fit([data], effects, starts=2).search.of_forces is not None
 
 
 def test_where_weights_are_lifted_slowly_no_motion_has_to_confirm(tmp_path):

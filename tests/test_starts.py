@@ -7,7 +7,7 @@ import pytest
 from test_inverse_dynamics import released
 
 from fitting.least_squares.fit import fit
-from fitting.least_squares.starts import from_looked
+from fitting.least_squares.starts import from_best_of_forces
 from fitting.least_squares.summary import MissedMotions, SearchSummary
 from fitting.report.text.search import failure_texts, search_text
 from mckibben_jax.effects import CoulombFriction, IdealCylinder, ViscousDamping
@@ -24,7 +24,7 @@ def releases(tmp_path_factory):
 
 def test_of_several_starts_all_but_one_are_of_the_motions_read_as_force(releases):
     found = fit([releases], MODEL, starts=5)
-    assert found.search == SearchSummary(starts=1, reached=1, looked=SearchSummary(starts=5, reached=5))
+    assert found.search == SearchSummary(starts=1, reached=1, of_forces=SearchSummary(starts=5, reached=5))
     assert abs(found.values["viscous_damping.B"] - B) < 4 * found.error("viscous_damping.B")
     assert found.over_noise < 1.1
     assert not found.failures
@@ -42,13 +42,13 @@ def test_a_single_start_is_where_it_was_asked_for(releases):
 def test_a_search_begins_elsewhere_too_where_that_is_lower():
     costs = {0.5: 3.0, 0.1: 2.0, 0.2: np.inf, 0.9: 3.0}
     searches = SimpleNamespace(look=lambda _, places: np.array([costs[float(place[0])] for place in places]))
-    begin = from_looked(searches, None, np.array([0.5]), np.array([[0.1], [0.2], [0.9]]))
+    begin = from_best_of_forces(searches, None, np.array([0.5]), np.array([[0.1], [0.2], [0.9]]))
     np.testing.assert_array_equal(begin, [[0.5], [0.1]])
 
 
 def test_a_search_begins_elsewhere_where_the_forces_lead_to_no_finite_number():
     searches = SimpleNamespace(look=lambda _, places: np.where(places[:, 0] == 0.5, np.inf, 1.0))
-    begin = from_looked(searches, None, np.array([0.5]), np.array([[0.1], [0.2]]))
+    begin = from_best_of_forces(searches, None, np.array([0.5]), np.array([[0.1], [0.2]]))
     np.testing.assert_array_equal(begin, [[0.5], [0.1], [0.2]])
 
 

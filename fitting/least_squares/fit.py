@@ -11,7 +11,7 @@ from fitting.least_squares.record import Fit, record_fit
 from fitting.least_squares.search import MultistartResult, SearchEnd
 from fitting.least_squares.searches import Alone, Searches, cost_of
 from fitting.least_squares.seen_through import seen_through_instruments
-from fitting.least_squares.starts import constrained_somewhere, from_known, from_looked, starting_places
+from fitting.least_squares.starts import constrained_somewhere, from_best_of_forces, from_known, starting_places
 from fitting.least_squares.subset import Subset, subset_of
 from fitting.least_squares.summary import FailedStart, Failure, MissedMotions, SearchSummary
 from fitting.least_squares.unbent import is_better, leaves_noise, unbent
@@ -52,7 +52,7 @@ def fit(
     `experiments` from `read_experiment`, `effects` as instances whose values are where the search starts. `fix` and
     `free` name parameters; `own` those that each data set has for itself; `start` gives other starting values (SI), as
     those of a smaller model: the search also begins there with what is new as good as absent, and ends no higher.
-    Of several starts those of motions are of the motions read as force, and the search goes on from the best end.
+    Of motions, the starts are searched with the motions read as force; a search of the motions follows from the best.
     `shooting` cuts every recorded motion into so many stretches to find where the search had better begin.
     The fit is the curve of least error; `through` of it has the values that are likelier where instruments err.
     InputError where the model gives no finite number wherever the search begins.
@@ -62,12 +62,12 @@ def fit(
     given, samples = problem(experiments, layout)
     vector = layout.vector_of(start or {})
     names, known = Varying(fix, free, own).names(layout), tuple(start or ())
-    searches, looked = Alone.of(given), None
+    searches, of_forces = Alone.of(given), None
     if starts > 1 and shooting <= 1 and not all(block.of_force for block in given.blocks):
-        looked = _fit_of_forces(experiments, effects, own, start or {}, names, starts, seed)
+        of_forces = _fit_of_forces(experiments, effects, own, start or {}, names, starts, seed)
     found = fit_problem(
         layout, given, samples, vector, names, known, accuracies_of(experiments), starts=starts, seed=seed,
-        shooting=shooting, searches=searches, looked=looked,
+        shooting=shooting, searches=searches, of_forces=of_forces,
     )  # fmt: skip
     refuse_no_number(found.residual, samples, experiments)
     return replace(found, through=seen_through_instruments(found, searches))
@@ -105,13 +105,13 @@ def fit_problem(
     seed: int = 0,
     shooting: int = 0,
     searches: Searches | None = None,
-    looked: Fit | None = None,
+    of_forces: Fit | None = None,
 ) -> Fit:
     """Fit the named unknowns of a problem that is laid out; `known` are those whose values were fitted before.
 
     `accuracies` of the instruments of each recording widen the standard errors, and let the fit leave a valley that
     instruments made; without them every reading is trusted. `searches` are those of a program of its own, unless given.
-    The search begins where a fit to the same data, `looked` at in another way, has ended, if there is one.
+    The search begins where a fit to the same motions read as force, `of_forces`, has ended, if there is one.
     """
     asked, searches = tuple(names), Alone.of(given) if searches is None else searches
     whole = subset_of(layout, vector, asked)
@@ -129,9 +129,9 @@ def fit_problem(
 
         begin = begin_by_shooting(coarse.standard.problem, subset, begin, shooting)
         search_from = SearchSummary(stretches=shooting, shooting_starts=starts)
-    elif looked is not None:
-        begin = from_looked(coarse, subset, subset.place(layout.vector_of(looked.values)), begin)
-        search_from = SearchSummary(looked=looked.search)
+    elif of_forces is not None:
+        begin = from_best_of_forces(coarse, subset, subset.place(layout.vector_of(of_forces.values)), begin)
+        search_from = SearchSummary(of_forces=of_forces.search)
     result = coarse.search(subset, np.asarray(begin))
     ends, moves = result.ends, any(block.steps for block in given.blocks)
     if moves and np.isfinite(result.cost):
@@ -150,7 +150,7 @@ def fit_problem(
     fit = record_fit(
         layout, given, samples, subset, names, best, errors=errors, held=held, converged=converged, search=summary
     )
-    warnings = _warnings(fit, ends, looked) if moves and shooting <= 1 else ()
+    warnings = _warnings(fit, ends, of_forces) if moves and shooting <= 1 else ()
     return replace(fit, failures=(*failures, *warnings))
 
 
@@ -218,14 +218,14 @@ def _best(ends: SearchEnd) -> np.ndarray:
     return np.asarray(ends.cost <= np.min(ends.cost) * (1 + 1e-4) + 1e-6)
 
 
-def _warnings(fit: Fit, ends: SearchEnd, looked: Fit | None) -> tuple[Failure, ...]:
+def _warnings(fit: Fit, ends: SearchEnd, of_forces: Fit | None) -> tuple[Failure, ...]:
     """A warning where motions are missed by far: the model lacks something, or the search was caught on its way."""
     moving = np.array([block.steps > 0 for block in fit.problem.blocks])[fit.samples.recording]
     off = float(np.sqrt(np.mean((fit.residual / fit.samples.sigma)[moving] ** 2)))
     if not off > SETTINGS.far:
         return ()
     other_forces = any(block.of_force for block in fit.problem.blocks)  # these say nothing of the motions
-    as_force = None if looked is None or other_forces else looked.over_noise
+    as_force = None if of_forces is None or other_forces else of_forces.over_noise
     return (MissedMotions(off, int(np.sum(_best(ends))), len(ends.cost), as_force),)
 
 

@@ -85,7 +85,7 @@ def from_known(
     return np.concatenate([place[None], begin])[: len(begin)]
 
 
-def from_looked(searches: Searches, subset: Subset, place: np.ndarray, begin: np.ndarray) -> np.ndarray:
-    """Places to begin from where a cheaper problem had its best end at `place`: others only where they lie lower."""
+def from_best_of_forces(searches: Searches, subset: Subset, place: np.ndarray, begin: np.ndarray) -> np.ndarray:
+    """Where to begin if the best fit to forces ended at `place`: there, and at others only where they lie lower."""
     cost, *others = searches.look(subset, np.concatenate([place[None], begin]))
     return np.concatenate([place[None], begin[np.array(others) < cost]])

@@ -11,7 +11,7 @@ class SearchSummary:
     reached: int = 0  # the same best point; 0 where no start gave finite numbers
     stretches: int = 0  # of each run in the multiple shooting from whose best ends the search began; 0: there was none
     shooting_starts: int = 0  # of that
-    looked: "SearchSummary | None" = None  # of the fit to the motions read as force, at whose best end it began
+    of_forces: "SearchSummary | None" = None  # of the fit to the motions read as force, at whose best end it began
     evaluated: bool = False  # at values that were given
     unbent: bool = False  # whether the best point was left for one in a valley that instruments do not bend
 

@@ -24,8 +24,8 @@ def search_text(fit: Fit) -> str:
         begun = (
             f"multiple shooting, {s.stretches} stretches a run, from {s.shooting_starts} starts; from its best ends "
         )
-    if s.looked is not None:
-        begun = f"motions read as force, {_ended(s.looked)}; from there on the motions themselves, "
+    if s.of_forces is not None:
+        begun = f"motions read as force, {_ended(s.of_forces)}; from there on the motions themselves, "
     if not s.reached:
         return f"{begun}none of {s.starts} starts gave finite numbers"
     return f"{begun}{_ended(s)}; {UNBENT}" if s.unbent else f"{begun}{_ended(s)}"
