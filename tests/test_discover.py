@@ -14,12 +14,9 @@ from small_muscle import ideal, loops, write
 
 from fitting.cli.main import main
 from fitting.diagnosis import discover as discovering
-from fitting.diagnosis import next_model as making
 from fitting.diagnosis.course import ModelOnTheWay
 from fitting.diagnosis.discover import discover
 from fitting.diagnosis.findings import Fault, Objection
-from fitting.diagnosis.judging import Judged
-from fitting.diagnosis.next_model import next_model
 from fitting.diagnosis.outcomes import NOTHING_MISSING
 from fitting.diagnosis.step_rules import RULES
 from fitting.problem.varying import Varying
@@ -213,64 +210,6 @@ def test_what_is_not_kept_says_why(measured):
     for attempt in attempts:
         if "bladder_mooney_rivlin" in attempt.effects:
             assert {w.reason for w in attempt.why} & {Fault.BOUND, Fault.UNKNOWN, Fault.NO_GAIN}
-
-
-def judged(name, gain_is_hidden):
-    """A model with one effect more against which only its gain speaks, if anything."""
-    end = SimpleNamespace(
-        fit=SimpleNamespace(vector=np.zeros(0), confined=False, free=()), rmse=1.0, held_out_rmse=1.0,
-        left_out=np.ones(4), groups=np.arange(4), beyond=lambda: np.array([0.4, 0.5, 0.6, 0.5]),
-    )  # fmt: skip
-    smaller = SimpleNamespace(beyond=lambda: np.ones(4), groups=np.arange(4))
-    return Judged((name,), end, smaller, (), (Objection(Fault.NO_GAIN),) if gain_is_hidden else ())
-
-
-@pytest.mark.parametrize(
-    ("tiers", "verdict", "taken"),
-    [
-        ([], "missing", ("tip",)),  # at first sight it gains nothing
-        ([[("tip",)]], "missing", ("tip",)),
-        ([[("tip",)], [("weight",)]], "missing", ("weight",)),  # what is seen to gain comes before it
-        ([[("tip",)]], "one of", None),
-    ],
-    ids=["not looked at", "alone", "beside a plain gain", "one of several"],
-)
-def test_what_is_missing_is_added_though_its_gain_hides_behind_instruments(tiers, verdict, taken, monkeypatch):
-    """Else a discovery would end with the verdict that it is missing, and not add it."""
-    monkeypatch.setattr(making, "judge", lambda _, __, names, *___: judged(names[0], names[0] == "tip"))
-    monkeypatch.setattr(making, "fitted", lambda *_: judged("before", False).alike)
-    monkeypatch.setattr(making, "objections", lambda *_: ())
-    world = SimpleNamespace(settings=SimpleNamespace(workers=1), layout=SimpleNamespace(names=()))
-    tried = [SimpleNamespace(effects=(name,), adequate=name == "tip") for name in ("tip", "weight")]
-    told = SimpleNamespace(tried=tried, explanations=(("tip",),), verdict=verdict)
-    known = {"tip": Tip(), "weight": Weight()}
-    begin = lambda *_: SimpleNamespace(world=world, base=CONFINED)  # noqa: E731
-    here = SimpleNamespace(world=world, base=CONFINED)
-    larger, attempts = next_model(here, [IdealCylinder()], tiers, told, known, begin, RULES)
-    assert (larger and larger.added) == taken
-    assert taken not in [attempt.effects for attempt in attempts]
-
-
-@pytest.mark.parametrize(
-    ("adequate", "later", "taken"),
-    [(False, True, "weight"), (False, False, "tip"), (True, True, "tip")],
-    ids=["another stands beside all", "none does", "nothing is missing then"],
-)
-def test_an_earlier_effect_gives_way_only_where_nothing_stands_beside_it(adequate, later, taken, monkeypatch):
-    """Strand bending in the place of a spring came before the rubber that stood beside it, and led astray."""
-    fits = {"tip": replace(judged("tip", False), gone=("linear_spring",)), "weight": judged("weight", not later)}
-    monkeypatch.setattr(making, "judge", lambda _, __, names, *___: fits[names[0]])
-    monkeypatch.setattr(making, "fitted", lambda *_: judged("before", False).alike)
-    monkeypatch.setattr(making, "objections", lambda *_: ())
-    world = SimpleNamespace(settings=SimpleNamespace(workers=1), layout=SimpleNamespace(names=()))
-    tried = [SimpleNamespace(effects=("tip",), adequate=adequate)]
-    told = SimpleNamespace(tried=tried, explanations=(), verdict="not in the library")
-    known, here = {"tip": Tip(), "weight": Weight()}, SimpleNamespace(world=world, base=CONFINED)
-    begin = lambda *_: SimpleNamespace(world=world, base=CONFINED)  # noqa: E731
-    present = [IdealCylinder(), LinearSpring()]
-    larger, _ = next_model(here, present, [[("tip",)], [("weight",)]], told, known, begin, RULES)
-    assert larger.added == (taken,)
-    assert larger.dropped == (("linear_spring",) if taken == "tip" else ())
 
 
 @pytest.fixture

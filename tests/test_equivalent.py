@@ -5,7 +5,15 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from fitting.diagnosis.equivalent import _clearly_by_group, best_predicting, leading_of, plausible, simplest, unrivalled
+from fitting.diagnosis.equivalent import (
+    _clearly_by_group,
+    best_predicting,
+    leading_of,
+    plainly_there,
+    plausible,
+    simplest,
+    unrivalled,
+)
 from fitting.diagnosis.examine import AdequacyTest
 from fitting.least_squares import held_out
 
@@ -109,6 +117,16 @@ def test_equals_lead_together_only_if_they_are_of_one_kind():
 
 def test_nothing_leads_where_nothing_helps():
     assert led("d") is None
+
+
+@pytest.mark.parametrize(
+    ("keys", "share", "there"), [("abc", 0.5, "ab"), ("abc", 0.9999, ""), ("acd", 0.5, "a"), ("d", 0.0, "")]
+)
+def test_what_does_as_well_as_the_best_is_plainly_there_whatever_its_kind(keys, share, there):
+    """c is clearly behind them, and d does not help."""
+    fits = {frozenset(key): fit(key) for key in keys}
+    found = plainly_there(World({"a": "rubber"}, set(), set()), fit(""), fits, Examiner(), share)
+    assert set(found) == {frozenset(key) for key in there}
 
 
 def test_what_is_at_its_bound_or_denied_leads_only_where_all_is():

@@ -32,20 +32,29 @@ def test_constant_friction_takes_the_place_of_coulombs(tmp_path):
 
 @pytest.fixture
 def judged(monkeypatch):
-    """`judge` of a model with "new" beside "coulomb_friction", when these objections are raised against it."""
+    """`judge` of a model with "new" beside "coulomb_friction" and "creep", when these objections are raised against it.
 
-    def one(why, without=(), adequate=True, missing=None, needed=(), added=()):
-        effects = frozenset(["coulomb_friction", "new"])
+    `without` are those against the same model without effects, by their number.
+    """
+
+    def one(why, without=(), adequate=True, missing=None, needed=(), added=(), without_both=()):
+        smaller = frozenset(["coulomb_friction", "creep"])
         world = SimpleNamespace(lacking=lambda left: needed, fit=lambda left, _: SimpleNamespace(effects=left))
-        after = SimpleNamespace(world=world, fit=SimpleNamespace(effects=effects, vector=None))
-        before = SimpleNamespace(fit=SimpleNamespace(effects=frozenset(["coulomb_friction"])))
+        after = SimpleNamespace(world=world, fit=SimpleNamespace(effects=smaller | {"new"}, vector=None))
+        before = SimpleNamespace(fit=SimpleNamespace(effects=smaller))
         seen = SimpleNamespace(settled=lambda *_: None)
         tested = SimpleNamespace(adequacy=lambda *_: SimpleNamespace(why=missing), seen=seen)
         monkeypatch.setattr(judging, "_with_all", lambda *_: Judged(("new",), after, before, (), tuple(why)))
         monkeypatch.setattr(judging, "fitted", lambda world, fit, search: SimpleNamespace(world=world, fit=fit))
-        asked = lambda _, __, ___, as_adequate, ____: tuple(without) if as_adequate is adequate else ("else",)  # noqa: E731
+
+        def asked(_, model, rules, as_adequate, alike):
+            if as_adequate is not adequate or alike is not before:
+                return ("else",)
+            return tuple(without_both if len(model.fit.effects) == 1 else without)
+
         monkeypatch.setattr(judging, "objections", asked)
-        return judge(SimpleNamespace(examiner=tested, fits={}), before, ("new",), RULES, adequate, added)
+        search = SimpleNamespace(examiner=tested, fits={frozenset(["new"]): SimpleNamespace(vector=None)})
+        return judge(search, before, ("new",), RULES, adequate, added)
 
     return one
 
@@ -54,7 +63,18 @@ def judged(monkeypatch):
 def test_what_has_become_idle_gives_way(judged, why):
     found = judged(why)
     assert (found.why, found.gone) == ((), ("coulomb_friction",))
-    assert found.after.fit.effects == {"new"}
+    assert found.after.fit.effects == {"new", "creep"}
+
+
+@pytest.mark.parametrize(
+    ("without_both", "gone"), [((), ("coulomb_friction", "creep")), ([Objection(Fault.RISES)], ("coulomb_friction",))]
+)
+def test_several_that_have_become_idle_go_together_or_one_of_them(judged, without_both, gone):
+    """Strand bending and creep beside the rubber for which both had been added: it was kept out by the two."""
+    why = [BOUND, Objection(Fault.UNKNOWN, "creep.tau", 0.1)]
+    found = judged(why, without_both=without_both, adequate=False, added=("coulomb_friction", "creep"))
+    assert (found.why, found.gone) == ((), gone)
+    assert found.after.fit.effects == {"coulomb_friction", "creep", "new"} - {*gone}
 
 
 @pytest.mark.parametrize("why", [[BOUND], [VAGUE, VAGUE]])
@@ -75,7 +95,8 @@ def test_what_stood_in_for_another_gives_way_though_more_is_missing(judged, why)
         {"why": [BOUND], "needed": ("friction",)},  # another effect needs it
         {"why": [BOUND, Objection(Fault.NO_GAIN)]},  # it does not pay, whatever stands at its bound
         {"why": [Objection(Fault.BOUND, "new.K")]},  # what is new is idle itself
-        {"why": [BOUND, Objection(Fault.BOUND, "ideal_cylinder.k")]},  # of two one cannot say which is idle
+        {"why": [BOUND, Objection(Fault.BOUND, "creep.tau")], "adequate": False, "added": ("creep",)},  # not all were
+        {"why": [BOUND, Objection(Fault.BOUND, "creep.tau")], "without": [VAGUE], "without_both": [VAGUE]},
         {"why": [Objection(Fault.DENIES, "muscle.radius")]},
     ],
 )

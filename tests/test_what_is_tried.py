@@ -101,14 +101,18 @@ def test_what_does_not_pay_is_not_judged(found):
 
 @pytest.fixture
 def plainly(found, monkeypatch):
-    """`plain_step` on a search in which these effects lead with this share; with it what was proposed."""
+    """`plain_step` on a search in which these effects lead with this share; with it what was proposed.
+
+    Where none leads, `there` are plainly there.
+    """
     asked = []
 
-    def one(leads, share, adequate=False):
+    def one(leads, share, adequate=False, there=()):
         glance = SimpleNamespace(base_is_adequate=adequate, world=None, base=None, fits={}, examiner=None)
         here = SimpleNamespace(search=SimpleNamespace(glance=lambda: glance), present=[])
         leading = leads and Leading(leads, share, 1.0, 4.0)
         monkeypatch.setattr(making, "leading_of", lambda *_: leading)
+        monkeypatch.setattr(making, "plainly_there", lambda *given: [frozenset(t) for t in there if given[-1] == 0.5])
         monkeypatch.setattr(making, "concluded", lambda _: found)
         monkeypatch.setattr(making, "next_model", lambda *given: (asked.append(given[2]), ("larger", ("tried",)))[1])
         return making.plain_step(here, {}, None, RULES), asked
@@ -126,8 +130,15 @@ def test_what_plainly_leads_is_added_before_two_at_once_are_looked_at(plainly, s
 
 def test_of_a_class_that_plainly_leads_each_is_proposed(plainly):
     (said, _, _), asked = plainly(("a", "c"), 0.9)
-    assert asked == [[[("a", "c"), ("a",), ("c",)]]]
+    assert asked == [[[("a",), ("c",)]]]
     assert said.verdict == "one of"
+
+
+def test_what_is_plainly_there_is_added_though_others_do_as_well(plainly):
+    """Strand bending and rubber each left a third of a hose's error: two minutes went into pairs and triples."""
+    (said, larger, _), asked = plainly(None, 0.0, there=[("b",), ("a",)])
+    assert asked == [[[("b",), ("a",)]]]  # in the order of what they leave
+    assert (said.verdict, said.explanations, larger) == ("one of", (("b",), ("a",)), "larger")
 
 
 def test_nothing_is_plain_where_nothing_is_missing_or_leads_or_leads_by_enough(plainly):

@@ -1,6 +1,7 @@
 """Explanations that these data cannot tell apart, special cases of each other, and the one that leads."""
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -99,6 +100,63 @@ def leading_of(
 
     What denies a stated size is judged by what it does in a muscle of believable sizes.
     """
+    best = _best_singles(world, base, fits, examiner, settings)
+    if best is None:
+        return None
+    fewest = min(len(best.fits[added].free) for added in best.equals)
+    named = [added for added in best.equals if len(best.fits[added].free) == fewest]
+    if not _of_one_kind(world, best.equals, named[0], best.fits, settings):
+        return None
+    others = [added for added in best.order if added not in best.equals]
+    whole, left = world.rmse(examiner.left_out(base)), best.shown(named[0])
+    if not left**2 <= (1 - settings.leads) * whole**2:  # better only beyond what instruments explain, or hardly
+        return None
+    return Leading(
+        tuple(min(added) for added in named),
+        float(1 - (left / whole) ** 2),
+        left,
+        best.shown(others[0]) if others else whole,
+    )
+
+
+def plainly_there(
+    world: Universe,
+    base: CandidateFit,
+    fits: Mapping[frozenset[str], CandidateFit],
+    examiner: Examiner,
+    share: float,
+    settings: VerdictSettings = VERDICT,
+) -> list[frozenset[str]]:
+    """The single effects that lower the squared left-out error by so large a share, if none does by clearly more.
+
+    Whatever their kinds: which of them is there is not known, but it is that or more than one.
+    """
+    best = _best_singles(world, base, fits, examiner, settings)
+    most = (1 - share) * world.rmse(examiner.left_out(base)) ** 2
+    return [] if best is None else [added for added in best.equals if best.shown(added) ** 2 <= most]
+
+
+@dataclass(frozen=True, eq=False)
+class _BestSingles:
+    """Single effects by their left-out error, the least first; `equals` are those that none is clearly before.
+
+    `fits` are those in a muscle of believable sizes; `shown` gives the left-out error of one that people read, N.
+    """
+
+    order: list[frozenset[str]]
+    equals: list[frozenset[str]]
+    fits: Mapping[frozenset[str], CandidateFit]
+    shown: Callable[[frozenset[str]], float]
+
+
+def _best_singles(
+    world: Universe,
+    base: CandidateFit,
+    fits: Mapping[frozenset[str], CandidateFit],
+    examiner: Examiner,
+    settings: VerdictSettings,
+) -> _BestSingles | None:
+    """Those that lower the left-out error clearly; None where the best of all does not."""
     clearly = lambda worse, better: _clearly(worse, better, examiner.groups, settings.clearly)  # noqa: E731
     before = examiner.beyond_instruments(base)
     helps = lambda fit: clearly(before, examiner.beyond_instruments(fit))  # noqa: E731
@@ -112,21 +170,8 @@ def leading_of(
     best = rows[order[0]]
     behind = lambda left: clearly(left, best) or _clearly_by_group(left, best, examiner.groups, settings.clearly)  # noqa: E731
     equals = [added for added in helping if not behind(rows[added])]
-    fewest = min(len(fits[added].free) for added in equals)
-    named = [added for added in equals if len(fits[added].free) == fewest]
-    if not _of_one_kind(world, equals, named[0], fits, settings):
-        return None
-    others = [added for added in order if added not in equals]
     shown = lambda added: world.rmse(examiner.left_out(examiner.as_fitted(added, fits[added])))  # noqa: E731
-    whole, left = world.rmse(examiner.left_out(base)), shown(named[0])
-    if not left**2 <= (1 - settings.leads) * whole**2:  # better only beyond what instruments explain, or hardly
-        return None
-    return Leading(
-        tuple(min(added) for added in named),
-        float(1 - (left / whole) ** 2),
-        left,
-        shown(others[0]) if others else whole,
-    )
+    return _BestSingles(order, equals, fits, shown)
 
 
 def _in_a_believable_muscle(

@@ -8,6 +8,7 @@ import numpy as np
 from fitting.diagnosis.among_all import fit_from_smaller
 from fitting.diagnosis.candidate_fit import CandidateFit
 from fitting.diagnosis.findings import Attempt, Fault, Objection
+from fitting.diagnosis.next_sets import simpler_relatives
 from fitting.diagnosis.search import Search
 from fitting.diagnosis.search_result import SearchResult
 from fitting.diagnosis.step_rules import Fitted, StepRules, denied_sizes, objections
@@ -65,23 +66,45 @@ def judge(
     rules: StepRules,
     adequate: bool,
     added: Collection[str] = (),
+    begin: np.ndarray | None = None,
 ) -> Judged:
     """Fit a larger model, and see what speaks against it.
 
-    Where an effect of the smaller one has become idle beside what is new, that one gives way: friction that was
-    Coulomb's while there was no other ends at 0 where friction is constant. If something is missing from the larger
-    model still, only what was `added` on the way may go: what stands in for another effect would else keep it out.
+    Where effects of the smaller one have become idle beside what is new, they give way: friction that was Coulomb's
+    while there was no other ends at 0 where friction is constant. If something is missing from the larger model still,
+    only what was `added` on the way may go: what stands in for another effect would else keep it out.
+    `begin` are values (unknowns,) where the search begins, of a set that the diagnosis did not fit.
     """
-    found = _with_all(search, before, names, rules, adequate)
+    found = _with_all(
+        search, before, names, rules, adequate, search.fits[frozenset(names)].vector if begin is None else begin
+    )
     return _giving_way(search, before, found, rules, None if adequate else added) or found
 
 
-def _with_all(search: SearchResult, before: Fitted, names: tuple[str, ...], rules: StepRules, adequate: bool) -> Judged:
+def led_to(world: Universe, fits: Sequence[Judged]) -> dict[tuple[str, ...], np.ndarray]:
+    """The sets that larger models lead to which are refused for a new value at its bound, and where to begin them.
+
+    There the effect is a simpler one of its family: rubber of Mooney and Rivlin whose second constant is 0 is
+    neo-Hookean, against which nothing may speak.
+    """
+    found = dict[tuple[str, ...], np.ndarray]()
+    for fit in fits:
+        ends = {owner_of(why.about) for why in fit.why if why.reason is Fault.BOUND}
+        for name in ends & {*fit.names}:
+            for other in simpler_relatives(world, name):
+                names = tuple(sorted({*fit.names} - {name} | {other}))
+                found.setdefault(names, fit.after.fit.vector)
+    return found
+
+
+def _with_all(
+    search: SearchResult, before: Fitted, names: tuple[str, ...], rules: StepRules, adequate: bool, begin: np.ndarray
+) -> Judged:
     """The larger model with every effect of the smaller one.
 
     Where it denies a stated size, nothing else that it says counts: both models are fitted again with sizes confined.
     """
-    ends = ends_of(search.world, search, search.fits[frozenset(names)].vector, before, names, adequate)
+    ends = ends_of(search.world, search, begin, before, names, adequate)
     after = first_sound(ends, lambda end: objections(before, end, rules, adequate))
     why = objections(before, after, rules, adequate)
     if not denied_sizes(why):
@@ -97,20 +120,28 @@ def _with_all(search: SearchResult, before: Fitted, names: tuple[str, ...], rule
 def _giving_way(
     search: SearchResult, before: Fitted, found: Judged, rules: StepRules, added: Collection[str] | None
 ) -> Judged | None:
-    """A larger model without the effect of the smaller one that all objections are about; None unless that is sound.
+    """A larger model without the effects of the smaller one that all objections are about; None unless that is sound.
 
-    It is sound if it obeys every rule; where the larger model is adequate (`added` is None), nothing may be missing
-    from it either.
+    All of them go or, where that is too much, one of them. It is sound if it obeys every rule; where the larger model
+    is adequate (`added` is None), nothing may be missing from it either.
     """
     idle = {owner_of(why.about) if why.reason in (Fault.BOUND, Fault.UNKNOWN) else "" for why in found.why}
-    world, effects = found.after.world, found.after.fit.effects - idle
-    if len(idle) != 1 or not idle <= (before.fit.effects if added is None else {*added}) or world.lacking(effects):
+    if not idle or not idle <= (before.fit.effects if added is None else {*added}):
         return None
-    if added is None and not _lacks_nothing(search, effects, found.after.fit.vector):
+    ways = [idle, *({name} for name in sorted(idle))] if len(idle) > 1 else [idle]
+    return next((fit for gone in ways if (fit := _without(search, found, gone, rules, added is None, before))), None)
+
+
+def _without(
+    search: SearchResult, found: Judged, gone: set[str], rules: StepRules, adequate: bool, before: Fitted
+) -> Judged | None:
+    """A larger model without some effects of the smaller one; None unless that is sound."""
+    world, effects = found.after.world, found.after.fit.effects - gone
+    if world.lacking(effects) or (adequate and not _lacks_nothing(search, effects, found.after.fit.vector)):
         return None
     after = fitted(world, world.fit(effects, found.after.fit.vector), search)
-    sound = not objections(before, after, rules, added is None, found.alike)
-    return replace(found, after=after, why=(), gone=tuple(idle)) if sound else None
+    sound = not objections(before, after, rules, adequate, found.alike)
+    return replace(found, after=after, why=(), gone=tuple(sorted(gone))) if sound else None
 
 
 def _lacks_nothing(search: SearchResult, effects: frozenset[str], start: np.ndarray) -> bool:
