@@ -5,6 +5,7 @@ import re
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from contextvars import ContextVar
+from itertools import islice
 
 from fitting.units import bases, factor, spelled
 
@@ -97,6 +98,13 @@ def write(value: float, si: str) -> str:
     """A value for a file, in the usual unit, exact to ten figures: reading it back changes nothing that matters."""
     with spoken({}):
         return show(float(value), si, digits=10)
+
+
+def numbered_rows(rows: Iterable[int], most: int = 3) -> str:
+    """'row 17', 'rows 17, 18, 21, ...': where to look in a file."""
+    named = [str(row) for row in islice(rows, most + 1)]
+    more = ["..."] if len(named) > most else []
+    return f"row{'s' * (len(named) > 1)} {', '.join(named[:most] + more)}"
 
 
 def counted(count: int, what: str) -> str:

@@ -88,7 +88,12 @@ BAD_TABLES = {
     "short row": (
         changed("0.3,2.0,", "0.3,"),
         "",
-        ("row 5", "the row has 3 cells, the header 4", "complete or delete"),
+        ("row 5", "the row has 3 cells, the header 4", "complete or delete the row, or begin it with '#'"),
+    ),
+    "short rows": (
+        lambda: loop_csv().replace("0.3,2.0,", "0.3,", 1).replace("0.4,2.0,", "0.4,", 1),
+        "",
+        ("row 5", "complete or delete rows 5, 6, which are like it", "begin them with '#'"),
     ),
     "long row": (changed("0.3,2.0,", "0.3,2.0,7,"), "", ("row 5", "5 cells")),
     "time goes back": (
@@ -101,7 +106,11 @@ BAD_TABLES = {
         "",
         ("row 202", "its own number in the column 'run'"),
     ),
-    "same time twice": (cell(17, 0, "1.4"), "", ("row 17", "two samples have the same time", "more digits")),
+    "same time twice": (
+        cell(17, 0, "1.4"),
+        "",
+        ("row 17", "two samples have the same time", "more digits, or delete row 17"),
+    ),
     "empty": (lambda: "", "", ("the file is empty", "begin with a header")),
     "comments only": (lambda: "# nothing\n\n", "", ("the file is empty",)),
     "header only": (lambda: "time [s],pressure [bar]\n", "", ("row 1", "no row of readings")),
@@ -213,7 +222,7 @@ BAD_TABLES = {
     "empty branch": (lambda: table(loop_columns() | {"branch": ["inflate"] * 201 + [""]}), "", ("row 203", "empty")),
     "nothing left": (loop_csv, 'valid = { force = ["900 N", "5 kN"] }', ("no sample is left", "202 of 202", "widen")),
     "columns: unknown name": (loop_csv, 'columns = { forc = "F" }', ("'forc'", "did you mean 'force'?")),
-    "columns: unknown column": (loop_csv, 'columns = { force = "force_N" }', ("'force_N'", "mean 'force [N]'")),
+    "columns: unknown column": (loop_csv, 'columns = { force = "forces" }', ("'forces'", "mean 'force [N]'")),
     "columns: a number": (loop_csv, "columns = { force = 3 }", ("muscle.toml", "columns: force is not text")),
     "units: not there": (loop_csv, 'units = { load = "kg" }', ("column in units: 'load'",)),
     "units: nonsense": (loop_csv, 'units = { force = "Nn" }', ("'Nn' is not a unit",)),

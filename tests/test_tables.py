@@ -9,7 +9,7 @@ from folders import folder_of, loop_columns, loop_csv, only_run, recording
 from fitting.errors import InputError
 from fitting.recordings.experiment import read_experiment
 from fitting.recordings.settings import TABLES
-from fitting.recordings.tables import read_table, split_head
+from fitting.recordings.tables import read_table
 from fitting.recordings.units_row import with_units
 
 pytestmark = pytest.mark.filterwarnings("error")
@@ -73,7 +73,6 @@ def test_a_unit_of_a_column_that_nobody_uses_is_no_obstacle():
     named = ["time [s]", "pressure [bar]", "strain [1]", "force [N]", "room"]
     assert with_units(heads, ["s", "bar", "1", "N", "\u00b0C"]) == named
     assert with_units(heads, ["s", "bar", "1", "N", "n/a"]) == named
-    assert split_head("strain [-]") == ("strain", "-")
 
 
 @pytest.mark.parametrize(

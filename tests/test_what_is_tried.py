@@ -107,8 +107,11 @@ def plainly(found, monkeypatch):
     """
     asked = []
 
-    def one(leads, share, adequate=False, there=()):
-        glance = SimpleNamespace(base_is_adequate=adequate, world=None, base=None, fits={}, examiner=None)
+    def one(leads, share, adequate=False, there=(), whole=None):
+        why = lambda added, fit, fits: SimpleNamespace(why=None if added == {whole} == fit else "p")  # noqa: E731
+        fits = {frozenset(each): frozenset(each) for each in there}
+        examiner = SimpleNamespace(adequacy=why)
+        glance = SimpleNamespace(base_is_adequate=adequate, world=None, base=None, fits=fits, examiner=examiner)
         here = SimpleNamespace(search=SimpleNamespace(glance=lambda: glance), present=[])
         leading = leads and Leading(leads, share, 1.0, 4.0)
         monkeypatch.setattr(making, "leading_of", lambda *_: leading)
@@ -139,6 +142,12 @@ def test_what_is_plainly_there_is_added_though_others_do_as_well(plainly):
     (said, larger, _), asked = plainly(None, 0.0, there=[("b",), ("a",)])
     assert asked == [[[("b",), ("a",)]]]  # in the order of what they leave
     assert (said.verdict, said.explanations, larger) == ("one of", (("b",), ("a",)), "larger")
+
+
+def test_nothing_is_plain_where_one_of_those_that_do_as_well_may_be_all_that_is_missing(plainly):
+    """Strand bending took the place of rubber that stood within the errors of the instruments."""
+    said, asked = plainly(None, 0.0, there=[("b",), ("a",)], whole="a")
+    assert (said, asked) == ((None, None, ()), [])
 
 
 def test_nothing_is_plain_where_nothing_is_missing_or_leads_or_leads_by_enough(plainly):

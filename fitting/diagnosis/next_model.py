@@ -46,12 +46,17 @@ def plain_step(
 
 
 def _plain(result: SearchResult, rules: StepRules) -> list[tuple[str, ...]]:
-    """The effects that are plainly there: what leads, or else all that do as well as the best."""
+    """The effects that are plainly there: what leads, or else all that do as well as the best.
+
+    Of the latter none where one may be the whole of what is missing: which of them it is, a verdict says better.
+    """
     asked = result.world, result.base, result.fits, result.examiner
     leads = leading_of(*asked)
     if leads is not None:
         return [(name,) for name in leads.effects if leads.share >= rules.plain]
-    return [tuple(added) for added in plainly_there(*asked, rules.plain)]
+    there = plainly_there(*asked, rules.plain)
+    adequacy = lambda added: result.examiner.adequacy(added, result.fits[added], result.fits)  # noqa: E731
+    return [] if any(adequacy(added).why is None for added in there) else [tuple(added) for added in there]
 
 
 def next_model(

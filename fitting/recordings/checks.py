@@ -6,9 +6,11 @@ import numpy as np
 
 from fitting import showing, units
 from fitting.errors import InputError, alike
+from fitting.recordings.heads import COLUMNS
 from fitting.recordings.records import Run
-from fitting.recordings.settings import TABLES
-from fitting.recordings.tables import COLUMNS, Table
+from fitting.recordings.settings import LISTED, TABLES
+from fitting.recordings.tables import Table
+from fitting.showing import numbered_rows
 
 PRESSURES = ("pressure", "set_pressure")
 
@@ -100,13 +102,14 @@ def check_run(r: Run, table: Table, test: str) -> None:
         back = step[at - 1] < 0
         cure = "if another experiment begins here, add a column 'run' that numbers the experiments"
         cure = "give each experiment its own number in the column 'run'" if "run" in table else cure
+        same = numbered_rows(r.row[1:][step == 0], LISTED)
         raise InputError(
             "time goes back" if back else "two samples have the same time",
             table.file,
             int(r.row[at]),
             table.heads["time"],
             f"{r.time[at]:.9g} s after {r.time[at - 1]:.9g} s",
-            cure if back else "write the time with more digits, or delete one of the rows",
+            cure if back else f"write the time with more digits, or delete {same}, or begin the line with '#'",
         )
     if (
         test == "isometric"

@@ -8,8 +8,9 @@ import numpy as np
 
 from fitting import units
 from fitting.errors import InputError, concerning, unknown_name
+from fitting.recordings.heads import COLUMNS
 from fitting.recordings.records import FORCE_TESTS
-from fitting.recordings.tables import COLUMNS, Table
+from fitting.recordings.tables import Table
 
 CONSTANT = ("pressure", "contraction", "length", "displacement", "load")  # a force that is the same says nothing
 

@@ -7,25 +7,12 @@ from pathlib import Path
 import numpy as np
 
 from fitting.errors import InputError, nearest
+from fitting.recordings.heads import COLUMNS, LETTERS, has_unit_of, meant_by_words, plain_name, split_head
 from fitting.recordings.kinds import parts_of, recordings_in
 from fitting.recordings.readings import renamed
-from fitting.recordings.tables import COLUMNS, Table, is_absolute, plain_name, read_heads, read_table, split_head
+from fitting.recordings.tables import Table, is_absolute, read_heads, read_table
 from fitting.units import ATMOSPHERE, PULL_OF_MASS, dimension, is_unit
 
-# words in a header that betray what a column is, in English and in what loggers write
-WORDS = {
-    "set_pressure": ("set point", "setpoint", "command", "desired", "soll"),
-    "pressure": ("pressure", "druck", "press"),
-    "force": ("force", "load cell", "loadcell", "kraft", "tension", "pull"),
-    "load": ("load", "mass", "weight", "last"),
-    "time": ("time", "zeit", "stamp"),
-    "contraction": ("contraction", "strain", "shortening ratio"),
-    "displacement": ("displacement", "shortening", "stroke", "travel", "weg", "extension", "crosshead", "elongation"),
-    "length": ("length", "position", "laser"),
-    "run": ("run", "trial", "experiment", "cycle no"),
-    "branch": ("branch", "direction"),
-}
-LETTERS = {"t": "time", "p": "pressure", "f": "force", "l": "length", "eps": "contraction", "x": "displacement"}
 FILE_WORDS = (("release", "quick release"), ("isotonic", "isotonic"), ("isometri", "isometric"), ("step", "step"),
          ("static", "static"), ("loop", "loop"))  # fmt: skip
 HUNG_LOADS = 20  # different readings of a load at most, where weights are hung on
@@ -175,16 +162,13 @@ def _by_name(head: str) -> str | None:
 
 def _by_word(head: str) -> str | None:
     """By a word in it, unless its unit is one of something else: an extension in mm is no tension."""
-    text = split_head(head)[0].lower().replace("_", " ")
-    names = (name for name, words in WORDS.items() if any(word in text for word in words))
-    return next((name for name in names if not _has_another_unit(head, name)), None)
+    return next((name for name in meant_by_words(split_head(head)[0]) if not _has_another_unit(head, name)), None)
 
 
 def _has_another_unit(head: str, name: str) -> bool:
     """Whether a column's unit is one of something else than this; a load may be a mass."""
-    unit, si = split_head(head)[1], COLUMNS[name]
-    kinds = {"load": ("N", "kg"), "force": ("N", "kg")}.get(name, (si,) if si else ())
-    return bool(unit and kinds and is_unit(unit) and dimension(unit) not in map(dimension, kinds))
+    unit = split_head(head)[1]
+    return bool(unit and COLUMNS[name] and is_unit(unit) and not has_unit_of(unit, name))
 
 
 def _by_letter(head: str) -> str | None:

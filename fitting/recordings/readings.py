@@ -10,9 +10,11 @@ import numpy as np
 from fitting import units
 from fitting.errors import InputError, concerning, nearest, unknown_name
 from fitting.recordings.checks import PRESSURES, check_ranges, check_run
+from fitting.recordings.heads import COLUMNS, USUAL, plain_name
 from fitting.recordings.records import FORCE_TESTS, Run
 from fitting.recordings.settings import TABLES
-from fitting.recordings.tables import COLUMNS, USUAL, Table, plain_name
+from fitting.recordings.tables import Table
+from fitting.showing import numbered_rows
 from mckibben_jax.muscle import Muscle
 
 POSITIONS = ("contraction", "length", "displacement")
@@ -153,9 +155,9 @@ def _usable(columns: dict[str, np.ndarray], valid: dict[str, Any], table: Table,
     usable = np.ones(len(table.row), dtype=bool)
     for name, values in columns.items():
         missing = np.isnan(values)
-        counts[f"no reading in '{table.heads[name]}'{_rows(table, missing & usable)}"] += int(
-            np.count_nonzero(missing & usable)
-        )
+        lost = table.row[missing & usable]
+        if len(lost):
+            counts[f"no reading in '{table.heads[name]}' ({numbered_rows(lost)})"] += len(lost)
         usable &= ~missing
     for written, limits in valid.items():
         name = "force" if written == "load" and "load" not in columns else written  # weights that hang at rest
@@ -167,13 +169,6 @@ def _usable(columns: dict[str, np.ndarray], valid: dict[str, Any], table: Table,
         counts[f"{name} outside {limits[0]} .. {limits[1]}"] += int(np.count_nonzero(outside))
         usable &= ~outside
     return usable
-
-
-def _rows(table: Table, which: np.ndarray) -> str:
-    """' (row 17)', ' (rows 17, 18, 21, ...)': where to look."""
-    rows = [str(row) for row in table.row[which][:4]]
-    more = ["..."] if len(rows) > 3 else []
-    return f" (row{'s' * (len(rows) > 1)} {', '.join(rows[:3] + more)})" if rows else ""
 
 
 def _limits(name: str, limits: Any) -> tuple[float, float]:

@@ -2,6 +2,8 @@
 
 from dataclasses import dataclass
 
+LISTED = 8  # rows that a message about many names; chosen
+
 
 @dataclass(frozen=True)
 class TableSettings:

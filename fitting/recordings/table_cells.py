@@ -12,6 +12,8 @@ import pandas as pd
 from fitting.errors import InputError
 from fitting.recordings.cells import NUMBER
 from fitting.recordings.header import header_at, readings_above, rows_of
+from fitting.recordings.settings import LISTED
+from fitting.showing import numbered_rows
 
 _SAYS_SEPARATOR = re.compile(r"\s*\"?sep=.\"?\s*", re.IGNORECASE)  # what spreadsheets put there
 NO_ROW = "there is a header but no row of readings"
@@ -121,7 +123,10 @@ def _checked_width(lines: list[str], rows: np.ndarray, width: int, separator: st
     if not wrong.size:
         return width
     at = wrong[0]
-    cure = "complete or delete the row"
+    cure = "complete or delete the row, or begin it with '#'"
+    if len(wrong) > 1:
+        listed = numbered_rows(rows[wrong], LISTED)
+        cure = f"complete or delete {listed}, which are like it, or begin them with '#'"
     if separator == "," and (counts > width).mean() > 0.5:
         cure = "if these are decimal commas, separate the cells by semicolons, or write decimal points"
     raise InputError(

@@ -12,20 +12,16 @@ import pandas as pd
 from fitting import units
 from fitting.errors import InputError, alike, nearest, unknown_name
 from fitting.recordings.cells import NUMBER
+from fitting.recordings.heads import COLUMNS, USUAL, has_suffix, plain_name, split_head
 from fitting.recordings.kinds import open_source
 from fitting.recordings.settings import TABLES
 from fitting.recordings.source import FAILED, Source
 from fitting.recordings.time_stamps import CURE, UNCLEAR, are_stamps, seconds_of
 
-# SI unit of every column; None: a label, "load": newtons or a mass
-COLUMNS = {"run": None, "time": "s", "pressure": "Pa", "set_pressure": "Pa", "contraction": "1", "length": "m",
-           "displacement": "m", "force": "N", "load": "load", "branch": None}  # fmt: skip
-USUAL = {"s": "s", "Pa": "kPa", "1": "1", "m": "mm", "N": "N", "load": "kg"}  # what such a column is mostly given in
 OPTIONAL = ("run", "branch", "set_pressure")
 _ABSOLUTE = re.compile(r"\babs(olute?)?\b(?!\s*\()|\babsolut(?!e)")
 _HUMP = re.compile(r"(?<=[a-z])(?=[A-Z])")  # where a word begins within a name: pAbs
 _NOT_ABSOLUTE = re.compile(r"\b(not|error|rel)")
-_HEADER = re.compile(r"^(.*?)\s*(?:\[([^\]]*)\]|\(([^)]*)\))?$", re.DOTALL)
 
 
 class _Place(NamedTuple):
@@ -136,18 +132,6 @@ def _common_rows(source: Source, cells: list[pd.Series], where: Mapping[str, int
 # --------------------------------------------------------------------------------------------------- names and units
 
 
-def split_head(head: str) -> tuple[str, str | None]:
-    """Name and unit of a header cell 'name [unit]' or 'name (unit)'; the unit is None where there is none."""
-    match = _HEADER.match(head.strip())
-    assert match is not None  # the pattern matches every text
-    return match[1].strip(), match[2] if match[2] is not None else match[3]
-
-
-def plain_name(head: str) -> str:
-    """'Set pressure [bar]' -> 'set_pressure'."""
-    return re.sub(r"[\s\-]+", "_", split_head(head)[0].lower())
-
-
 def _is_head(cell: str) -> bool:
     return plain_name(cell) in COLUMNS
 
@@ -162,9 +146,9 @@ def _columns(
             raise unknown_name("name in columns", name, COLUMNS, path)
     where = {name: _called(name, head, heads, path) for name, head in called.items()}
     free = [at for at in range(len(heads)) if at not in where.values()]
-    for at in free:
+    for at in sorted(free, key=lambda at: has_suffix(heads[at])):
         name = plain_name(heads[at])
-        if name in COLUMNS and name not in called:
+        if name in COLUMNS and name not in called and not (name in where and has_suffix(heads[at])):
             if name in where:
                 raise InputError(f"two columns are called {name}", path, row, heads[at], cure="keep one of them")
             where[name] = at

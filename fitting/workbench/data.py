@@ -9,9 +9,10 @@ from pathlib import Path
 from typing import Any
 
 from fitting.errors import InputError
+from fitting.recordings.heads import COLUMNS, plain_name, split_head
 from fitting.recordings.kinds import ENDINGS, INSIDE, is_recording, recordings_in
 from fitting.recordings.records import TESTS
-from fitting.recordings.tables import COLUMNS, plain_name, read_heads, split_head
+from fitting.recordings.tables import read_heads
 from fitting.recordings.template import muscle_file
 from fitting.workbench.preview import ColumnPreview, previews
 from fitting.writing import write_whole

@@ -9,8 +9,8 @@ import tomlkit
 
 from fitting import units
 from fitting.errors import InputError
+from fitting.recordings.heads import COLUMNS, USUAL, split_head
 from fitting.recordings.muscle_file import REQUIRED, measurement, read_muscle_table
-from fitting.recordings.tables import COLUMNS, USUAL, split_head
 from fitting.workbench.data import IGNORED, Column, Dropped
 from fitting.writing import write_text
 from mckibben_jax.muscle import Muscle, quantities

@@ -7,7 +7,8 @@ import numpy as np
 
 from fitting import units
 from fitting.recordings.guesses import SIGNED, Guess
-from fitting.recordings.tables import COLUMNS, Table
+from fitting.recordings.heads import COLUMNS
+from fitting.recordings.tables import Table
 from fitting.showing import counted
 
 FIGURES = 4  # of a reading: enough to recognise it
