@@ -7,6 +7,7 @@ import numpy as np
 from fitting import showing, units
 from fitting.errors import InputError, alike
 from fitting.recordings.heads import COLUMNS
+from fitting.recordings.held_lengths import wanders
 from fitting.recordings.records import Run
 from fitting.recordings.settings import LISTED, TABLES
 from fitting.recordings.tables import Table
@@ -111,11 +112,7 @@ def check_run(r: Run, table: Table, test: str) -> None:
             f"{r.time[at]:.9g} s after {r.time[at - 1]:.9g} s",
             cure if back else f"write the time with more digits, or delete {same}, or begin the line with '#'",
         )
-    if (
-        test == "isometric"
-        and r.usable.any()
-        and np.ptp(np.quantile(r.contraction[r.usable], [0.02, 0.98])) > TABLES.held
-    ):
+    if test == "isometric" and wanders(r.contraction[r.usable]):
         where = f"run {r.name}: " if "run" in table else ""
         raise InputError(
             f"{where}the length is not held",

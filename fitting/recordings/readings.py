@@ -11,6 +11,7 @@ from fitting import units
 from fitting.errors import InputError, concerning, nearest, unknown_name
 from fitting.recordings.checks import PRESSURES, check_ranges, check_run
 from fitting.recordings.heads import COLUMNS, USUAL, plain_name
+from fitting.recordings.held_lengths import held_stretches
 from fitting.recordings.records import FORCE_TESTS, Run
 from fitting.recordings.settings import TABLES
 from fitting.recordings.tables import Table
@@ -211,12 +212,11 @@ def _runs(r: Run, table: Table, test: str, counts: Counter[str]) -> list[tuple[s
 
 
 def _held_lengths(r: Run, timed: np.ndarray, counts: Counter[str]) -> list[tuple[str, np.ndarray]]:
-    """Stretches of one length: a new run begins where the length jumps by more than a wandering sensor does."""
+    """Stretches of one length, each a run."""
     rows = np.flatnonzero(timed & ~np.isnan(r.contraction))
-    jumps = np.flatnonzero(np.abs(np.diff(r.contraction[rows])) > TABLES.held / 2) + 1
-    parts = [part for part in np.split(rows, jumps) if len(part) >= FEWEST_SAMPLES]
+    parts = [rows[at] for at in held_stretches(r.contraction[rows])]
     counts["between two lengths"] += len(rows) - sum(map(len, parts))
-    return [(str(number), part) for number, part in enumerate(parts or [rows], 1)]
+    return [(str(number), part) for number, part in enumerate(parts, 1)]
 
 
 def _part(r: Run, at: np.ndarray, name: str) -> Run:
