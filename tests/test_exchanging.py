@@ -95,15 +95,39 @@ def test_a_parameter_that_is_held_is_none_that_may_be_spent(experiment, held, so
     assert all(len(fit.free) <= len(search.alone.free) for fit in fits)
 
 
-@pytest.mark.parametrize(("parameters", "error", "sound"), [(2, 0.5, True), (2, np.inf, False), (3, 0.5, False)])
-def test_one_group_that_is_held_out_excuses_nothing(parameters, error, sound, monkeypatch):
+@pytest.fixture
+def sound(monkeypatch):
+    """Whether a model may take the place of one with three parameters: by how much it predicts held-out runs worse.
+
+    Each is a pair of that and its standard error, beyond instruments and as they were read.
+    """
+
+    def asked(parameters, beyond, as_read=(0.0, 0.1)):
+        before, after = (
+            SimpleNamespace(
+                fit=SimpleNamespace(free="abc"[:count]), groups=None, beyond=lambda: beyond, left_out=as_read
+            )
+            for count in (3, parameters)
+        )
+        monkeypatch.setattr("fitting.diagnosis.exchanging.held_out.difference", lambda after, *_: after)
+        monkeypatch.setattr("fitting.diagnosis.exchanging.unsound", lambda *_: ())
+        return _is_sound(before, after, RULES)
+
+    return asked
+
+
+@pytest.mark.parametrize(("parameters", "error", "is_sound"), [(2, 0.5, True), (2, np.inf, False), (3, 0.5, False)])
+def test_one_group_that_is_held_out_excuses_nothing(parameters, error, is_sound, sound):
     """Its error is without end, and a model with fewer parameters would pass whatever it predicts."""
-    before, after = (
-        SimpleNamespace(fit=SimpleNamespace(free="abc"[:n]), groups=None, beyond=lambda: None) for n in (3, parameters)
-    )
-    monkeypatch.setattr("fitting.diagnosis.exchanging.held_out.difference", lambda *_: (0.1, error))
-    monkeypatch.setattr("fitting.diagnosis.exchanging.unsound", lambda *_: ())
-    assert _is_sound(before, after, RULES) is sound
+    assert sound(parameters, (0.1, error)) is is_sound
+
+
+@pytest.mark.parametrize(
+    ("as_read", "is_sound"), [((-0.5, 0.1), True), ((0.1, 0.2), True), ((0.3, 0.2), False), ((0.3, np.inf), True)]
+)
+def test_what_predicts_readings_clearly_worse_takes_no_place(as_read, is_sound, sound):
+    """300 gf became 422 gf where a lag took the place of stress softening, and the lag was dropped again."""
+    assert sound(3, (-0.1, 0.5), as_read) is is_sound
 
 
 def test_what_lacks_nothing_is_not_exchanged_for_what_does(experiment, monkeypatch):

@@ -108,25 +108,38 @@ def with_gauge(experiment, gain):
     return replace(experiment, recordings=tuple(recordings))
 
 
-EFFECTS = (IdealCylinder(), CoulombFriction(), PressureGain())
+EFFECTS = (IdealCylinder(), CoulombFriction())
+
+
+def fitted(experiment, gain, effects=EFFECTS, free=("muscle.radius",)):
+    experiments = [with_gauge(experiment, gain)]
+    return fit(experiments, effects, free=free), experiments
 
 
 def test_the_gain_of_a_gauge_is_the_width_of_what_rests_on_it(experiment):
-    """The model's gain of the pressure is known as well as the gauge, by the posterior as by the fit."""
-    five = fit([with_gauge(experiment, 0.05)], EFFECTS)
-    posterior = quick_look(five, [with_gauge(experiment, 0.05)], seed=1)
-    found = posterior.parameters["pressure_gain.g"]
-    assert found.sd == pytest.approx(0.05, rel=0.1)
-    assert abs(found.median) < 0.01
+    """The pull goes with pressure and the square of the radius: by the posterior as by the fit."""
+    posterior = quick_look(*fitted(experiment, 0.05), seed=1)
+    found = posterior.parameters["muscle.radius"]
+    assert found.sd == pytest.approx(0.025 * found.median, rel=0.1)
     assert found.robust_error == pytest.approx(found.sd, rel=0.15)  # runs cannot tell more than the gauge
-    exact = fit([with_gauge(experiment, 0.0)], EFFECTS)
-    assert quick_look(exact, [with_gauge(experiment, 0.0)], seed=1).parameters["pressure_gain.g"].sd < 0.005
+    exact = quick_look(*fitted(experiment, 0.0), seed=1).parameters["muscle.radius"]
+    assert exact.sd < 0.0025 * exact.median
     assert any("pressure gauge" in note for note in posterior.notes)
+
+
+def test_a_gain_that_the_model_has_is_known_as_well_as_the_readings_tell(experiment):
+    """The accuracy of the gauge would be the same error once more, and share its size."""
+    known = [
+        quick_look(*fitted(experiment, gain, (*EFFECTS, PressureGain()), ()), seed=1).parameters["pressure_gain.g"]
+        for gain in (0.05, 0.0)
+    ]
+    assert known[0].sd == pytest.approx(known[1].sd, rel=0.05)
+    assert known[0].sd < 0.005
 
 
 def test_the_likeliest_errors_are_those_of_ridge_regression(experiment):
     """Given the parameters, errors of one standard deviation each beside white noise: (1 + U'U)^-1 U'r."""
-    found = fit([with_gauge(experiment, 0.05)], EFFECTS)
+    found, _ = fitted(experiment, 0.05)
     setup = set_up(found, (), noise=[("size",)])
     explicit = Explicit.of(setup)
     z = np.zeros((1, len(setup.names)))
@@ -140,7 +153,7 @@ def test_the_likeliest_errors_are_those_of_ridge_regression(experiment):
     assert source in found.errors.sources
     random = np.random.default_rng(0)
     share = robust_share(setup, random.standard_normal((2, 400, 8, len(setup.names))), found.samples.loop)
-    assert share[list(setup.names).index("pressure_gain.g")] == pytest.approx(1.0, rel=0.15)
+    assert share[list(setup.names).index("muscle.radius")] == pytest.approx(1.0, rel=0.15)
 
 
 def end_stop(folder, seed):

@@ -24,7 +24,7 @@ def test_what_is_left_is_said_first_and_then_what_it_is():
     assert text.startswith(
         "⟦rubber⟧ + ⟦cones⟧ explain all but 0.5 % of full scale (2 % on held-out runs), which is below 1 %"
     )
-    assert text.endswith("What remains follows no effect of the library.")
+    assert text.endswith("No effect of the library explains all of what remains.")
 
 
 def test_a_large_rest_is_called_large_and_instruments_are_named():

@@ -12,9 +12,10 @@ from fitting.diagnosis.findings import InstrumentAnswer
 from fitting.diagnosis.outcomes import Reason, Why
 from fitting.diagnosis.record import Explanation, Leading
 from fitting.diagnosis.step_rules import RULES
-from fitting.diagnosis.tiers import proposals, worth_judging
+from fitting.diagnosis.tiers import is_left, proposals, worth_judging
 from fitting.instruments.sources import ErrorKind, Source
 from fitting.recordings.accuracy import Channel
+from fitting.report.text.practice import small_rest_texts
 
 
 @pytest.fixture
@@ -44,6 +45,19 @@ def test_only_what_is_named_is_tried_where_what_is_missing_is_small(found):
     assert proposals(replace(small, verdict="missing", explanations=(("a", "c"),))) == [[("a",), ("c",)], [("a", "c")]]
     assert len(proposals(replace(small, negligible=False))) > 1
     assert proposals(replace(small, verdict="inconclusive")) == [[("a",)]]  # it may be more than what is seen
+
+
+@pytest.mark.parametrize(("enough", "left"), [(0.01, True), (0.005, True), (0.0041, True), (0.0039, False)])
+def test_what_is_small_is_looked_into_where_a_user_cannot_live_with_it(found, enough, left):
+    small = replace(
+        found, verdict="not in the library", negligible=True, rmse=0.5, noise_floor=0.3, full_scale=100.0
+    )  # 0.4 % beyond noise
+    rules = replace(RULES, enough=enough)
+    assert is_left(small, rules) is left
+    assert (proposals(small, rules) == []) is left
+    assert not is_left(replace(small, negligible=False), rules)
+    said = small_rest_texts(small, enough, ["my loops"])
+    assert [text.split(": ")[1] for text in said] == ["mckibben discover 'my loops' --enough '0.2 %'"] * left
 
 
 def test_every_effect_alone_is_tried_where_the_test_is_blind_to_what_lowers_the_error(found):

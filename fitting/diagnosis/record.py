@@ -89,6 +89,11 @@ class Diagnosis:
     changes: Mapping[frozenset[str], np.ndarray] = field(default_factory=dict, compare=False, repr=False)
 
     @property
+    def beyond_noise(self) -> float:
+        """The error of the model without what noise alone leaves, N."""
+        return float(np.sqrt(max(self.rmse**2 - self.noise_floor**2, 0.0)))
+
+    @property
     def is_strained(self) -> bool:
         """Whether instruments explain the misfit only if one of them errs by far more than its accuracy.
 

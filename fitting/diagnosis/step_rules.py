@@ -31,6 +31,7 @@ class StepRules:
     rounding: float = 1e-6  # relative, of an error in sample that counts as the same
     steps: int = 6  # most of them whose effects stand; measured muscles ask for three or four
     longest: int = 12  # most of them in all, with those whose effects were dropped again; chosen
+    enough: float = 0.01  # of full scale: what most users of a muscle can live with; chosen
     pairs: int = 8  # of effects that are tried together where none is kept alone
 
 

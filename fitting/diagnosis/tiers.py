@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 
+from fitting.comparison.compare import NEGLIGIBLE
 from fitting.diagnosis.outcomes import NOTHING_MISSING, Reason, Verdict, Why
 from fitting.diagnosis.record import Diagnosis
 from fitting.diagnosis.step_rules import RULES, StepRules
@@ -18,7 +19,7 @@ def proposals(found: Diagnosis, rules: StepRules = RULES) -> list[Tier]:
     is missing for certain, every other effect. Two at once come after all that stand alone. Each tier is in the order
     of its held-out errors.
     Where something is missing for certain, and it is small, only what the verdict names: piece by piece the rest would
-    be laid on effects that are not there.
+    be laid on effects that are not there. Not where a user cannot live with it.
     Where instruments had to err by far more than their accuracy, or where the test sees nothing missing though an
     added effect lowers the error, every effect alone is asked.
     """
@@ -39,7 +40,7 @@ def proposals(found: Diagnosis, rules: StepRules = RULES) -> list[Tier]:
     if found.verdict == Verdict.INCONCLUSIVE:
         others = [leading, singles] if found.why in (Why(Reason.TEST_BLIND), Why(Reason.FEW_LOOPS)) else [leading]
     else:
-        others = [] if found.negligible else [leading, singles, pairs[: rules.pairs]]
+        others = [] if is_left(found, rules) else [leading, singles, pairs[: rules.pairs]]
     return _without_repeats([*tiers, *others])
 
 
@@ -51,6 +52,12 @@ def _without_repeats(tiers: Sequence[Tier]) -> list[Tier]:
         kept.append([names for names in tier if names not in seen])
         seen.update(tier)
     return [tier for tier in kept if tier]
+
+
+def is_left(found: Diagnosis, rules: StepRules = RULES) -> bool:
+    """Whether what is missing is so small that it is left as it is, unless a verdict names it."""
+    can_live_with_it = rules.enough >= NEGLIGIBLE or found.beyond_noise < rules.enough * found.full_scale
+    return found.negligible and can_live_with_it
 
 
 def worth_judging(found: Diagnosis, rules: StepRules = RULES) -> list[Tier]:

@@ -25,6 +25,8 @@ def errors_in(
 ) -> InstrumentErrors:
     """What instruments within their accuracy can do to the rows of a model in which something varies.
 
+    An error that an effect of the model stands for is that effect's: beside a delay of the force a skew between the
+    channels is the same once more, and neither would be known.
     `vector` holds all unknowns. In `subset` what was asked to vary may vary, also what the data do not constrain: then
     the program that found out which these are is all that it takes.
     """
@@ -37,9 +39,12 @@ def errors_in(
         some = replace(subset, switches=np.where(off, 0.0, subset.switches))
         return np.asarray(searches.at(some, place, problem).rows)[standard.rows[: len(samples)]]
 
-    effects = zip(template.names, template.effects, subset.switches, strict=True)
-    lost = [name for name, effect, on in effects if effect.stage == "lost" and on]
-    return errors_felt(standard.problem, samples, rows_at, lost, _lengths(standard.problem), accuracies)
+    there = zip(template.names, template.effects, subset.switches, strict=True)
+    effects = [(name, effect) for name, effect, on in there if on]
+    lost = [name for name, effect in effects if effect.stage == "lost"]
+    known = [effect.misreads for _, effect in effects if effect.misreads]
+    others = [accuracy.without(known) for accuracy in accuracies]
+    return errors_felt(standard.problem, samples, rows_at, lost, _lengths(standard.problem), others)
 
 
 def _lengths(given: Problem) -> np.ndarray:

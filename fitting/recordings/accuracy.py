@@ -4,8 +4,8 @@ An accuracy is one standard deviation. Errors that stay the same for a whole rec
 grows or falls are no noise: no number of readings averages them out.
 """
 
-from collections.abc import Iterator
-from dataclasses import dataclass, field, fields
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, field, fields, replace
 from enum import StrEnum
 
 
@@ -60,6 +60,16 @@ class Accuracy:
             friction_per_run=other.friction_per_run if self.friction_per_run is None else self.friction_per_run,
             presumed=frozenset(self._not_stated()),
         )
+
+    def without(self, errors: Iterable[tuple[str, str]]) -> "Accuracy":
+        """The same where these errors (channel and kind) are none: what a model knows of them stands in an effect."""
+        exact = self
+        for channel, kind in errors:
+            if channel == Channel.TIME:
+                exact = replace(exact, skew=0.0)
+            else:
+                exact = replace(exact, **{channel: replace(getattr(exact, channel), **{kind: 0.0})})
+        return exact
 
     def _not_stated(self) -> Iterator[tuple[str, str]]:
         for channel in (Channel.PRESSURE, Channel.POSITION, Channel.FORCE):

@@ -7,6 +7,7 @@ from fitting.comparison.compare import Comparison, compare
 from fitting.diagnosis.course import Step
 from fitting.diagnosis.discover import discover
 from fitting.diagnosis.record import Diagnosis
+from fitting.diagnosis.step_rules import RULES
 from fitting.diagnosis.tiers import WORTH_IT
 from fitting.least_squares.evaluate import evaluate
 from fitting.least_squares.record import Fit
@@ -14,6 +15,7 @@ from fitting.library.library import effects_named
 from fitting.progress import Progress
 from fitting.recordings.records import MOVING_TESTS, force_was_measured
 from fitting.study.confined import confined, denied_sizes
+from fitting.study.practice import ENOUGH
 from fitting.study.stages import Stage
 from fitting.study.task import Task, fit_task
 from mckibben_jax.effect import Effect, name_of
@@ -31,9 +33,16 @@ class Discovery:
 
 
 def discover_task(
-    task: Task, candidates: Sequence[Effect], progress: Progress, shown: Callable[[Stage], None] = lambda _: None
+    task: Task,
+    candidates: Sequence[Effect],
+    progress: Progress,
+    shown: Callable[[Stage], None] = lambda _: None,
+    enough: float = ENOUGH,
 ) -> Discovery:
-    """Diagnose and add until nothing more can be said; each step is `shown` as soon as it is made."""
+    """Diagnose and add until nothing more can be said; each step is `shown` as soon as it is made.
+
+    `enough` is the share of full scale that the muscle's user can live with.
+    """
     tasks, stages = [task], list[Stage]()
 
     def made(step: Step) -> None:
@@ -57,7 +66,7 @@ def discover_task(
 
     last = discover(
         task.experiments, task.effects, candidates=candidates, start=task.known, on_step=made, progress=progress,
-        **task.asked,
+        rules=replace(RULES, enough=enough), **task.asked,
     )[-1]  # fmt: skip
     # from the values of the last step alone: what was judged is what is saved
     final = replace(tasks[-1], known=last.diagnosis.baseline.values, starts=1)

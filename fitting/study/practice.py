@@ -4,9 +4,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from fitting.comparison.compare import Comparison
+from fitting.diagnosis.step_rules import RULES
 from fitting.study.stages import Stage, added_by
 
-ENOUGH = 0.01  # of full scale: what most users of a muscle need; chosen
+ENOUGH = RULES.enough  # of full scale
 
 
 @dataclass(frozen=True)

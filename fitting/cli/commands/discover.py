@@ -29,7 +29,11 @@ if TYPE_CHECKING:
 @fit_options
 @save_options
 @click.option(
-    "--enough", default="1 %", show_default=True, metavar="SHARE", help="Of full scale: what you can live with."
+    "--enough",
+    default="1 %",
+    show_default=True,
+    metavar="SHARE",
+    help="Of full scale: what you can live with. What is missing and small is looked into only where it is more.",
 )
 @output_options
 def command(**options: Any) -> None:
@@ -54,7 +58,7 @@ def command(**options: Any) -> None:
     from fitting.report.text.layout import line, lines
     from fitting.report.text.next_step import after_discovery
     from fitting.report.text.path import blamed_on_the_way, path_result, path_texts
-    from fitting.report.text.practice import practice_result, practice_text
+    from fitting.report.text.practice import practice_result, practice_text, small_rest_texts
     from fitting.report.text.stages import fall_text
     from fitting.report.text.study import step_report, steps_report
     from fitting.study.diagnosing import all_candidates, candidates_of, in_newtons
@@ -70,14 +74,15 @@ def command(**options: Any) -> None:
             with progress.aside():
                 run.print(step_report(stage))
 
-        found = discover_task(in_newtons(run.task), candidates, progress, shown)
+        found = discover_task(in_newtons(run.task), candidates, progress, shown, enough)
         motions = on_motions(run.task, found, progress)
     compared, stages = found.comparison, found.stages
     unit = compared.unit
     fell = [fall_text(stages, compared.rmse, unit)] if len(stages) > 1 else []
     words = " ".join([*fell, judgement(compared)])
     use = practice(stages, compared, enough)
-    run.print([line("RESULT", practice_text(use), "bold"), line("ERROR", words)])
+    left = small_rest_texts(found.diagnosis, enough, run.request.data_again)
+    run.print([line("RESULT", practice_text(use), "bold"), *lines("FINER", left), line("ERROR", words)])
     run.print([line("MODEL NOW", effect_set(found.task.names)), *lines("CHECK", blamed_on_the_way(stages))])
     run.print([*steps_report(stages, unit), *lines("PATH", path_texts(stages)), line("", "")])
     run.print([*diagnosis_report(found.diagnosis, unit, compared), *fit_report(compared.fit)])

@@ -223,7 +223,7 @@ def diagnosis_report(d: Diagnosis, unit: str = "N", whole: "Comparison | None" =
     shown.append(line("TEST", p_value_text(d)))
     shown += lines("SAMPLES", samples_text(d, whole))
     shown += lines("CHECK", [*untried_texts(d), *odd_run_texts(d), *asked_texts(d)])
-    shown += lines("LIKELY", [text for text in (explaining_text(d),) if text])
+    shown += lines("LIKELY", [text for text in (explaining_text(d, unit),) if text])
     shown += lines("OR", [*rival_texts(d), *substitutes_text(d)])
     shown += lines("LIMITS", limits_lines(d, unit))
     shown += lines("OPEN", [text] if (text := open_text(d, unit)) else [])

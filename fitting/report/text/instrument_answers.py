@@ -6,12 +6,12 @@ from typing import Any
 
 from fitting import showing
 from fitting.diagnosis.findings import Blamed, InstrumentAnswer
-from fitting.diagnosis.outcomes import Verdict
+from fitting.diagnosis.outcomes import NOTHING_MISSING, Verdict
 from fitting.diagnosis.record import Diagnosis
 from fitting.instruments.sources import RELATIVE, ErrorKind, Source
 from fitting.recordings.accuracy import Channel
 from fitting.recordings.channel_errors import UNITS
-from fitting.report.text.amounts import percent
+from fitting.report.text.amounts import amount, percent
 from fitting.report.text.instruments import accuracy_text
 from fitting.report.text.names import mark, marked
 
@@ -47,6 +47,7 @@ LASTING = {
 HEADS = ("instrument", "error", "most likely size", "known to", "would explain the misfit")
 EXACT, NEVER = "taken as exact", "no"
 MOST_NAMED = 3
+MOSTLY = 0.5  # of the misfit, that is left where instruments can make most of it
 
 
 def rival_texts(d: Diagnosis) -> list[str]:
@@ -112,12 +113,13 @@ def _times(each: Blamed) -> str:
     return f", {showing.figures(each.size / each.source.allowed)} times as much is asked" if each.source.allowed else ""
 
 
-def explaining_text(d: Diagnosis) -> str:
-    """Which errors within their accuracy are at work, where instruments explain the misfit; else empty.
+def explaining_text(d: Diagnosis, unit: str = "N") -> str:
+    """Which errors within their accuracy are at work, where instruments explain the misfit or most of it; else empty.
 
     Where the most likely size of an error is far beyond its accuracy, it is said: the test does not see that.
     """
-    if d.verdict != Verdict.WITHIN_INSTRUMENTS:
+    most = d.verdict not in NOTHING_MISSING and d.unexplained < MOSTLY * d.beyond_noise
+    if d.verdict != Verdict.WITHIN_INSTRUMENTS and not most:
         return ""
     at_work = [each for each in d.instruments if 0 < each.source.allowed <= 2 * each.found]
     at_work.sort(key=lambda each: -each.found / each.source.allowed)
@@ -126,6 +128,9 @@ def explaining_text(d: Diagnosis) -> str:
     texts = [f"Most likely, {_phrases(within)}."] if within else []
     more = f"The readings ask for far more than the accuracy: {_phrases(beyond)}. Check this first."
     texts += [more] if beyond else []
+    if d.verdict != Verdict.WITHIN_INSTRUMENTS and texts:
+        left, misfit = amount(d.unexplained, unit, 2), amount(d.beyond_noise, unit)
+        texts.insert(0, f"Errors of the instruments can make all but {left} of the misfit of {misfit}.")
     return " ".join(texts)
 
 
@@ -143,9 +148,9 @@ def _phrase(alike: Sequence[InstrumentAnswer]) -> str:
     return f"{error_text(first.source, first.found)} ({_known_to(first.source)}){more}"
 
 
-def instrument_texts(d: Diagnosis) -> list[str]:
+def instrument_texts(d: Diagnosis, unit: str = "N") -> list[str]:
     """All that is said of instruments in sentences, as far as there is anything to say."""
-    return [*odd_run_texts(d), *asked_texts(d), *filter(None, [explaining_text(d)]), *rival_texts(d)]
+    return [*odd_run_texts(d), *asked_texts(d), *filter(None, [explaining_text(d, unit)]), *rival_texts(d)]
 
 
 def odd_run_texts(d: Diagnosis) -> list[str]:

@@ -1,10 +1,16 @@
 """The verdict for practice, in a sentence and for machines."""
 
+from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 from fitting.diagnosis.outcomes import NOTHING_MISSING, Verdict
+from fitting.diagnosis.record import Diagnosis
+from fitting.diagnosis.step_rules import RULES
+from fitting.diagnosis.tiers import is_left
 from fitting.report.text.amounts import percent
 from fitting.report.text.names import marked
+from fitting.report.text.next_step import shell_words
 from fitting.study.practice import Practice
 
 
@@ -24,6 +30,17 @@ def explained_text(found: Practice) -> str:
 def left_text(found: Practice) -> str:
     """Whether what is left is little: the sentence that follows `explained_text`."""
     return f"What is left is {_size(found)}{_outside(found)}."
+
+
+def small_rest_texts(d: Diagnosis, enough: float, data: Sequence[str]) -> list[str]:
+    """That what is missing was left as it is, for it is so small, and how to look into it; nothing where it was not."""
+    if not is_left(d, replace(RULES, enough=enough)):
+        return []
+    share = f"{50 * d.beyond_noise / d.full_scale:.1g} %"
+    return [
+        "What is missing is small, and single effects that would take a part of it were not added. To add them while "
+        f"they pay: mckibben discover {shell_words(data)} --enough '{share}'"
+    ]
 
 
 def _outside(found: Practice) -> str:
@@ -51,7 +68,7 @@ def _rest(found: Practice) -> str:
     if found.strained:
         return "What remains could come from the instruments only if one erred by more than three times its accuracy."
     if verdict == Verdict.NOT_IN_LIBRARY:
-        return "What remains follows no effect of the library."
+        return "No effect of the library explains all of what remains."
     if verdict == Verdict.WITHIN_INSTRUMENTS:
         return "What remains is within what the instruments may err by."
     if verdict in (Verdict.MISSING, Verdict.ONE_OF):
