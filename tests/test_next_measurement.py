@@ -108,6 +108,18 @@ def test_candidates_stay_inside_what_the_rig_has_shown(one_pressure):
     assert {p.test for p in grid(can) if p.beyond} == {"loop", "isometric"}
 
 
+@pytest.mark.parametrize(
+    ("interval", "tests", "quick"), [(0.01, "loop", True), (0.1, "loop", False), (1.0, "static", True)]
+)
+def test_a_sweep_that_the_logger_hardly_reads_is_not_asked_for(one_pressure, interval, tests, quick):
+    """A board that reads ten times a second was to sweep from 2 to 4 bar within 0.64 s: six readings."""
+    can = replace(rig_abilities(one_pressure[2]), interval=interval, tests=frozenset({tests}))
+    sweeps = [p.branch_time for p in grid(can) if p.test == "isometric"]
+    assert sweeps
+    assert (min(sweeps) < 1.3) is quick
+    assert tests == "static" or min(sweeps) >= 20 * interval
+
+
 def test_what_is_faster_than_the_data_show_says_so(one_pressure):
     """Three times as fast most rigs still go, but who reads the plan should know it before."""
     can = replace(rig_abilities(one_pressure[2]), tests=frozenset({"loop", "isometric"}), ramps=(1e4, 5e4))

@@ -101,5 +101,6 @@ def test_discover_says_it_on_the_terminal_on_the_page_and_in_json(tmp_path):
     assert text in shown
     after = "posterior" if said["verdict"] in NOTHING_MISSING else "plan"
     assert f"NEXT mckibben {after} {data} --model {tmp_path / 'm.toml'}" in shown  # not the baseline again
-    on_page = text.replace("which is", "What is left is")
-    assert on_page in " ".join((tmp_path / "r.html").read_text().split())
+    on_page = " ".join((tmp_path / "r.html").read_text().split())
+    assert text.replace("which is", "What is left is") in on_page
+    assert f"<code>mckibben {after} {data} --model {tmp_path / 'm.toml'}" in on_page  # as on the terminal

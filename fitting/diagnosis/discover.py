@@ -76,6 +76,7 @@ class _Way:
         self.families = {effect.family for effect in effects} - {None}
         self.steps: list[Step] = []
         self.seen: list[frozenset[str]] = []
+        self.looked_at: dict[tuple[frozenset[str], bool], tuple[Diagnosis, bool, tuple[Attempt, ...]]] = {}
 
     def begin(self, present: Sequence[Effect], start: Mapping[str, float] | None, confine: bool = False) -> Search:
         """The search of what is missing from a model."""
@@ -128,21 +129,29 @@ class _Way:
         return last, adequate
 
     def _larger(self, here: ModelOnTheWay) -> tuple[Diagnosis, bool, ModelOnTheWay | None, tuple[Attempt, ...]]:
-        """What a model lacks, whether that is nothing, the next model with more effects, and what was tried beside."""
+        """What a model lacks, whether that is nothing, the next model with more effects, and what was tried beside.
+
+        Where the way has come back to a model at which all was looked at, that is known, and nothing leads on from it.
+        """
         more = self._standing(here) < self.rules.steps and self._is_short
         if more:
             found, larger, attempts = plain_step(here, self.known, self.begin, self.rules)
             if found is not None and (larger := self._unseen(larger)) is not None:
                 return found, False, larger, attempts
-        with one_thread():
-            result = here.search.run()
-        found, larger, attempts = concluded(result), None, ()
-        if more:
-            tiers = worth_judging(found, self.rules)
-            larger, attempts = next_model(
-                result, here.present, tiers, found, self.known, self.begin, self.rules, self.added_to(here)
-            )
-        return found, result.base_is_adequate, self._unseen(larger), attempts
+        place = _names(here), here.search.base.confined
+        if place not in self.looked_at:
+            with one_thread():
+                result = here.search.run()
+            found, larger, attempts = concluded(result), None, ()
+            if more:
+                tiers = worth_judging(found, self.rules)
+                larger, attempts = next_model(
+                    result, here.present, tiers, found, self.known, self.begin, self.rules, self.added_to(here)
+                )
+            self.looked_at[place] = found, result.base_is_adequate, attempts
+            return found, result.base_is_adequate, self._unseen(larger), attempts
+        found, adequate, attempts = self.looked_at[place]
+        return found, adequate, None, attempts
 
     def _beside(self, here: ModelOnTheWay, adequate: bool) -> ModelOnTheWay | None:
         """The model to go on with where none with more effects is: one without what is idle, or one of as many."""

@@ -139,7 +139,8 @@ def _isometric(can: RigAbilities) -> list[Protocol]:
         between = (_round(low * can.pressure), _round(can.pressure))
         unseen = (*rig, *_faster_ramp(can, ramp))
         made.append(Protocol("isometric", between, (held, held), ramp, unseen=unseen, beyond=bool(rig)))
-    return made
+    shortest = GRID.fewest * can.interval if can.tests - {"static"} else 0.0  # a map says nothing of a logger
+    return [p for p in made if p.branch_time >= shortest]
 
 
 def _static(can: RigAbilities) -> list[Protocol]:

@@ -91,8 +91,8 @@ def command(**options: Any) -> None:
         run.print([line("MOTION", on_motions_text(motions), "bold"), *fit_report(final)])
     unsure = motions is not None and not motions.confirmed
     saved = ("--model", run.request.save) if run.request.save else ()
-    after = after_discovery(found.diagnosis, (*run.request.data_again, *saved)).command
-    run.print([line("SAVED", "nothing: the motions do not confirm it")] if unsure else save(run, final, after))
+    after = after_discovery(found.diagnosis, (*run.request.data_again, *saved))
+    run.print([line("SAVED", "nothing: the motions do not confirm it")] if unsure else save(run, final, after.command))
     result = {
         **diagnosis_result(found.diagnosis, compared),
         **fit_result(compared.fit),
@@ -102,7 +102,10 @@ def command(**options: Any) -> None:
     }
     run.write(result | on_motions_result(motions))
     if run.request.html:
-        write_page(run.request.html, found.task, compared, found.diagnosis, stages, enough=enough)
+        write_page(
+            run.request.html, found.task, compared, found.diagnosis, stages, enough=enough,
+            following=None if unsure else after,
+        )  # fmt: skip
     run.end(final.converged)
 
 

@@ -34,7 +34,7 @@ def effect_bars(
         for added, value, kind in bars
     ]
     name, size = showing.shown_in(unit, floor)
-    words = f"RMS error on held-out runs; dashed: the noise, {floor / size:.2g} {name}"
+    words = f"RMS error on held-out runs; dashed: the noise, {showing.figures(floor / size)} {name}"
     words = "RMS of what neither noise nor instruments within their accuracy can make" if lacking else words
     words += "; green: explains the data" if several or any(e.adequate for e in shown) else ""
     return f'<fieldset class="fall"><legend>{words}</legend>{"".join(rows)}</fieldset>'

@@ -22,7 +22,7 @@ def fall_html(stages: Sequence[Stage], floor: float, unit: str, named: Callable[
     rows = "".join(_row(named(stage_text(s)), s, floor, top, unit, f"{choose}{k}" * bool(choose))
                    for k, s in enumerate(stages))  # fmt: skip
     name, size = showing.shown_in(unit, floor)
-    words = f"RMS error; dashed: the noise, {floor / size:.2g} {name}"
+    words = f"RMS error; dashed: the noise, {showing.figures(floor / size)} {name}"
     words += "; orange mark: on held-out runs" if any(stage.held_out_rmse is not None for stage in stages) else ""
     return f'<fieldset class="fall"><legend>{words}</legend>{rows}</fieldset>'
 

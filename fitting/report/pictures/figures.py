@@ -45,7 +45,7 @@ def waterfall(stages: Sequence[Stage], floor: float, unit: str = "N") -> "Figure
             marked = "" if stage.held_out_rmse is None else f" (held out {stage.held_out_rmse / size:.3g})"
             _beside(axes, end, row, f"{stage.rmse / size:.3g} {name}{marked}")
         axes.axvline(floor / size, color=INK, linestyle=(0, (3, 2)), linewidth=1)
-        _beside(axes, floor / size, -0.75, f"noise {floor / size:.2g} {name}")
+        _beside(axes, floor / size, -0.75, f"noise {showing.figures(floor / size)} {name}")
         axes.set_yticks(range(len(stages)), [stage_text(stage) for stage in stages])
         axes.set_ylim(len(stages) - 0.5, -0.95)
         axes.set_xlim(0, 1.4 * max(max(s.rmse, s.held_out_rmse or 0.0, floor) for s in stages) / size)
