@@ -116,7 +116,8 @@ def _times(each: Blamed) -> str:
 def explaining_text(d: Diagnosis, unit: str = "N") -> str:
     """Which errors within their accuracy are at work, where instruments explain the misfit or most of it; else empty.
 
-    Where the most likely size of an error is far beyond its accuracy, it is said: the test does not see that.
+    Where instruments explain all, and the most likely size of an error is far beyond its accuracy, it is said: the test
+    does not see that. Where something else is missing, such a size stands for that.
     """
     most = d.verdict not in NOTHING_MISSING and d.unexplained < MOSTLY * d.beyond_noise
     if d.verdict != Verdict.WITHIN_INSTRUMENTS and not most:
@@ -126,12 +127,12 @@ def explaining_text(d: Diagnosis, unit: str = "N") -> str:
     beyond = [each for each in at_work if each.is_beyond]
     within = [each for each in at_work if not each.is_beyond]
     texts = [f"Most likely, {_phrases(within)}."] if within else []
-    more = f"The readings ask for far more than the accuracy: {_phrases(beyond)}. Check this first."
-    texts += [more] if beyond else []
-    if d.verdict != Verdict.WITHIN_INSTRUMENTS and texts:
+    if most:
         left, misfit = amount(d.unexplained, unit, 2), amount(d.beyond_noise, unit)
-        texts.insert(0, f"Errors of the instruments can make all but {left} of the misfit of {misfit}.")
-    return " ".join(texts)
+        about = f"Errors of the instruments can make all but {left} of the misfit of {misfit}."
+        return " ".join([about, *texts]) if within else ""
+    more = f"The readings ask for far more than the accuracy: {_phrases(beyond)}. Check this first."
+    return " ".join([*texts, more] if beyond else texts)
 
 
 def _phrases(errors: Sequence[InstrumentAnswer]) -> str:
