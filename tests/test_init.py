@@ -144,6 +144,16 @@ def test_a_muscle_that_pulls_a_spring_shortens_while_its_force_rises(tmp_path, i
     assert ("\nposition_sign = -1" in muscle_file(tmp_path)) is is_held
 
 
+@pytest.mark.parametrize(("above", "is_turned"), [(0.0, True), (0.5, True), (1.5, False)])
+def test_a_position_below_zero_lengthens_at_whatever_pressures(tmp_path, above, is_turned):
+    """Three pressures in one file: nothing said that the crosshead counted lengthening, and the fit was of nonsense."""
+    columns = loop_columns()
+    way = above - np.broadcast_to(columns.pop("contraction [%]"), 202) / 2  # down to -10 mm
+    shown = {"displacement [mm]": way, "pressure [bar]": np.repeat([1.5, 4.5], 101)}
+    (tmp_path / "rig.csv").write_text(table({**columns, **shown}))
+    assert ("\nposition_sign = -1" in muscle_file(tmp_path)) is is_turned
+
+
 def test_weights_that_are_hung_on_without_a_time_are_static_points(tmp_path):
     heads = "mass [kg],pressure [bar],length [mm],branch"
     rows = [f"{mass},{p},{300 - 8 * p - 2 * mass:.1f},contraction" for mass in (1, 2, 5) for p in (1, 2, 3)]

@@ -121,11 +121,15 @@ def plainly(found, monkeypatch):
     """
     asked = []
 
-    def one(leads, share, adequate=False, there=(), whole=None):
+    def one(leads, share, adequate=False, there=(), whole=None, measured=()):
         why = lambda added, fit, fits: SimpleNamespace(why=None if added == {whole} == fit else "p")  # noqa: E731
         fits = {frozenset(each): frozenset(each) for each in there}
         examiner = SimpleNamespace(adequacy=why)
-        glance = SimpleNamespace(base_is_adequate=adequate, world=None, base=None, fits=fits, examiner=examiner)
+        needs = {"a": ("wall_thickness",), "b": ()}
+        world = SimpleNamespace(
+            effects={name: SimpleNamespace(needs=each) for name, each in needs.items()}, measured={*measured}
+        )
+        glance = SimpleNamespace(base_is_adequate=adequate, world=world, base=None, fits=fits, examiner=examiner)
         here = SimpleNamespace(search=SimpleNamespace(glance=lambda: glance), present=[])
         leading = leads and Leading(leads, share, 1.0, 4.0)
         monkeypatch.setattr(making, "leading_of", lambda *_: leading)
@@ -156,6 +160,12 @@ def test_what_is_plainly_there_is_added_though_others_do_as_well(plainly):
     (said, larger, _), asked = plainly(None, 0.0, there=[("b",), ("a",)])
     assert asked == [[[("b",), ("a",)]]]  # in the order of what they leave
     assert (said.verdict, said.explanations, larger) == ("one of", (("b",), ("a",)), "larger")
+
+
+def test_what_acts_on_a_part_that_was_measured_comes_before_what_only_may_be_there(plainly):
+    """Strand bending took nearly the pull of a rubber wall whose thickness was stated, and was added in its place."""
+    (said, _, _), asked = plainly(None, 0.0, there=[("b",), ("a",)], measured=["wall_thickness"])
+    assert (asked, said.verdict) == ([[[("a",)]]], "missing")
 
 
 def test_nothing_is_plain_where_one_of_those_that_do_as_well_may_be_all_that_is_missing(plainly):

@@ -18,6 +18,7 @@ FILE_WORDS = (("release", "quick release"), ("isotonic", "isotonic"), ("isometri
 HUNG_LOADS = 20  # different readings of a load at most, where weights are hung on
 HELD_LENGTHS = 30  # different readings of the length at most, in an isometric test without noise
 SIGNED = ("displacement", "contraction")  # positions that have a sign
+ABOVE_REST = 0.1  # of a stroke below 0, that a muscle may read above 0: noise, and a zero that is not quite at rest
 RISES, HELD_PRESSURE = 0.8, 0.2  # correlation of force and such a position, share of the pressure it may change by
 VENTED, SWEPT = 0.9, ("isometric", "isotonic")  # atmospheres that a vented muscle reads at least; tests that may vent
 PLACED = 0.4  # of its largest reading: a position that comes nearer to 0 is no length of a muscle
@@ -42,7 +43,10 @@ class Guess:
 
     @property
     def position_sign(self) -> int:
-        """-1 where at a held pressure a force that pulls rises with the position: lengthening is positive there."""
+        """-1 where lengthening is positive: the position lies below 0, or a force that pulls rises with it.
+
+        No muscle is longer than at rest all the time; and the force says so only at a held pressure.
+        """
         position = next((name for name in SIGNED if name in (self.columns or {})), None)
         if (
             self.table is None
@@ -55,6 +59,8 @@ class Guess:
         place, force, pressure = signals[:, np.isfinite(signals).all(axis=0)]
         if not len(place) or not np.ptp(place) > 0 or not np.ptp(force) > 0 or np.median(force) <= 0:
             return 1
+        if np.max(place) < ABOVE_REST * -np.min(place):
+            return -1
         if np.ptp(np.quantile(pressure, [0.01, 0.99])) > HELD_PRESSURE * np.max(np.abs(pressure)):
             return 1  # where the pressure rises, the muscle may shorten against a spring
         return -1 if np.corrcoef(place, force)[0, 1] > RISES else 1
