@@ -125,7 +125,7 @@ def plainly(found, monkeypatch):
         why = lambda added, fit, fits: SimpleNamespace(why=None if added == {whole} == fit else "p")  # noqa: E731
         fits = {frozenset(each): frozenset(each) for each in there}
         examiner = SimpleNamespace(adequacy=why)
-        needs = {"a": ("wall_thickness",), "b": ()}
+        needs = {"a": ("wall_thickness",), "b": (), "c": ()}
         world = SimpleNamespace(
             effects={name: SimpleNamespace(needs=each) for name, each in needs.items()}, measured={*measured}
         )
@@ -164,8 +164,9 @@ def test_what_is_plainly_there_is_added_though_others_do_as_well(plainly):
 
 def test_what_acts_on_a_part_that_was_measured_comes_before_what_only_may_be_there(plainly):
     """Strand bending took nearly the pull of a rubber wall whose thickness was stated, and was added in its place."""
-    (said, _, _), asked = plainly(None, 0.0, there=[("b",), ("a",)], measured=["wall_thickness"])
-    assert (asked, said.verdict) == ([[[("a",)]]], "missing")
+    for leads, share, there in ((None, 0.0, [("b",), ("a",)]), (("b", "a"), 0.9, ())):
+        (said, _, _), asked = plainly(leads, share, there=there, measured=["wall_thickness"])
+        assert (asked[-1], said.verdict) == ([[("a",)]], "missing")
 
 
 def test_nothing_is_plain_where_one_of_those_that_do_as_well_may_be_all_that_is_missing(plainly):

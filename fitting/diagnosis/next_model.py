@@ -48,18 +48,18 @@ def plain_step(
 def _plain(result: SearchResult, rules: StepRules) -> list[tuple[str, ...]]:
     """The effects that are plainly there: what leads, or else all that do as well as the best.
 
-    Of the latter none where one may be the whole of what is missing: which of them it is, a verdict says better. What
-    acts on a part that somebody measured is there for certain, and comes before what only may be: a rubber wall before
-    the bending of strands, which takes nearly the same pull.
+    Of the latter none where one may be the whole of what is missing: which of them it is, a verdict says better.
+    What acts on a part that somebody measured is there for certain, and comes before what only may be: a rubber wall
+    before the bending of strands, which takes nearly the same pull.
     """
     asked = result.world, result.base, result.fits, result.examiner
     leads = leading_of(*asked)
     if leads is not None:
-        return [(name,) for name in leads.effects if leads.share >= rules.plain]
-    there = plainly_there(*asked, rules.plain)
-    adequacy = lambda added: result.examiner.adequacy(added, result.fits[added], result.fits)  # noqa: E731
-    if any(adequacy(added).why is None for added in there):
-        return []
+        there = [frozenset([name]) for name in leads.effects if leads.share >= rules.plain]
+    else:
+        there = plainly_there(*asked, rules.plain)
+        adequacy = lambda added: result.examiner.adequacy(added, result.fits[added], result.fits)  # noqa: E731
+        there = [] if any(adequacy(added).why is None for added in there) else there
     needs = {added: {need for name in added for need in result.world.effects[name].needs} for added in there}
     certain = [added for added in there if needs[added] and needs[added] <= result.world.measured]
     return [tuple(added) for added in certain or there]
