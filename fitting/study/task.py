@@ -137,6 +137,11 @@ def as_known(task: Task) -> tuple[Fit, tuple[str, ...]]:
     return evaluate(task.experiments, task.effects, values, free, task.varying.own), missing
 
 
+def unfitted(task: Task) -> Fit:
+    """The task's model at the values that are known, and else as measured and declared: nothing is fitted."""
+    return evaluate(task.experiments, task.effects, task.known, (), task.varying.own)
+
+
 # --------------------------------------------------------------------------------------------------------------- data
 
 

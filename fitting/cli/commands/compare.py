@@ -21,7 +21,8 @@ if TYPE_CHECKING:
 def command(alike: bool, **options: Any) -> None:
     """Compare the model with the data: how large the error is, where it is worst, and what kind it is.
 
-    Values that a model file gives are kept; what has no fitted value yet is fitted first.
+    Values that a model file gives are kept; what has no fitted value yet is fitted first. PREDICTED says how large the
+    error was before that.
     """
     run = start(options)
     from fitting.comparison.compare import compare
@@ -32,14 +33,19 @@ def command(alike: bool, **options: Any) -> None:
     from fitting.report.text.layout import line, lines, paste_line
     from fitting.report.text.names import marked
     from fitting.report.text.next_step import after_comparison
-    from fitting.study.task import as_known
+    from fitting.report.text.predicted import predicted_result, predicted_text
+    from fitting.study.task import as_known, unfitted
 
     with run.progress("fitting and comparing"):
         fit, fitted_here = as_known(run.task)
         found = compare(fit, run.task.experiments)
     can_be_known = _knowable(run, fit) if alike else None
     more = {} if can_be_known is None else {"alike": alike_result(can_be_known)}
-    if fitted_here:
+    if fitted_here and run.task.known:
+        before = compare(unfitted(run.task), run.task.experiments)
+        run.print([line("PREDICTED", predicted_text(before, fitted_here))])
+        more |= predicted_result(before, fitted_here)
+    elif fitted_here:
         run.print([line("FITTED", marked(name for name in fitted_here if name in fit.free) or "nothing")])
     run.print(lines("WARNING", fit_warnings(fit), "yellow") if fitted_here else [])
     run.print(comparison_report(found))
