@@ -113,6 +113,8 @@ def factor(unit: str, si: str) -> float:
     alike = given.dimensionality == wanted.dimensionality and _is_angle(given) == _is_angle(wanted)
     if not alike or _is_count(given):
         cure = f"give it in a unit like that of '{example(si)}'"
+        if si == "N" and unit in PULL_OF_MASS:
+            cure = f"write {PULL_OF_MASS[unit]} for what a load cell reads in {unit}"
         raise InputError(f"'{unit}' cannot be the unit of {quantity(si)}", cure=cure)
     return _finite(lambda: _registry().Quantity(1.0, given).to(wanted).magnitude, unit)
 

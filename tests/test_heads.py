@@ -60,6 +60,10 @@ def test_of_two_columns_that_of_the_usual_head_is_read(tmp_path):
     found, run = only_run(tmp_path / "twice")
     assert np.max(run.measured) == np.max(columns["force [N]"])
     assert "not used: force_kgf" in found.notes
+    folder_of(made(tmp_path / "positions"), table({"length_mm": 250.0, **columns}))
+    found, run = only_run(tmp_path / "positions")
+    assert run.contraction.max() == pytest.approx(columns["contraction [%]"].max() / 100)
+    assert "not used: length_mm" in found.notes
     folder_of(made(tmp_path / "mistake"), table({"force [kgf]": 1.0, **columns}))
     with pytest.raises(InputError, match="two columns are called force"):
         only_run(tmp_path / "mistake")

@@ -74,7 +74,7 @@ BAD_TABLES = {
         "",
         ("row 1", "'force [mm]'", "cannot be the unit of a force"),
     ),
-    "mass for force": (changed("force [N]", "force [kg]"), "", ("cannot be the unit of a force",)),
+    "mass for force": (changed("force [N]", "force [kg]"), "", ("cannot be the unit of a force", "write kgf for")),
     "no such unit": (changed("[bar]", "[Bahr]"), "", ("'Bahr' is not a unit",)),
     "case of unit": (changed("[bar]", "[MPA]"), "", ("did you mean 'MPa'?",)),
     "text": (

@@ -15,7 +15,8 @@ from fitting.posterior.quick import quick_look
 from fitting.posterior.record import Posterior
 from fitting.progress import Progress
 from fitting.study.diagnosing import diagnose_task
-from fitting.study.task import Task, as_known
+from fitting.study.known import as_known
+from fitting.study.task import Task
 from mckibben_jax.effect import name_of
 from mckibben_jax.model import Model
 from mckibben_jax.state import State

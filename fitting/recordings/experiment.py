@@ -19,14 +19,14 @@ from fitting.recordings.channel_errors import found_errors
 from fitting.recordings.common_accuracy import common_accuracy, common_accuracy_of, with_common
 from fitting.recordings.constants import with_constants
 from fitting.recordings.gaps import gap_notes
-from fitting.recordings.heads import COLUMNS
+from fitting.recordings.heads import COLUMNS, POSITIONS
 from fitting.recordings.kinds import INSIDE, is_recording
 from fitting.recordings.let_go import from_release, let_go_notes, stated_let_go
 from fitting.recordings.limits import TURNED_BY, slack_notes, with_limits
 from fitting.recordings.muscle_file import muscle_of, name_of, read_muscle, read_toml, source_of
 from fitting.recordings.noise import noise_of_inputs, one_load_cell
 from fitting.recordings.plausible import absolute_notes, check_plausible, without_copies
-from fitting.recordings.readings import POSITIONS, read_runs, with_hung_load
+from fitting.recordings.readings import read_runs, with_hung_load
 from fitting.recordings.records import FORCE_TESTS, TESTS, Experiment, Recording, Run
 from fitting.recordings.tables import Table, read_table
 from fitting.recordings.toml_rows import row_in_recording

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from fitting.errors import InputError, nearest
-from fitting.recordings.heads import COLUMNS, LETTERS, has_unit_of, meant_by_words, plain_name, split_head
+from fitting.recordings.heads import COLUMNS, LETTERS, has_unit_of, is_second, meant_by_words, plain_name, split_head
 from fitting.recordings.kinds import parts_of, recordings_in
 from fitting.recordings.readings import renamed
 from fitting.recordings.tables import Table, is_absolute, read_heads, read_table
@@ -149,17 +149,12 @@ def _columns(heads: list[str]) -> dict[str, str]:
     for guess in (_by_name, _by_word, _by_letter):
         for head in heads:
             name = guess(head)
-            if name and name not in found and head not in found.values() and not _second_position(name, found):
+            if name and head not in found.values() and not is_second(name, found):
                 found[name] = head
     for name, head in _by_unit([head for head in heads if found and head not in found.values()]):
-        if name not in found and not _second_position(name, found):
+        if not is_second(name, found):
             found[name] = head
     return {name: found[name] for name in COLUMNS if name in found}
-
-
-def _second_position(name: str, found: dict[str, str]) -> bool:
-    positions = ("contraction", "length", "displacement")
-    return name in positions and any(other in found for other in positions)
 
 
 def _by_name(head: str) -> str | None:

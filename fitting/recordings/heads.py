@@ -1,7 +1,7 @@
 """What a header cell says of its column: a name, a unit, and what the name most likely means."""
 
 import re
-from collections.abc import Iterator
+from collections.abc import Container, Iterator
 
 from fitting.units import dimension, is_unit
 
@@ -9,6 +9,7 @@ from fitting.units import dimension, is_unit
 COLUMNS = {"run": None, "time": "s", "pressure": "Pa", "set_pressure": "Pa", "contraction": "1", "length": "m",
            "displacement": "m", "force": "N", "load": "load", "branch": None}  # fmt: skip
 USUAL = {"s": "s", "Pa": "kPa", "1": "1", "m": "mm", "N": "N", "load": "kg"}  # what such a column is mostly given in
+POSITIONS = ("contraction", "length", "displacement")  # a recording has one of them
 _HEADER = re.compile(r"^(.*?)\s*(?:\[([^\]]*)\]|\(([^)]*)\))?$", re.DOTALL)
 
 # words in a header that betray what a column is, in English and in what loggers write
@@ -78,6 +79,11 @@ def meant_by_words(name: str) -> Iterator[str]:
     """What a column may be by the words in its name, the likeliest first."""
     text = name.lower().replace("_", " ")
     return (meant for meant, words in WORDS.items() if any(word in text for word in words))
+
+
+def is_second(name: str, found: Container[str]) -> bool:
+    """Whether a column of this name would be the second of its kind: a recording has one position, in whatever form."""
+    return name in found or (name in POSITIONS and any(other in found for other in POSITIONS))
 
 
 def has_unit_of(unit: str, name: str) -> bool:

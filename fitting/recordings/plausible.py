@@ -14,8 +14,8 @@ import numpy as np
 from fitting import showing
 from fitting.errors import InputError, alike
 from fitting.recordings.checks import PRESSURES
+from fitting.recordings.heads import POSITIONS
 from fitting.recordings.ideal import ideal_pull
-from fitting.recordings.readings import POSITIONS
 from fitting.recordings.records import FORCE_TESTS, Experiment, Recording, Run
 from fitting.recordings.settings import PLAUSIBLE
 from fitting.recordings.tables import Table, is_absolute

@@ -10,7 +10,7 @@ import numpy as np
 from fitting import units
 from fitting.errors import InputError, concerning, nearest, unknown_name
 from fitting.recordings.checks import PRESSURES, check_ranges, check_run
-from fitting.recordings.heads import COLUMNS, USUAL, plain_name
+from fitting.recordings.heads import COLUMNS, POSITIONS, USUAL, plain_name
 from fitting.recordings.held_lengths import held_stretches
 from fitting.recordings.records import FORCE_TESTS, Run
 from fitting.recordings.settings import TABLES
@@ -18,7 +18,6 @@ from fitting.recordings.tables import Table
 from fitting.showing import numbered_rows
 from mckibben_jax.muscle import Muscle
 
-POSITIONS = ("contraction", "length", "displacement")
 HELD = ("isometric", "static")  # tests in which a muscle may have one length throughout
 # 'up', 'down', 'loading': of the length, the force or the pressure? They are not in it.
 DIRECTIONS = {"contraction": 1, "inflate": 1, "elongation": -1, "deflate": -1,

@@ -12,7 +12,7 @@ import pandas as pd
 from fitting import units
 from fitting.errors import InputError, alike, nearest, unknown_name
 from fitting.recordings.cells import NUMBER
-from fitting.recordings.heads import COLUMNS, USUAL, has_suffix, plain_name, split_head
+from fitting.recordings.heads import COLUMNS, USUAL, has_suffix, is_second, plain_name, split_head
 from fitting.recordings.kinds import open_source
 from fitting.recordings.settings import TABLES
 from fitting.recordings.source import FAILED, Source
@@ -148,7 +148,7 @@ def _columns(
     free = [at for at in range(len(heads)) if at not in where.values()]
     for at in sorted(free, key=lambda at: has_suffix(heads[at])):
         name = plain_name(heads[at])
-        if name in COLUMNS and name not in called and not (name in where and has_suffix(heads[at])):
+        if name in COLUMNS and name not in called and not (has_suffix(heads[at]) and is_second(name, where)):
             if name in where:
                 raise InputError(f"two columns are called {name}", path, row, heads[at], cure="keep one of them")
             where[name] = at

@@ -9,9 +9,10 @@ import numpy as np
 from fitting.errors import InputError
 from fitting.recordings.accuracy_template import accuracy_lines
 from fitting.recordings.guesses import SIGNED, Guess, guesses_of
+from fitting.recordings.heads import POSITIONS
 from fitting.recordings.kinds import recordings_in
 from fitting.recordings.muscle_file import REQUIRED
-from fitting.recordings.readings import HELD, POSITIONS
+from fitting.recordings.readings import HELD
 from fitting.recordings.records import TESTS
 from fitting.showing import shown_in
 from fitting.writing import FULL, refused, text_replaced

@@ -7,8 +7,9 @@ from fitting.errors import InputError
 from fitting.least_squares.record import Fit
 from fitting.library.library import library
 from fitting.model_files.model_file import ModelFile, read_model
+from fitting.study.known import as_known
 from fitting.study.request import Request
-from fitting.study.task import Task, as_known, task_of
+from fitting.study.task import Task, task_of
 
 
 def fitted_data(given: dict[str, Any]) -> tuple[Task, Fit, Path]:

@@ -48,6 +48,7 @@ class Task:
     priors: dict[str, Prior] = dataclasses.field(default_factory=dict)  # as model.toml states them
     held: tuple[str, ...] = ()  # stated sizes that model.toml holds at their limit: all of them are confined
     kept: tuple[str, ...] = ()  # stated sizes that model.toml holds at a value of somebody's choice: they do not vary
+    is_of_others: bool = False  # whether model.toml was fitted to other data
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -95,8 +96,9 @@ def task_of(request: Request) -> Task:
         priors=stored.priors if stored else {},
         held=held,
         kept=kept,
+        is_of_others=stored is not None and not stored.fitted_to(experiments),
     )
-    if stored is not None and stored.fitted_to(experiments):
+    if stored is not None and not task.is_of_others:
         check_allowed(task.layout, task.known, stored.path)
     task = _with_settings(task, request.settings)
     _check(task, request)
@@ -122,24 +124,6 @@ def fit_task(task: Task) -> Fit:
     return fit(
         task.experiments, task.effects, start=task.known, starts=task.starts, shooting=task.shooting, **task.asked
     )
-
-
-def as_known(task: Task) -> tuple[Fit, tuple[str, ...]]:
-    """The task's model at the values that are known; what is not known is fitted first, and named."""
-    layout, free = task.layout, task.free_names
-    missing = tuple(name for name in free if name not in task.known)
-    if missing == free and free:
-        return fit_task(task), missing
-    values = task.known
-    if missing:
-        held = tuple(name for name in layout.names if name in task.known)
-        values = fit_task(dataclasses.replace(task, varying=task.varying.fixing(*held))).values
-    return evaluate(task.experiments, task.effects, values, free, task.varying.own), missing
-
-
-def unfitted(task: Task) -> Fit:
-    """The task's model at the values that are known, and else as measured and declared: nothing is fitted."""
-    return evaluate(task.experiments, task.effects, task.known, (), task.varying.own)
 
 
 # --------------------------------------------------------------------------------------------------------------- data

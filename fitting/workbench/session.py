@@ -24,9 +24,10 @@ from fitting.report.text.comparison import judgement
 from fitting.report.text.diagnosis import verdict_text
 from fitting.study.changing import Difference, with_added, with_dropped
 from fitting.study.diagnosing import candidates_of, diagnose_task
+from fitting.study.known import as_known
 from fitting.study.request import Request
 from fitting.study.stages import Stage
-from fitting.study.task import Task, as_known, fit_task, task_of
+from fitting.study.task import Task, fit_task, task_of
 from fitting.workbench.sliders import LaidOut, lay_out
 
 if TYPE_CHECKING:

@@ -34,14 +34,14 @@ def command(alike: bool, **options: Any) -> None:
     from fitting.report.text.names import marked
     from fitting.report.text.next_step import after_comparison
     from fitting.report.text.predicted import predicted_result, predicted_text
-    from fitting.study.task import as_known, unfitted
+    from fitting.study.known import as_known, unfitted
 
     with run.progress("fitting and comparing"):
         fit, fitted_here = as_known(run.task)
         found = compare(fit, run.task.experiments)
     can_be_known = _knowable(run, fit) if alike else None
     more = {} if can_be_known is None else {"alike": alike_result(can_be_known)}
-    if fitted_here and run.task.known:
+    if fitted_here and run.task.is_of_others:
         before = compare(unfitted(run.task), run.task.experiments)
         run.print([line("PREDICTED", predicted_text(before, fitted_here))])
         more |= predicted_result(before, fitted_here)

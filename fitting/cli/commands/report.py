@@ -43,7 +43,7 @@ def command(no_diagnosis: bool, **options: Any) -> None:
     from fitting.report.text.comparison import judgement
     from fitting.report.text.diagnosis import verdict_text
     from fitting.report.text.layout import line
-    from fitting.study.task import as_known
+    from fitting.study.known import as_known
 
     with run.progress("comparing") as progress:
         task = run.task
