@@ -119,6 +119,8 @@ def test_an_error_that_an_effect_of_the_model_stands_for_is_that_effects_alone(f
     found, exact = (fit([each], [*BASE, PressureGain()]) for each in (experiment, with_accuracy(folder)))
     assert found.error("pressure_gain.g") == pytest.approx(exact.error("pressure_gain.g"), rel=1e-6)
     assert not [s for s in found.errors.sources if (s.channel, s.kind) == (Channel.PRESSURE, ErrorKind.GAIN)]
+    held = fit([experiment], [*BASE, PressureGain()], free=[RADIUS], fix=["pressure_gain.g"])
+    assert held.error(RADIUS) == pytest.approx(0.025 * held.values[RADIUS], rel=0.02)  # held, it makes up for nothing
     without = Accuracy(skew=0.1, pressure=ChannelAccuracy(zero=3.0, gain=0.05)).without(
         [("time", "skew"), ("pressure", "gain")]
     )

@@ -1,5 +1,7 @@
 """What a header cell says: its name, its unit in brackets or behind the name, and what the name means."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from folders import folder_of, loop_columns, only_run, table
@@ -7,6 +9,7 @@ from folders import folder_of, loop_columns, only_run, table
 from fitting.errors import InputError
 from fitting.recordings.guesses import guesses_of
 from fitting.recordings.heads import plain_name, split_head
+from fitting.recordings.tables import _called
 
 
 @pytest.mark.parametrize(
@@ -30,6 +33,10 @@ from fitting.recordings.heads import plain_name, split_head
         ("set_pressure", "set_pressure", None),
         ("run_1", "run_1", None),
         ("mm", "mm", None),
+        ("extension_mm", "extension", "mm"),  # no tension, whatever letters are in it
+        ("compression_mm", "compression_mm", None),  # nobody knows that word; in pressures there are no millimetres
+        ("pull_length_mm", "pull_length", "mm"),
+        ("Millis", "Millis", "ms"),
         ("travel_mm [cm]", "travel_mm", "cm"),  # brackets have the last word
     ],
 )
@@ -82,3 +89,28 @@ def test_what_a_hobby_board_writes_is_known(tmp_path):
 
 def test_a_plain_name_has_no_unit():
     assert [plain_name(head) for head in ("Set pressure [bar]", "force_N", "p_g")] == ["set_pressure", "force", "p_g"]
+
+
+@pytest.mark.parametrize(
+    ("heads", "named", "read"),
+    [
+        (("travel_mm [mm]", "x [mm]"), "travel_mm", 0),  # a unit may be part of a name
+        (("F_N [N]", "F [kN]"), "F_N", 0),
+        (("F [kN]", "F_N [N]"), "F_N", 1),
+        (("F [kN]", "G [N]"), "F", 0),
+        (("F_N", "G [N]"), "F", 0),
+    ],
+)
+def test_a_column_is_found_by_what_it_is_called_before_its_unit_is_taken_off(heads, named, read):
+    assert _called("force", named, list(heads), Path("rig.csv")) == read
+
+
+def test_what_tells_no_more_than_the_usual_columns_stays_unused(tmp_path):
+    columns = loop_columns()
+    folder_of(made(tmp_path / "load"), table({"load_kg": 1.0, **columns}))
+    found, _ = only_run(tmp_path / "load")
+    assert "not used: load_kg" in found.notes
+    twice = {"force_kgf": 1.0, "force_N": columns.pop("force [N]"), **columns}
+    folder_of(made(tmp_path / "twice"), table(twice))
+    with pytest.raises(InputError, match="two columns are called force"):
+        only_run(tmp_path / "twice")

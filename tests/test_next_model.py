@@ -20,6 +20,7 @@ MOONEY, NEO = ("bladder_mooney_rivlin", "tip"), ("bladder_neo_hookean", "tip")
 def judged(name, gain_is_hidden):
     """A model with one effect more against which only its gain speaks, if anything."""
     end = SimpleNamespace(
+        world=SimpleNamespace(from_stated=lambda _: {}),
         fit=SimpleNamespace(vector=np.zeros(0), confined=False, free=()), rmse=1.0, held_out_rmse=1.0,
         left_out=np.ones(4), groups=np.arange(4), beyond=lambda: np.array([0.4, 0.5, 0.6, 0.5]),
     )  # fmt: skip

@@ -153,7 +153,7 @@ def test_the_rule_on_values_asks_one_parameter_of_an_effect_that_is_identified()
         ({"rmse": 6.0, "left_out": 5.0}, "one"),
         ({"rmse": 4.0, "left_out": 5.0, "confined": True}, "one"),  # it had to be forced into the stated sizes
         ({"rmse": 4.0, "left_out": 5.0, "free": ("a.K", "b.L", "b.M")}, "one"),  # it has a number more
-        ({"rmse": 4.0, "left_out": 5.0, "free": ("a.K", "b.L", "muscle.wall")}, "other"),  # a size is none
+        ({"rmse": 4.0, "left_out": 5.0, "free": ("a.K", "b.L", "muscle.radius")}, "other"),  # a stated size is none
         ({"rmse": 4.0, "left_out": 6.0}, "one"),  # held-out runs decide
     ],
 )

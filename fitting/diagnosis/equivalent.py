@@ -156,7 +156,7 @@ def _best_singles(
     examiner: Examiner,
     settings: VerdictSettings,
 ) -> _BestSingles | None:
-    """Those that lower the left-out error clearly; None where the best of all does not."""
+    """The single effects that lower the left-out error clearly; None where the best of all effects does not."""
     clearly = lambda worse, better: _clearly(worse, better, examiner.groups, settings.clearly)  # noqa: E731
     before = examiner.beyond_instruments(base)
     helps = lambda fit: clearly(before, examiner.beyond_instruments(fit))  # noqa: E731

@@ -104,6 +104,6 @@ def _is_sound(before: Fitted, after: Fitted, rules: StepRules) -> bool:
     rise, error = held_out.difference(after.beyond(), before.beyond(), before.groups)
     against = [why for why in unsound(before, after, rules) if not (simpler and why.reason is Fault.RISES)]
     as_read, scatter = held_out.difference(after.left_out, before.left_out, before.groups)
-    clearly_worse = np.isfinite(scatter) and as_read > scatter
+    clearly_worse = np.isfinite(scatter) and as_read > VERDICT.clearly * scatter
     allowed = error if simpler and np.isfinite(error) else 0.0  # infinite: of one group
     return rise <= allowed and not clearly_worse and not against

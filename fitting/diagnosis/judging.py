@@ -44,7 +44,7 @@ def in_order(sound: Sequence[Judged], rules: StepRules) -> list[Judged]:
 
     Where the best is not better than another by its standard error, held-out runs do not decide between them. Then one
     that stays by itself within the stated sizes comes first, then fewer numbers, then the smaller error in sample.
-    Sizes of the muscle are no such numbers: that a rubber can tell its wall says nothing against it.
+    Stated sizes are no such numbers: that a rubber can tell its wall says nothing against it.
     """
     order = sorted(sound, key=lambda t: t.after.held_out_rmse)
     if not order:
@@ -56,7 +56,8 @@ def in_order(sound: Sequence[Judged], rules: StepRules) -> list[Judged]:
         return fall <= rules.errors * error
 
     first = [t for t in order if rivals_the_best(t)]
-    numbers = lambda t: sum(owner_of(name) != "muscle" for name in t.after.fit.free)  # noqa: E731
+    stated = lambda t: t.after.world.from_stated(t.after.fit)  # noqa: E731
+    numbers = lambda t: len({*t.after.fit.free} - {*stated(t)})  # noqa: E731
     first.sort(key=lambda t: (t.after.fit.confined, numbers(t), t.after.rmse))
     return [*first, *(t for t in order if t not in first)]
 
@@ -124,7 +125,8 @@ def _giving_way(
 ) -> Judged | None:
     """A larger model without the effects of the smaller one that all objections are about; None unless that is sound.
 
-    All of them go or, where that is too much, one of them. It is sound if it obeys every rule; where the larger model
+    All of them go or, where that is too much, one of them; none, where an objection is about what may not go. It is
+    sound if it obeys every rule; where the larger model
     is adequate (`added` is None), nothing may be missing from it either.
     """
     idle = {owner_of(why.about) if why.reason in (Fault.BOUND, Fault.UNKNOWN) else "" for why in found.why}

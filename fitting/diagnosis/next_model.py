@@ -16,6 +16,7 @@ from fitting.diagnosis.search import Search
 from fitting.diagnosis.search_result import SearchResult
 from fitting.diagnosis.step_rules import StepRules, is_no_worse_beyond, objections
 from fitting.diagnosis.tiers import Tier
+from fitting.diagnosis.universe import Universe
 from fitting.threads import at_once
 from mckibben_jax.effect import Effect, name_of
 from mckibben_jax.model import with_effects
@@ -28,7 +29,8 @@ def plain_step(
 
     It is added before two at once are looked at: beside it they mean something else than without it. What the verdict
     then names is what was added, or, where others do as well, what that was chosen from; what takes its place once the
-    others are there is asked at the end. Nothing gives way to it before all else was looked at.
+    others are there is asked at the end. A part whose sizes are stated comes first: a rubber wall before the bending of
+    strands, which takes nearly the same pull. Nothing gives way to it before all else was looked at.
     """
     with one_thread():
         result = here.search.glance()
@@ -40,7 +42,8 @@ def plain_step(
         return None, None, ()
     found = concluded(result)
     leading = [names for names in (e.effects for e in found.tried) if names in plain]
-    larger, attempts = next_model(result, here.present, [leading], found, known, begin, rules)
+    measured = [names for names in leading if all(_was_measured(result.world, name) for name in names)]
+    larger, attempts = next_model(result, here.present, [measured or leading], found, known, begin, rules)
     verdict = Verdict.MISSING if len(leading) == 1 else Verdict.ONE_OF
     return replace(found, verdict=verdict, explanations=tuple(leading), nearest=()), larger, attempts
 
@@ -49,20 +52,20 @@ def _plain(result: SearchResult, rules: StepRules) -> list[tuple[str, ...]]:
     """The effects that are plainly there: what leads, or else all that do as well as the best.
 
     Of the latter none where one may be the whole of what is missing: which of them it is, a verdict says better.
-    What acts on a part that somebody measured is there for certain, and comes before what only may be: a rubber wall
-    before the bending of strands, which takes nearly the same pull.
     """
     asked = result.world, result.base, result.fits, result.examiner
     leads = leading_of(*asked)
     if leads is not None:
-        there = [frozenset([name]) for name in leads.effects if leads.share >= rules.plain]
-    else:
-        there = plainly_there(*asked, rules.plain)
-        adequacy = lambda added: result.examiner.adequacy(added, result.fits[added], result.fits)  # noqa: E731
-        there = [] if any(adequacy(added).why is None for added in there) else there
-    needs = {added: {need for name in added for need in result.world.effects[name].needs} for added in there}
-    certain = [added for added in there if needs[added] and needs[added] <= result.world.measured]
-    return [tuple(added) for added in certain or there]
+        return [(name,) for name in leads.effects if leads.share >= rules.plain]
+    there = plainly_there(*asked, rules.plain)
+    adequacy = lambda added: result.examiner.adequacy(added, result.fits[added], result.fits)  # noqa: E731
+    return [] if any(adequacy(added).why is None for added in there) else [tuple(added) for added in there]
+
+
+def _was_measured(world: Universe, name: str) -> bool:
+    """Whether an effect is a part of the muscle, as a rubber wall is, whose sizes are stated."""
+    effect = world.effects[name]
+    return bool(effect.gives and effect.needs) and {*effect.needs} <= world.measured
 
 
 def next_model(

@@ -19,7 +19,7 @@ def proposals(found: Diagnosis, rules: StepRules = RULES) -> list[Tier]:
     is missing for certain, every other effect. Two at once come after all that stand alone. Each tier is in the order
     of its held-out errors.
     Where something is missing for certain, and it is small, only what the verdict names: piece by piece the rest would
-    be laid on effects that are not there. Not where a user cannot live with it.
+    be laid on effects that are not there. Where it is more than a user can live with, all are asked.
     Where instruments had to err by far more than their accuracy, or where the test sees nothing missing though an
     added effect lowers the error, every effect alone is asked.
     """

@@ -44,7 +44,7 @@ def evaluate(
     at = _along(searches.at(whole, place).at(searches.standard.rows), [name in names for name in free])
     held = tuple(name for name in free if name not in names)
     refuse_no_number(np.asarray(at.rows)[: len(samples)], samples, experiments)
-    errors = errors_in(searches, whole, vector, samples, accuracies_of(experiments)) if names else None
+    errors = errors_in(searches, layout, whole, vector, samples, accuracies_of(experiments)) if names else None
     return record_fit(
         layout, given, samples, subset, names, at, errors=errors, held=held, search=SearchSummary(evaluated=True)
     )

@@ -141,11 +141,11 @@ def fit_problem(
     if not np.isfinite(result.cost):
         lost = _not_fitted(layout, given, samples, searches, subset.vector(np.asarray(begin[0])), held)
         return replace(lost, converged=False, search=summary, failures=failures)
-    errors = errors_in(searches, whole, subset.vector(result.place), samples, accuracies)
+    errors = errors_in(searches, layout, whole, subset.vector(result.place), samples, accuracies)
     other = None if moves else _in_another_valley(searches, subset, result, np.asarray(begin), errors)
     if other is not None:
         result, summary = other, replace(summary, unbent=True)
-        errors = errors_in(searches, whole, subset.vector(result.place), samples, accuracies)
+        errors = errors_in(searches, layout, whole, subset.vector(result.place), samples, accuracies)
     best, converged = result.best.at(searches.standard.rows), _converged(result)
     fit = record_fit(
         layout, given, samples, subset, names, best, errors=errors, held=held, converged=converged, search=summary

@@ -1,7 +1,7 @@
 """What a header cell says of its column: a name, a unit, and what the name most likely means."""
 
 import re
-from collections.abc import Container, Iterator
+from collections.abc import Iterable, Iterator
 
 from fitting.units import dimension, is_unit
 
@@ -10,6 +10,7 @@ COLUMNS = {"run": None, "time": "s", "pressure": "Pa", "set_pressure": "Pa", "co
            "displacement": "m", "force": "N", "load": "load", "branch": None}  # fmt: skip
 USUAL = {"s": "s", "Pa": "kPa", "1": "1", "m": "mm", "N": "N", "load": "kg"}  # what such a column is mostly given in
 POSITIONS = ("contraction", "length", "displacement")  # a recording has one of them
+PULLS = ("force", "load")
 _HEADER = re.compile(r"^(.*?)\s*(?:\[([^\]]*)\]|\(([^)]*)\))?$", re.DOTALL)
 
 # words in a header that betray what a column is, in English and in what loggers write
@@ -34,16 +35,20 @@ SUFFIXES = ("mm", "cm", "bar", "mbar", "psi", "kPa", "kpa", "MPa", "Pa", "hPa", 
 
 def split_head(head: str) -> tuple[str, str | None]:
     """Name and unit of a header cell 'name [unit]', 'name (unit)' or 'name_unit'; None where there is no unit."""
+    name, unit = split_brackets(head)
+    return _split_name(name) if unit is None else (name, unit)
+
+
+def split_brackets(head: str) -> tuple[str, str | None]:
+    """The same of a header cell whose unit stands in brackets; None where there are none."""
     match = _HEADER.match(head.strip())
     assert match is not None  # the pattern matches every text
-    name, unit = match[1].strip(), match[2] if match[2] is not None else match[3]
-    return _split_name(name) if unit is None else (name, unit)
+    return match[1].strip(), match[2] if match[2] is not None else match[3]
 
 
 def has_suffix(head: str) -> bool:
     """Whether a header cell has its unit behind its name, where it may be part of the name."""
-    name, unit = split_head(head)
-    return (unit is not None and name in CLOCKS) or head.strip() == f"{name}_{unit}"
+    return split_brackets(head)[1] is None and split_head(head)[1] is not None
 
 
 def _split_name(name: str) -> tuple[str, str | None]:
@@ -54,7 +59,7 @@ def _split_name(name: str) -> tuple[str, str | None]:
     if not front or unit not in SUFFIXES:
         return name, None
     meant = meant_by(front)
-    fits = len(unit) > 1 if meant is None else has_unit_of(unit, meant)
+    fits = any(has_unit_of(unit, each) for each in meant) if meant else len(unit) > 1
     return (front, unit) if fits else (name, None)
 
 
@@ -67,12 +72,12 @@ def _plain(name: str) -> str:
     return re.sub(r"[\s\-]+", "_", name.lower())
 
 
-def meant_by(name: str) -> str | None:
-    """What a column of this name most likely is, by the name itself, a word in it, or a letter; None: nobody knows."""
+def meant_by(name: str) -> tuple[str, ...]:
+    """What a column of this name may be: by the name itself, else by words in it and a letter; none: nobody knows."""
     plain = _plain(name)
     if plain in COLUMNS:
-        return plain
-    return next(meant_by_words(name), None) or LETTERS.get(plain)
+        return (plain,)
+    return (*meant_by_words(name), *([LETTERS[plain]] if plain in LETTERS else []))
 
 
 def meant_by_words(name: str) -> Iterator[str]:
@@ -81,9 +86,9 @@ def meant_by_words(name: str) -> Iterator[str]:
     return (meant for meant, words in WORDS.items() if any(word in text for word in words))
 
 
-def is_second(name: str, found: Container[str]) -> bool:
+def is_second(name: str, found: Iterable[str]) -> bool:
     """Whether a column of this name would be the second of its kind: a recording has one position, in whatever form."""
-    return name in found or (name in POSITIONS and any(other in found for other in POSITIONS))
+    return any(name in kind and not kind.isdisjoint(found) for kind in ({name}, {*POSITIONS}))
 
 
 def has_unit_of(unit: str, name: str) -> bool:

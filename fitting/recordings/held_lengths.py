@@ -10,18 +10,20 @@ from fitting.recordings.settings import TABLES
 STANDS = 0.25  # of what a held length may wander: the middle half of a stretch that stands; of a ramp it is a half
 LEAST, MOST_LEVELS = 0.02, 50  # share of the readings at one length; lengths of one recording: chosen
 MOSTLY = 0.5  # of the readings, that stand: else the length is not held; chosen
+SWEPT = 0.5  # of the range of pressure, that is swept at each length; chosen
 
 
-def held_stretches(contraction: np.ndarray) -> list[np.ndarray]:
-    """The positions of each stretch at one length, of contractions (samples,) in the order of time.
+def held_stretches(contraction: np.ndarray, pressure: np.ndarray) -> list[np.ndarray]:
+    """The positions of each stretch at one length, of contractions and pressures (samples,) in the order of time.
 
-    A new one begins where the length jumps by more than a wandering sensor does; what then wanders too far is cut where
-    it moves, if it mostly stands.
+    A new one begins where the length jumps by more than a wandering sensor does. What then wanders too far is cut where
+    it moves, if it mostly stands, at two lengths or more, and the pressure is swept at each. A rig that gives way where
+    the pressure steps moves with the pressure; it is left as it is, for it holds no length.
     """
     everything = np.arange(len(contraction))
     jumps = np.flatnonzero(np.abs(np.diff(contraction)) > TABLES.held / 2) + 1
     parts = [part for part in np.split(everything, jumps) if len(part) >= TABLES.fewest_samples]
-    return [stretch for part in parts or [everything] for stretch in _standing(contraction, part)]
+    return [stretch for part in parts or [everything] for stretch in _standing(contraction, pressure, part)]
 
 
 def wanders(contraction: np.ndarray) -> bool:
@@ -29,15 +31,18 @@ def wanders(contraction: np.ndarray) -> bool:
     return len(contraction) > 0 and bool(np.ptp(np.quantile(contraction, [0.02, 0.98])) > TABLES.held)
 
 
-def _standing(contraction: np.ndarray, part: np.ndarray) -> list[np.ndarray]:
-    """The part itself where its length is held, or where it mostly moves; else the stretches in which it stands."""
+def _standing(contraction: np.ndarray, pressure: np.ndarray, part: np.ndarray) -> list[np.ndarray]:
+    """The part itself where its length is held, or where nobody held it; else the stretches in which it stands."""
     if not wanders(contraction[part]):
         return [part]
     level = _level_of(contraction[part])
     pieces = np.split(np.arange(len(part)), np.flatnonzero(np.diff(level)) + 1)
     kept = [at for at in pieces if level[at[0]] >= 0 and len(at) >= TABLES.fewest_samples]
     stands = [at for at in kept if _spread(contraction[part][at]) < STANDS * TABLES.held]
-    return [part[at] for at in stands] if sum(map(len, stands)) > MOSTLY * len(part) else [part]
+    swept = all(_range(pressure[part][at]) >= SWEPT * _range(pressure[part]) for at in stands)
+    several = len({int(level[at[0]]) for at in stands}) > 1
+    mostly = sum(map(len, stands)) > MOSTLY * len(part)
+    return [part[at] for at in stands] if several and swept and mostly else [part]
 
 
 def _level_of(contraction: np.ndarray) -> np.ndarray:
@@ -52,6 +57,11 @@ def _level_of(contraction: np.ndarray) -> np.ndarray:
         level[(level < 0) & (np.abs(contraction - middle) <= TABLES.held / 2)] = number
         found = found[np.abs(found - middle) > TABLES.held / 2]
     return level
+
+
+def _range(values: np.ndarray) -> float:
+    known = values[np.isfinite(values)]
+    return float(np.ptp(known)) if len(known) else 0.0
 
 
 def _spread(values: np.ndarray) -> float:

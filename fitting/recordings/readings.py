@@ -213,7 +213,7 @@ def _runs(r: Run, table: Table, test: str, counts: Counter[str]) -> list[tuple[s
 def _held_lengths(r: Run, timed: np.ndarray, counts: Counter[str]) -> list[tuple[str, np.ndarray]]:
     """Stretches of one length, each a run."""
     rows = np.flatnonzero(timed & ~np.isnan(r.contraction))
-    parts = [rows[at] for at in held_stretches(r.contraction[rows])]
+    parts = [rows[at] for at in held_stretches(r.contraction[rows], r.pressure[rows])]
     counts["between two lengths"] += len(rows) - sum(map(len, parts))
     return [(str(number), part) for number, part in enumerate(parts, 1)]
 

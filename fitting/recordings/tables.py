@@ -1,7 +1,7 @@
 """Recordings as tables in SI: which column is what, its unit, and every cell checked before it becomes a number."""
 
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -12,7 +12,16 @@ import pandas as pd
 from fitting import units
 from fitting.errors import InputError, alike, nearest, unknown_name
 from fitting.recordings.cells import NUMBER
-from fitting.recordings.heads import COLUMNS, USUAL, has_suffix, is_second, plain_name, split_head
+from fitting.recordings.heads import (
+    COLUMNS,
+    PULLS,
+    USUAL,
+    has_suffix,
+    is_second,
+    plain_name,
+    split_brackets,
+    split_head,
+)
 from fitting.recordings.kinds import open_source
 from fitting.recordings.settings import TABLES
 from fitting.recordings.source import FAILED, Source
@@ -148,7 +157,8 @@ def _columns(
     free = [at for at in range(len(heads)) if at not in where.values()]
     for at in sorted(free, key=lambda at: has_suffix(heads[at])):
         name = plain_name(heads[at])
-        if name in COLUMNS and name not in called and not (has_suffix(heads[at]) and is_second(name, where)):
+        beside = [other for other, place in where.items() if not has_suffix(heads[place])]
+        if name in COLUMNS and name not in called and not (has_suffix(heads[at]) and _is_told(name, beside)):
             if name in where:
                 raise InputError(f"two columns are called {name}", path, row, heads[at], cure="keep one of them")
             where[name] = at
@@ -160,10 +170,18 @@ def _columns(
     return where, unused
 
 
+def _is_told(name: str, beside: Sequence[str]) -> bool:
+    """Whether columns with the usual heads tell what this one may tell; of force and load a recording needs one."""
+    return is_second(name, beside) or (name in PULLS and not set(PULLS).isdisjoint(beside))
+
+
 def _called(name: str, head: str, heads: list[str], path: Path) -> int:
-    """The column that `columns` names: by the whole header cell, or by its name without the unit."""
-    for same in (lambda h: h == head.strip(), lambda h: split_head(h)[0] == split_head(head)[0]):
-        found = [at for at, h in enumerate(heads) if same(h)]
+    """The column that `columns` names: by the whole header cell, or by its name without the unit.
+
+    A unit behind a name may be part of it: as long as a column is called so with it, no other is meant.
+    """
+    for part in (str.strip, lambda h: split_brackets(h)[0], lambda h: split_head(h)[0]):
+        found = [at for at, h in enumerate(heads) if part(h) == part(head)]
         if len(found) > 1:
             cure = "give each a name of its own"
             raise InputError(f"{len(found)} columns are called '{head}', which is to be {name}", path, cure=cure)

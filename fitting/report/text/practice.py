@@ -34,12 +34,13 @@ def left_text(found: Practice) -> str:
 
 def small_rest_texts(d: Diagnosis, enough: float, data: Sequence[str]) -> list[str]:
     """That what is missing was left as it is, for it is so small, and how to look into it; nothing where it was not."""
-    if not is_left(d, replace(RULES, enough=enough)):
+    governed = d.verdict in (Verdict.NOT_IN_LIBRARY, Verdict.MISSING, Verdict.ONE_OF) and d.beyond_noise > 0
+    if not governed or not is_left(d, replace(RULES, enough=enough)):
         return []
     share = f"{50 * d.beyond_noise / d.full_scale:.1g} %"
     return [
-        "What is missing is small, and single effects that would take a part of it were not added. To add them while "
-        f"they pay: mckibben discover {shell_words(data)} --enough '{share}'"
+        "What is missing is small. Single effects that would take a part of it were not added. This command adds them "
+        f"as long as they pay: mckibben discover {shell_words(data)} --enough '{share}'"
     ]
 
 
