@@ -179,12 +179,13 @@ def _by_letter(head: str) -> str | None:
 def _by_unit(heads: list[str]) -> Iterator[tuple[str, str]]:
     """What columns are of which no name is known, where only one of them has such a unit."""
     for name in ("time", "pressure", "displacement", "force"):
-        alike = [head for head in heads if _has_unit_of(head, str(COLUMNS[name]))]
+        alike = [head for head in heads if _is_given_in(head, str(COLUMNS[name]))]
         if len(alike) == 1:
             yield name, alike[0]
 
 
-def _has_unit_of(head: str, si: str) -> bool:
+def _is_given_in(head: str, si: str) -> bool:
+    """Whether a column has a unit of this dimension; a mass is none of a force here, for nothing names the column."""
     unit = split_head(head)[1]
     return bool(unit) and is_unit(unit) and dimension(unit) == dimension(si)
 
