@@ -15,6 +15,7 @@ from fitting.problem.residuals import problem
 from fitting.problem.sizes import of_standard_size
 from fitting.problem.unknowns import unknowns
 from fitting.problem.varying import AS_DECLARED, Varying
+from fitting.recordings.hoses import with_hose_sizes
 from fitting.recordings.records import Experiment, force_was_measured
 from mckibben_jax.effect import Effect, name_of
 from mckibben_jax.muscle import quantities
@@ -36,6 +37,7 @@ def universe(
 
     What cannot be tested stands in the layout too, switched off for good: all data sets then have one compiled program.
     """
+    experiments = with_hose_sizes(experiments)
     present = [name_of(effect) for effect in effects]
     others = [effect for effect in candidates if name_of(effect) not in present]
     reasons = {name_of(effect): _why_not(effect, experiments) for effect in others}

@@ -1,6 +1,6 @@
 """Parameter sets that the data leave open, drawn for domain randomisation; and a model with given parameters."""
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
 import equinox as eqx
@@ -33,10 +33,9 @@ class Draws:
         names, units = (tuple(some[at] for at in kept) for some in (self.names, self.units))
         return Draws(names, units, self.values[:, kept], self.origin)
 
-    def of_set(self, dataset: str) -> "Draws":
-        """Those of one data set, where each has values of its own: 'muscle.radius@a' is called 'muscle.radius' then."""
-        own = {at: full_names.common(name) for at, name in enumerate(self.names)
-               if name in (full_names.common(name), full_names.of_set(full_names.common(name), dataset))}  # fmt: skip
+    def of_set(self, mine: Collection[str]) -> "Draws":
+        """Those of one data set's full names: 'muscle.radius@a' is called 'muscle.radius' then."""
+        own = {at: full_names.common(name) for at, name in enumerate(self.names) if name in mine}
         return Draws(tuple(own.values()), tuple(self.units[at] for at in own), self.values[:, [*own]], self.origin)
 
 

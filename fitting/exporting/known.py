@@ -43,7 +43,9 @@ class Known:
 
     def draws(self, count: int, seed: int, dataset: str | None = None) -> Draws:
         """So many sets of parameters of one data set, the first unless named; InputError where none varies."""
-        return self._draws(count, seed).of_set(dataset or self.task.experiments[0].name)
+        names = [each.name for each in self.task.experiments]
+        number = names.index(dataset) if dataset else 0
+        return self._draws(count, seed).of_set(self.fit.layout.names_of(number).values())
 
     def _draws(self, count: int, seed: int) -> Draws:
         if not self.fit.free:

@@ -85,7 +85,7 @@ def _fit_of_forces(
     read = [experiment for each in experiments if (experiment := as_force(each)[0]).recordings]
     if not any(is_read_as_force(recording) for experiment in read for recording in experiment.recordings):
         return None
-    layout = unknowns(read, effects, own, several=len(experiments) > 1)
+    layout = unknowns(read, effects, own, among=experiments)
     given, samples = problem(read, layout)
     asked = [name for name in names if name in layout.names]
     found = fit_problem(layout, given, samples, layout.vector_of(start), asked, tuple(start), starts=starts, seed=seed)

@@ -12,6 +12,7 @@ from fitting.library.library import library, with_line
 from fitting.library.line import defined_name
 from fitting.problem.estimate import ParameterState
 from fitting.problem.priors import Prior, stated_priors
+from fitting.recordings.hoses import is_of_hose
 from fitting.recordings.muscle_file import line_of, read_toml
 from fitting.recordings.records import Experiment
 from fitting.version import NAME, program_version
@@ -35,6 +36,7 @@ class ModelFile:
     states: dict[str, ParameterState]
     data: dict[str, str] = field(default_factory=dict)  # data set -> sha256
     priors: dict[str, Prior] = field(default_factory=dict)  # by full name, for the posterior
+    hoses: dict[str, str] = field(default_factory=dict)  # data set by name -> the hose that its muscle is cut from
 
     def fitted_to(self, experiments: Sequence[Experiment]) -> bool:
         """Whether these are the very data that it was fitted to."""
@@ -59,13 +61,23 @@ class ModelFile:
             raise unknown_name("data set", asked, (*self.sets, *folders), self.path)
         return asked if asked in self.sets else folders[asked]
 
-    def of_set(self, dataset: str) -> "ModelFile":
-        """The same with the muscle and the effects of one of its data sets."""
+    def sizes_of(self, dataset: str) -> dict[str, float]:
+        """The sizes of one data set's muscle, SI: 'radius' and others."""
         first = dataset == self.name
         names = {
             name: f"muscle.{name}" if first else full_names.of_set(f"muscle.{name}", dataset) for name in quantities()
         }
-        sizes = {name: self.values[full] for name, full in names.items() if full in self.values}
+        return {name: self.values[full] for name, full in names.items() if full in self.values}
+
+    def sizes_of_hose(self, hose: str) -> dict[str, float]:
+        """The sizes that muscles of this hose share, by full name, SI; nothing where none of its data sets is of it."""
+        members = [dataset for dataset, of_it in self.hoses.items() if of_it == hose]
+        sizes = {f"muscle.{name}": value for name, value in self.sizes_of(members[0]).items()} if members else {}
+        return {name: value for name, value in sizes.items() if is_of_hose(name)}
+
+    def of_set(self, dataset: str) -> "ModelFile":
+        """The same with the muscle and the effects of one of its data sets."""
+        sizes = self.sizes_of(dataset)
         effects = tuple(self._effect_of_set(effect, dataset) for effect in self.effects)
         return replace(self, muscle=_muscle(sizes, self.path) if sizes else None, effects=effects)
 
@@ -102,7 +114,8 @@ def read_model(path: Path | str, known: dict[str, type[Effect]] | None = None) -
     if not isinstance(entries, list) or not entries:
         raise InputError("the model has no effect", path, cure='add [[effect]] and below it name = "ideal_cylinder"')
     effects = tuple(_read_effect(entry, known, path, raw, values, states) for entry in entries)
-    data = _subtable(_subtable(table, "fitted_to", path, raw), "data", path, raw)
+    fitted_to = _subtable(table, "fitted_to", path, raw)
+    data, hoses = (_subtable(fitted_to, key, path, raw) for key in ("data", "hoses"))
     return ModelFile(
         path,
         str(table.get("name", path.resolve().parent.name)),
@@ -112,6 +125,7 @@ def read_model(path: Path | str, known: dict[str, type[Effect]] | None = None) -
         states,
         {name: str(text).removeprefix("sha256:") for name, text in data.items()},
         stated_priors(table, effects, path, raw),
+        {name: str(hose) for name, hose in hoses.items()},
     )
 
 

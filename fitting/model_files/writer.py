@@ -11,7 +11,7 @@ from pathlib import Path
 import tomlkit
 from tomlkit.items import InlineTable, Table
 
-from fitting import full_names, showing
+from fitting import showing
 from fitting.least_squares.record import Fit
 from fitting.library.line import Defined
 from fitting.model_files.model_file import FORMAT
@@ -20,7 +20,6 @@ from fitting.recordings.records import Experiment
 from fitting.version import program_version
 from fitting.writing import text_replaced
 from mckibben_jax.effect import Effect, name_of
-from mckibben_jax.muscle import quantities
 
 SEAL = "# Written by mckibben. Edit freely: it is then left alone. sha256 of what follows: "
 Entries = Mapping[str, tuple[Estimate, ParameterState]]  # by the parameter's name within its table
@@ -45,11 +44,12 @@ def write_model(path: Path | str, fit: Fit, experiments: Sequence[Experiment]) -
 
 def model_text(fit: Fit, experiments: Sequence[Experiment]) -> str:
     """A fitted model as the text of its file."""
-    muscles = {experiment.name: _muscle_of(fit, experiment.name) for experiment in experiments}
+    muscles = {experiment.name: _muscle_of(fit, number) for number, experiment in enumerate(experiments)}
     effects = [(effect, _effect_of(fit, name_of(effect))) for effect in fit.layout.templates[0].effects]
     first, *others = muscles
     data = {folder_name(e): f"sha256:{e.sha256}" for e in experiments}
-    return file_text(first, muscles[first], effects, {name: muscles[name] for name in others}, data)
+    fitted_to = {"data": data, "hoses": {e.name: e.hose for e in experiments if e.hose}}
+    return file_text(first, muscles[first], effects, {name: muscles[name] for name in others}, fitted_to)
 
 
 def folder_name(experiment: Experiment) -> str:
@@ -57,13 +57,12 @@ def folder_name(experiment: Experiment) -> str:
     return experiment.folder.resolve().name
 
 
-def _muscle_of(fit: Fit, dataset: str) -> Entries:
-    """The sizes of one data set's muscle: its own, or those that all data sets share."""
+def _muscle_of(fit: Fit, number: int) -> Entries:
+    """The sizes of one data set's muscle: its own, or those that it shares with others."""
     found = {}
-    for name in quantities():
-        common = f"muscle.{name}"
-        full = common if common in fit.layout.names else full_names.of_set(common, dataset)
-        if full in fit.layout.names:
+    for common, full in fit.layout.names_of(number).items():
+        owner, name = common.split(".", 1)
+        if owner == "muscle":
             # at the end of what was stated only its range keeps the fit from denying it; later commands keep to that
             kept = full in fit.at_bound and fit.layout.entry(full).prior is not None
             found[name] = fit.estimate(full), ParameterState.FIXED if kept else fit.state(full)
@@ -79,9 +78,12 @@ def file_text(
     muscle: Entries,
     effects: Iterable[tuple[Effect, Entries]],
     muscle_of: Mapping[str, Entries] | None = None,
-    data: Mapping[str, str] | None = None,
+    fitted_to: Mapping[str, Mapping[str, str]] | None = None,
 ) -> str:
-    """A model as the text of its file. `muscle_of` are the muscles of further data sets, `data` their digests."""
+    """A model as the text of its file. `muscle_of` are the muscles of further data sets.
+
+    `fitted_to` are the digests of the "data" by their folders, and the "hoses" that muscles are cut from by data set.
+    """
     document = tomlkit.document()
     document["format"] = FORMAT
     document["program"] = program_version()
@@ -93,8 +95,8 @@ def file_text(
     for effect, entries in effects:
         tables.append(_effect_table(effect, entries))
     document["effect"] = tables
-    if data:
-        document["fitted_to"] = {"data": _inline(data)}
+    if fitted_to:
+        document["fitted_to"] = {key: _inline(entries) for key, entries in fitted_to.items() if entries}
     return _sealed(tomlkit.dumps(document))
 
 

@@ -10,6 +10,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from fitting import full_names
+from fitting.recordings.hoses import hoses_of, is_of_hose, with_hose_sizes
 from fitting.recordings.records import Experiment
 from mckibben_jax.effect import Effect, name_of
 from mckibben_jax.model import Model, model
@@ -63,8 +64,8 @@ class Unknown:
 class Unknowns:
     """The flat vector of everything that may vary, and how each data set's model takes its values from it.
 
-    Effects' parameters are shared by all data sets, those of the muscle are each data set's own, as is every name
-    listed as `own`.
+    Effects' parameters are shared by all data sets, sizes of a hose by all that are cut from it; those of the muscle
+    are else each data set's own, as is every name listed as `own`.
     """
 
     entries: tuple[Unknown, ...]
@@ -81,6 +82,11 @@ class Unknowns:
         """The name of each data set, in their order; empty of a single one, whose names are those of all."""
         first = (self.names[int(places[0])] for places in self.places)  # a size of its muscle, which is its own
         return tuple(map(full_names.set_of, first))
+
+    def names_of(self, dataset: int) -> dict[str, str]:
+        """The full name of every unknown of one data set's model by its common name: 'tip.k' -> 'tip.k@second set'."""
+        mine = (self.names[int(at)] for at in self.places[dataset])
+        return {full_names.common(name): name for name in mine}
 
     def confined(self, errors: float) -> "Unknowns":
         """The same where a fit may deny no stated value by more than so many standard errors."""
@@ -142,16 +148,24 @@ class Unknowns:
 
 
 def unknowns(
-    experiments: Sequence[Experiment], effects: Sequence[Effect], own: Sequence[str] = (), several: bool | None = None
+    experiments: Sequence[Experiment],
+    effects: Sequence[Effect],
+    own: Sequence[str] = (),
+    among: Sequence[Experiment] | None = None,
 ) -> Unknowns:
-    """Lay out the unknowns of a set of effects on one or more data sets."""
-    several = len(experiments) > 1 if several is None else several
+    """Lay out the unknowns of a set of effects on one or more data sets.
+
+    They bear the names that they have `among` all these data sets, if these are only some of them.
+    """
+    whole = with_hose_sizes(experiments if among is None else among)
+    sized = {each.name: each for each in whole}
     entries: dict[str, Unknown] = {}
     templates, places = [], []
     for experiment in experiments:
-        template = model(experiment.muscle, *effects)
-        named = [*_of_muscle(experiment), *_of_effects(template)]
-        labelled = [_label(entry, experiment.name, several and _is_own(entry.name, own)) for entry in named]
+        muscle = sized[experiment.name]
+        template = model(muscle.muscle, *effects)
+        named = [*_of_muscle(muscle), *_of_effects(template)]
+        labelled = [_labelled(entry, _owner(entry.name, muscle, whole, own)) for entry in named]
         for entry in labelled:
             entries.setdefault(entry.name, entry)
         order = list(entries)
@@ -160,12 +174,18 @@ def unknowns(
     return Unknowns(tuple(entries.values()), tuple(templates), tuple(places))
 
 
-def _is_own(name: str, own: Sequence[str]) -> bool:
-    return name.startswith("muscle.") or name in own
+def _owner(name: str, experiment: Experiment, experiments: Sequence[Experiment], own: Sequence[str]) -> str:
+    """The data set or the hose whose own an unknown is; empty where all share it."""
+    if len(experiments) == 1 or not (name.startswith("muscle.") or name in own):
+        return ""
+    members = hoses_of(experiments).get(experiment.hose, ())
+    if name in own or not members or not is_of_hose(name):
+        return experiment.name
+    return experiment.hose if len(members) < len(experiments) else ""
 
 
-def _label(entry: Unknown, dataset: str, own: bool) -> Unknown:
-    return dataclasses.replace(entry, name=full_names.of_set(entry.name, dataset)) if own else entry
+def _labelled(entry: Unknown, owner: str) -> Unknown:
+    return dataclasses.replace(entry, name=full_names.of_set(entry.name, owner)) if owner else entry
 
 
 def _of_muscle(experiment: Experiment) -> list[Unknown]:

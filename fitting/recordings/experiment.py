@@ -23,7 +23,7 @@ from fitting.recordings.heads import COLUMNS, POSITIONS
 from fitting.recordings.kinds import INSIDE, is_recording
 from fitting.recordings.let_go import from_release, let_go_notes, stated_let_go
 from fitting.recordings.limits import TURNED_BY, slack_notes, with_limits
-from fitting.recordings.muscle_file import muscle_of, name_of, read_muscle, read_toml, source_of
+from fitting.recordings.muscle_file import hose_of, muscle_of, name_of, read_muscle, read_toml, source_of
 from fitting.recordings.noise import noise_of_inputs, one_load_cell
 from fitting.recordings.plausible import absolute_notes, check_plausible, without_copies
 from fitting.recordings.readings import read_runs, with_hung_load
@@ -93,6 +93,7 @@ def read_experiment(folder: Path | str) -> Experiment:
         digest.hexdigest(),
         source_of(table, path),
         units.unit_of(str(table["muscle"]["length"])),
+        hose=hose_of(table, path, raw),
     )
     return with_limits(without_copies(read))
 

@@ -8,14 +8,14 @@ from typing import Any
 
 import numpy as np
 
-from fitting import showing, units
+from fitting import full_names, showing, units
 from fitting.errors import InputError, unknown_name
 from fitting.recordings.settings import TABLES
 from fitting.units import Measured
 from mckibben_jax.laws.rubber import shear_modulus_of_hardness
 from mckibben_jax.muscle import Muscle, quantities
 
-TOP_KEYS = ("name", "muscle", "accuracy", "recording", "source")
+TOP_KEYS = ("name", "hose", "muscle", "accuracy", "recording", "source")
 INSTEAD = ("cord_length", "turns", "hardness")  # other ways to say the braid angle and the shear modulus
 TOO_MUCH = "a file of this kind has some dozens of lines; is it another file?"
 LEAST_ANGLE = math.radians(1.0)  # every braid has more, and every one in radians that is read as degrees has less
@@ -199,7 +199,19 @@ def muscle_of(table: dict[str, Any], path: Path, raw: bytes) -> tuple[Muscle, di
 
 def name_of(table: dict[str, Any], path: Path) -> str:
     """The muscle's name, or its folder's, without what would steer a screen."""
-    name = str(table.get("name") or path.resolve().parent.name)
+    return _printable(str(table.get("name") or path.resolve().parent.name))
+
+
+def hose_of(table: dict[str, Any], path: Path, raw: bytes) -> str:
+    """The name of the hose that the muscle is cut from, without what would steer a screen; empty where none is."""
+    hose = table.get("hose", "")
+    if not isinstance(hose, str) or full_names.OF in hose:
+        cure = 'write its name in quotes, without "@": hose = "DMSP-10"'
+        raise InputError("hose is no name", path, line_of(raw, "hose"), value=hose, cure=cure)
+    return _printable(hose.strip())
+
+
+def _printable(name: str) -> str:
     return "".join(letter if letter.isprintable() else "\N{REPLACEMENT CHARACTER}" for letter in name)
 
 

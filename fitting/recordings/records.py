@@ -160,6 +160,7 @@ class Experiment:
     length_unit: str = ""  # that muscle.toml gives the length in
     is_confined: bool = False  # a fit may not deny the stated sizes: they stay within what the statement allows
     notes: tuple[str, ...] = ()  # what its recordings cannot say even together
+    hose: str = ""  # that the muscle is cut from, by name: muscles of one hose share its sizes
 
     @property
     def units(self) -> tuple[Mapping[str, str], ...]:

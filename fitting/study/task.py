@@ -20,6 +20,7 @@ from fitting.problem.priors import Prior
 from fitting.problem.unknowns import Unknowns, unknowns
 from fitting.problem.varying import AS_DECLARED, Varying
 from fitting.recordings.experiment import read_experiment, read_single
+from fitting.recordings.hoses import with_hose_sizes
 from fitting.recordings.records import TESTS, Experiment
 from fitting.study.allowed import check_allowed
 from fitting.study.baseline import BASELINE
@@ -66,6 +67,11 @@ class Task:
         return {**self.varying.keywords, "seed": self.seed}
 
     @property
+    def knows_hose(self) -> bool:
+        """Whether a model of other data says what the sizes of the hose are."""
+        return self.is_of_others and any(full_names.owner_of(name) == "muscle" for name in self.known)
+
+    @property
     def free_names(self) -> tuple[str, ...]:
         """The names of all that varies in a fit."""
         return self.varying.names(self.layout)
@@ -78,7 +84,7 @@ class Task:
 def task_of(request: Request) -> Task:
     """Read the data and the model, and check every name before anything is computed."""
     known = library(request.effect_file, request.define)
-    experiments = _distinct(read_data(request))
+    experiments = with_hose_sizes(_distinct(read_data(request)))
     stored, effects, origin = _model(request, experiments, known)
     held = held_sizes(stored, experiments, request.free)
     kept = tuple(name for name in fixed_sizes(stored, experiments) if full_names.common(name) not in request.free)
@@ -179,14 +185,13 @@ def _model(
         unused = [e.name for e in experiments[1:] if not request.model and (e.folder / MODEL_FILE).is_file()]
         beside_it = f"; the model files of {', '.join(unused)} are not used" if unused else ""
         sized = any(name.startswith("muscle.") for name in stored.values)
-        other = "; its sizes of the muscle are not used, those of muscle.toml are"
-        not_used = other if sized and not stored.fitted_to(experiments) else ""
+        not_used = _sizes_not_used(stored, experiments) if sized and not stored.fitted_to(experiments) else ""
         return stored, stored.effects, f"from {stored.path}{beside_it}{not_used}"
     return None, tuple(kind() for kind in BASELINE), NO_MODEL
 
 
 def _known(stored: ModelFile | None, experiments: Sequence[Experiment]) -> dict[str, float]:
-    """Fitted values; those of the muscle only where these are the data that they were fitted to."""
+    """Fitted values; a muscle has those of its own data, and those of the hose that it is cut from."""
     if stored is None:
         return {}
     same = stored.fitted_to(experiments)
@@ -194,6 +199,26 @@ def _known(stored: ModelFile | None, experiments: Sequence[Experiment]) -> dict[
     if len(experiments) > 1:  # the first data set's are written without its name
         first = experiments[0].name
         values |= {full_names.of_set(name, first): value for name, value in values.items() if "@" not in name}
+    return values | _known_of_hoses(stored, experiments)
+
+
+def _sizes_not_used(stored: ModelFile, experiments: Sequence[Experiment]) -> str:
+    """What a model of other data says of the muscle, and whether it counts."""
+    hoses = [each.hose for each in experiments if stored.sizes_of_hose(each.hose)]
+    if not hoses:
+        return "; its sizes of the muscle are not used, those of muscle.toml are"
+    told = ", ".join(dict.fromkeys(hoses))
+    return f"; its sizes of the hose {told} are used, other sizes are those of muscle.toml"
+
+
+def _known_of_hoses(stored: ModelFile, experiments: Sequence[Experiment]) -> dict[str, float]:
+    """The sizes of each hose by every name that they may have: all data sets', those of the hose, or of a data set."""
+    values = dict[str, float]()
+    for each in experiments:
+        for name, value in (stored.sizes_of_hose(each.hose) if each.hose else {}).items():
+            values |= dict.fromkeys(
+                (name, *(full_names.of_set(name, owner) for owner in (each.hose, each.name))), value
+            )
     return values
 
 

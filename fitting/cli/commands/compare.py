@@ -43,7 +43,7 @@ def command(alike: bool, **options: Any) -> None:
     more = {} if can_be_known is None else {"alike": alike_result(can_be_known)}
     if fitted_here and run.task.is_of_others:
         before = compare(unfitted(run.task), run.task.experiments)
-        run.print([line("PREDICTED", predicted_text(before, fitted_here))])
+        run.print([line("PREDICTED", predicted_text(before, fitted_here, run.task.knows_hose))])
         more |= predicted_result(before, fitted_here)
     elif fitted_here:
         run.print([line("FITTED", marked(name for name in fitted_here if name in fit.free) or "nothing")])

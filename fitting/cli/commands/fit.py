@@ -1,6 +1,6 @@
 """`mckibben fit`: values, errors, bounds, ties."""
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -14,7 +14,11 @@ from fitting.cli.options import (
     shooting_option,
     study_options,
 )
-from fitting.cli.run import start
+from fitting.cli.run import CommandRun, start
+from fitting.errors import InputError
+
+if TYPE_CHECKING:
+    from fitting.least_squares.record import Fit
 
 
 @click.command("fit", cls=Command)
@@ -22,17 +26,21 @@ from fitting.cli.run import start
 @study_options
 @fit_options
 @shooting_option
+@click.option("--leave-out", is_flag=True, help="Also predict each data set by a fit of all others.")
 @save_options
 @each_options
 @output_options
-def command(**options: Any) -> None:
+def command(leave_out: bool, **options: Any) -> None:
     """Fit the model to the data: values with robust errors, bounds, and what can make up for what.
 
-    Several data sets are fitted together: they share the effects. With --each, every one is fitted on its own.
+    Several data sets are fitted together: they share the effects, and the sizes of a hose that all of them are cut
+    from. With --each, every one is fitted on its own.
     """
     if wants_each(options):
         return run_each(options, "fit")
     run = start(options)
+    if leave_out and len(run.task.experiments) == 1:
+        raise InputError("--leave-out needs other data sets to learn from", cure="name two data sets or more")
     from fitting.cli.saving import save
     from fitting.comparison.compare import compare
     from fitting.report.results import comparison_result, fit_result
@@ -48,9 +56,21 @@ def command(**options: Any) -> None:
     run.print([line("RESULT", judgement(found), "bold"), line("ERROR", error_text(found))])
     run.print([*lines("WARNING", comparison_warnings(found), "yellow"), *fit_report(fit)])
     run.print(save(run, fit))
-    run.write(fit_result(fit) | {"comparison": comparison_result(found)})
+    predicted = _left_out(run, fit) if leave_out else {}
+    run.write(fit_result(fit) | {"comparison": comparison_result(found)} | predicted)
     if run.request.html:
         from fitting.report.page.page import write_page
 
         write_page(run.request.html, run.task, found)
     run.end(fit.converged)
+
+
+def _left_out(run: CommandRun, fit: "Fit") -> dict[str, Any]:
+    """Print how well each data set is predicted by a fit of the others; the same for machines."""
+    from fitting.least_squares.left_out_sets import each_left_out
+    from fitting.report.text.left_out import left_out_report, left_out_result
+
+    with run.progress("leaving out each data set"):
+        found = tuple(each_left_out(fit))
+    run.print(left_out_report(found))
+    return left_out_result(found)

@@ -25,7 +25,7 @@ def measured_cells(fit: Fit, name: str) -> tuple[str, str]:
 
 def denied_texts(fit: Fit) -> list[str]:
     """A warning of the stated sizes that the fit denies, the farthest first, and one of all that it is kept from."""
-    return [*_denied_texts(fit), *_kept_texts(fit)]
+    return [*_denied_texts(fit), *_too_long_texts(fit), *_kept_texts(fit)]
 
 
 def stated_and_free(fit: Fit) -> tuple[str, ...]:
@@ -50,6 +50,22 @@ def _denied_texts(fit: Fit) -> list[str]:
     cure = f"(--fix {' '.join(dict.fromkeys(map(full_names.common, far)))} would hold them)"
     wrong = f"A model that needs this is wrong somewhere {cure}."
     return [f"The fit asks for {', '.join(sizes)}{more}. {wrong}"] if far else []
+
+
+def _too_long_texts(fit: Fit) -> list[str]:
+    """What is wrong with the lengths, where every muscle of several is shorter for the fit than it was measured."""
+    lengths = [name for name in stated_and_free(fit) if full_names.common(name) == "muscle.length"]
+    if len(lengths) < 2 or not set(lengths) <= set(denied(fit)):
+        return []
+    short = [fit.layout.entry(name).start - fit.values[name] for name in lengths]
+    if min(short) < 0:
+        return []
+    least, most = amount(min(short), "m", 2), amount(max(short), "m", 2)
+    return [
+        f"Every muscle would be shorter than it was measured, by {least} to {most}, or by more: the stated errors "
+        "hold the fit back. Perhaps part of what was measured does not contract, as what lies in the fittings: state "
+        "the length of the braid between their inner edges."
+    ]
 
 
 def kept_from(fit: Fit) -> tuple[str, ...]:

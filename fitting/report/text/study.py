@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from rich.console import RenderableType
 from rich.text import Text
 
+from fitting.recordings.hoses import hoses_of, perhaps_of_one_hose
 from fitting.recordings.records import Experiment, NoiseSource
 from fitting.report.settings import LAYOUT
 from fitting.report.text.amounts import amount
@@ -26,8 +27,28 @@ def data_text(experiments: Sequence[Experiment]) -> str:
         for e in experiments
         for recording in e.recordings
     )
-    names = " and ".join(e.name for e in experiments)
-    return f"{names}: {', '.join(tests)}; {counted(len(runs), 'run')}, {counted(weighted, 'sample')} used"
+    return (
+        f"{_listed(experiments)}: {', '.join(tests)}; {counted(len(runs), 'run')}, {counted(weighted, 'sample')} used"
+    )
+
+
+def hose_texts(experiments: Sequence[Experiment]) -> list[str]:
+    """Which muscles share the sizes of a hose, and how those do that may be cut from one."""
+    texts = [
+        f"{_listed(members)} are cut from {hose} and share all sizes but length and moving mass."
+        for hose, members in hoses_of(experiments).items()
+    ]
+    if bare := perhaps_of_one_hose(experiments):
+        texts.append(
+            f"{_listed(bare)} state the same radius and braid angle. If they are cut from one hose, the line "
+            'hose = "NAME" above [muscle] in each muscle.toml lets them share its sizes in a fit.'
+        )
+    return texts
+
+
+def _listed(experiments: Sequence[Experiment]) -> str:
+    *most, last = (each.name for each in experiments)
+    return f"{', '.join(most)} and {last}" if most else last
 
 
 def opening(task: Task) -> list[RenderableType]:
@@ -38,6 +59,7 @@ def opening(task: Task) -> list[RenderableType]:
     return [
         line("MODEL", f"{' + '.join(task.names)} ({task.origin})"),
         line("DATA", data_text(task.experiments)),
+        *lines("HOSE", hose_texts(task.experiments)),
         *lines("SIZES", [*confined_texts(task.held), *kept_texts(task.kept)]),
     ]
 

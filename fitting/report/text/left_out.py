@@ -1,0 +1,48 @@
+"""How well each data set is predicted by a fit of the others, in words and for machines."""
+
+from collections.abc import Sequence
+from typing import Any
+
+from rich.console import RenderableType
+
+from fitting import full_names
+from fitting.least_squares.left_out_sets import LeftOutSet
+from fitting.report.text.amounts import amount, percent
+from fitting.report.text.layout import columns, line, spaced
+from fitting.report.text.names import marked
+
+
+def left_out_report(found: Sequence[LeftOutSet]) -> list[RenderableType]:
+    """A line on what was done, and a table of the errors of each data set."""
+    sizes = tuple(dict.fromkeys(full_names.common(name) for each in found for name in each.then_fitted))
+    table = columns("data set", "predicted", "of full scale", *["its own fitted", "of full scale"][: 2 * bool(sizes)],
+                    "fit of all")  # fmt: skip
+    for each in found:
+        then = (amount(each.then, each.unit), percent(each.then_share)) if sizes else ()
+        cells = (amount(each.predicted, each.unit), percent(each.share), *then, amount(each.together, each.unit))
+        table.add_row(each.dataset, *cells)
+    return [line("", ""), line("LEFT OUT", " ".join(_texts(found, sizes))), spaced(table)]
+
+
+def _texts(found: Sequence[LeftOutSet], sizes: Sequence[str]) -> list[str]:
+    words = ["Each data set was predicted by a fit of the others; the errors are root mean squares."]
+    if sizes:
+        words.append(f"Its own sizes were taken as stated (predicted), then fitted to it: {marked(sizes)}.")
+    first = tuple(dict.fromkeys(full_names.common(name) for each in found for name in each.fitted_first))
+    if first:
+        words.append(f"Nothing but its own data tells of {marked(first)}: fitted to it before anything is predicted.")
+    return words
+
+
+def left_out_result(found: Sequence[LeftOutSet]) -> dict[str, Any]:
+    """The same for machines, in SI."""
+    return {
+        "left_out": [
+            {
+                "dataset": each.dataset, "unit": each.unit, "full_scale": each.full_scale,
+                "rmse_predicted": each.predicted, "rmse_own_fitted": each.then, "rmse_of_all": each.together,
+                "fitted_first": list(each.fitted_first), "then_fitted": list(each.then_fitted),
+            }
+            for each in found
+        ]
+    }  # fmt: skip
