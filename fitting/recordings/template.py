@@ -72,7 +72,7 @@ def _muscle_part(folder: Path) -> str:
 
 def _muscle_lines(folder: Path) -> Iterator[str]:
     yield f"name = {_quoted(folder.resolve().name)}"
-    yield '# hose = "?"   # the name of the hose, where several muscles are cut from one: they share all but their lengths'
+    yield '# hose = "?"   # where several muscles are cut from one hose, its name: they share its sizes'
     yield ""
     yield '# Write a value for every "?". A value with +/- (standard uncertainty) is fitted, one without is exact.'
     yield "[muscle]"
