@@ -205,6 +205,9 @@ def test_leaving_out_is_a_choice_of_fit(three, tmp_path):
     refused = run("fit", three[0], "--no-save", "--leave-out")
     assert refused.exit_code == 2
     assert "name two data sets or more" in refused.output
+    both = run("fit", *three, "--each", "--leave-out")
+    assert both.exit_code == 2
+    assert "take --leave-out without --each" in both.output
 
 
 def test_lengths_that_are_all_too_long_are_told_with_their_cure(tmp_path):

@@ -18,7 +18,7 @@ from fitting.recordings.again import runs_of
 from fitting.recordings.channel_errors import found_errors
 from fitting.recordings.common_accuracy import common_accuracy, common_accuracy_of, with_common
 from fitting.recordings.constants import with_constants
-from fitting.recordings.gaps import gap_notes
+from fitting.recordings.gaps import gap_notes, levels_note
 from fitting.recordings.heads import COLUMNS, POSITIONS
 from fitting.recordings.kinds import INSIDE, is_recording
 from fitting.recordings.let_go import from_release, let_go_notes, stated_let_go
@@ -199,7 +199,8 @@ def _checked_runs(
             f"no sample is left that carries weight: {why}", table.file, cure="widen `valid`, or record more"
         )
     told = (*_notes(counts, table, test, runs), *_smoothed(parts, runs, test))
-    notes = (*begun, *told, *odd, *alone, *gap_notes(parts, test), *slack_notes(runs, test))
+    cut = [levels_note(parts)] if test == "loop" and len(parts) > 1 and "run" not in table else []
+    notes = (*cut, *begun, *told, *odd, *alone, *gap_notes(parts, test), *slack_notes(runs, test))
     return runs, notes, found_errors(parts, test, float(muscle.length))
 
 

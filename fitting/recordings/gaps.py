@@ -1,4 +1,4 @@
-"""Holes in a recording: the logger wrote nothing while the muscle did not stand still."""
+"""Pauses of a logger: between two runs of one file, or a hole in which the muscle did not stand still."""
 
 from collections.abc import Sequence
 
@@ -6,7 +6,38 @@ import numpy as np
 
 from fitting import showing
 from fitting.recordings.records import Run
-from fitting.recordings.settings import GAPS
+from fitting.recordings.settings import GAPS, TABLES
+
+
+def pressure_levels(time: np.ndarray, pressure: np.ndarray) -> list[np.ndarray]:
+    """The positions of each run of loops in a file that says nothing of runs (samples,).
+
+    A new one begins where the logger paused and the pressure was set to another level meanwhile.
+    """
+    everything = np.arange(len(time))
+    if len(time) < GAPS.fewest:
+        return [everything]
+    other = GAPS.other * np.nanmax(np.abs(pressure))
+    pauses = np.flatnonzero(_far_beyond(time)) + 1
+    edges = [0, *pauses, len(time)]
+    triples = zip(edges[:-2], edges[1:-1], edges[2:], strict=True)
+    cuts = [at for before, at, after in triples if _change(pressure[before:at], pressure[at:after]) > other]
+    return np.split(everything, cuts)
+
+
+def _change(before: np.ndarray, after: np.ndarray) -> float:
+    """By how much a pressure differs on the two sides of a pause, Pa; nothing where one of them is too short to say."""
+    sides = before[-GAPS.beside :], after[: GAPS.beside]
+    known = [side[np.isfinite(side)] for side in sides]
+    if min(map(len, known)) < TABLES.fewest_samples:
+        return 0.0
+    return abs(float(np.median(known[1]) - np.median(known[0])))
+
+
+def levels_note(parts: Sequence[Run]) -> str:
+    """That a file was cut into runs, and where."""
+    rows = ", ".join(str(part.row[0]) for part in parts[1:])
+    return f"{len(parts)} runs: the logger paused, and the pressure was another one then (new runs from rows {rows})"
 
 
 def gap_notes(parts: Sequence[Run], test: str) -> list[str]:

@@ -10,6 +10,7 @@ import numpy as np
 from fitting import units
 from fitting.errors import InputError, concerning, nearest, unknown_name
 from fitting.recordings.checks import PRESSURES, check_ranges, check_run
+from fitting.recordings.gaps import pressure_levels
 from fitting.recordings.heads import COLUMNS, POSITIONS, USUAL, plain_name
 from fitting.recordings.held_lengths import held_stretches
 from fitting.recordings.records import FORCE_TESTS, Run
@@ -207,6 +208,10 @@ def _runs(r: Run, table: Table, test: str, counts: Counter[str]) -> list[tuple[s
         return [(str(names[k]), np.flatnonzero((labels == names[k]) & timed)) for k in np.argsort(first)]
     if test == "isometric":
         return _held_lengths(r, timed, counts)
+    if test == "loop":
+        rows = np.flatnonzero(timed)
+        parts = pressure_levels(r.time[rows], r.pressure[rows])
+        return [(str(number), rows[part]) for number, part in enumerate(parts, 1)]
     return [("1", np.flatnonzero(timed))]
 
 

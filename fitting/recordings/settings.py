@@ -54,6 +54,8 @@ class GapSettings:
     fewest: int = 50  # readings of a run in which a hole is looked for; chosen
     times: float = 10.0  # the steps of nearly all others, that a step across a hole is in time and in a signal; chosen
     nearly_all: float = 0.99  # of a run's steps: holes are rare; chosen
+    beside: int = 50  # readings on each side of a pause, whose middle is the pressure there; chosen
+    other: float = 0.05  # of the largest pressure, by which the pressures of two runs differ at least; chosen
 
 
 @dataclass(frozen=True)

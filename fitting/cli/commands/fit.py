@@ -37,6 +37,8 @@ def command(leave_out: bool, **options: Any) -> None:
     from. With --each, every one is fitted on its own.
     """
     if wants_each(options):
+        if leave_out:
+            raise InputError("--leave-out beside --each", cure="take --leave-out without --each: it needs a common fit")
         return run_each(options, "fit")
     run = start(options)
     if leave_out and len(run.task.experiments) == 1:
