@@ -34,7 +34,9 @@ _USUAL = ("m", "mm", "cm", "deg", "rad", "Pa", "hPa", "kPa", "MPa", "GPa", "bar"
           "kg", "g", "s", "ms", "us", "min", "Hz", "J", "inch", "%")  # fmt: skip
 _SPELLED = {"": "1", "1": "1", "-": "1", "%": "percent", "°": "deg", "µs": "us", "barg": "bar", "psig": "psi"}
 _GAUGE = re.compile(r"(bar|mbar|Pa|hPa|kPa|MPa|psi) ?\((?:g|gauge|rel)\)")  # as a gauge reads, which is presumed
-_ABSOLUTE = {"bara": "bar", "psia": "psi", "kpaa": "kPa", "mbara": "mbar"}  # say in their name that they are absolute
+_ABSOLUTE = {
+    f"{unit}a".lower(): unit for unit in ("bar", "mbar", "psi", "Pa", "hPa", "kPa", "MPa")
+}  # say that they are
 _CASES = {"kpa": "kPa", "hpa": "hPa", "gpa": "GPa", "kgf": "kgf", "degs": "deg"}  # not mpa: it could be mPa or MPa
 _ANGLES = ("radian", "degree", "turn", "arcminute", "arcsecond")
 PULL_OF_MASS = {"kg": "kgf", "g": "gf", "lb": "lbf", "lbs": "lbf"}  # what hangs on a muscle, by the unit of its mass
@@ -59,7 +61,7 @@ def _registry() -> Any:
 def _unit(text: str) -> Any:
     """The unit library's object for a unit as people write it; InputError if there is no such unit."""
     written = spelled(text)
-    if len(written) > _LONGEST_UNIT or _PIECE.sub("", written) or _absolute(written):
+    if len(written) > _LONGEST_UNIT or _PIECE.sub("", written) or without_absolute(written):
         raise InputError(f"'{text[:_LONGEST_UNIT]}' is not a unit", cure=_spelling(text))
     try:
         unit = _registry().Unit("" if written == "1" else _in_its_case(written))
@@ -80,15 +82,18 @@ def _in_its_case(name: str) -> str:
     return _CASES.get(lower, lower)
 
 
-def _absolute(text: str) -> str | None:
-    """'bar' of 'bara', 'bar(a)' and 'bar (abs)'; to the units library 'bar(a)' would be a bar times an are."""
+def without_absolute(text: str) -> str | None:
+    """'bar' of 'bara', 'bar(a)' and 'bar (abs)'; None of what does not say that it is absolute.
+
+    To the units library 'bar(a)' would be a bar times an are.
+    """
     return _ABSOLUTE.get(re.sub(r"[\s()]", "", text.lower()).replace("abs", "a"))
 
 
 def _spelling(text: str) -> str:
     if re.match(r",\d", text.strip()):
         return "write the decimal mark as a point, as in '6.95 mm'"
-    gauge = _absolute(text)
+    gauge = without_absolute(text)
     if gauge:
         return f"write '{gauge}', and for a column of absolute readings pressure = \"absolute\" in its [[recording]]"
     like = nearest(text.strip(), _USUAL, 0.7)

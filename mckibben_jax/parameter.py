@@ -21,6 +21,7 @@ class Declaration(NamedTuple):
     lower: float
     upper: float
     starts: tuple[float, ...]
+    is_level: bool = False
 
 
 def as_scalar(value: Any) -> Any:
@@ -31,17 +32,23 @@ def as_scalar(value: Any) -> Any:
 
 
 def parameter(
-    default: float, unit: str, meaning: str, range: tuple[float, float], starts: tuple[float, ...] = ()
+    default: float,
+    unit: str,
+    meaning: str,
+    range: tuple[float, float],
+    starts: tuple[float, ...] = (),
+    is_level: bool = False,
 ) -> Any:
     """Declare a parameter of an effect.
 
     `default` is a typical value, used where nothing is fitted; `range` bounds every fit; `starts` are the values a
-    search begins from (the default alone when empty). All three are in `unit` ("1" for none), which is SI.
+    search begins from (the default alone when empty). All three are in `unit` ("1" for none), which is SI. Of most
+    parameters 0 means that the effect is not there; `is_level` says that 0 is a value like any other.
     """
     lower, upper = range
     if not lower <= default <= upper:
         raise ValueError(f"default {default} of '{meaning}' lies outside its range {range}")
-    metadata = {"declaration": (default, unit, meaning, lower, upper, starts or (default,))}
+    metadata = {"declaration": (default, unit, meaning, lower, upper, starts or (default,), is_level)}
     return eqx.field(default=default, converter=as_scalar, metadata=metadata)
 
 

@@ -253,7 +253,7 @@ def test_without_data_the_force_error_is_said_not_to_be_known(fitted, tmp_path):
     muscle, told = exported(tmp_path, tmp_path_of(tmp_path, "out"))
     assert np.isnan(muscle.FORCE_ERROR)
     assert told["force_error_N"] is None
-    assert "is not known: there are no data beside the model file" in told["force_error"]
+    assert "is not known: there are no data beside the model file (name the folder of the data" in told["force_error"]
     elsewhere, _ = exported(tmp_path, tmp_path_of(tmp_path, "more"), "--data", fitted)
     assert elsewhere.FORCE_ERROR > 0
     done = run("export", tmp_path / "model.toml", "--to", "python", "--draws", 3, "--out", tmp_path / "n.py")

@@ -4,7 +4,9 @@ import numpy as np
 import pytest
 from folders import folder_of, only_run, table
 
+from fitting.errors import InputError
 from fitting.recordings.guesses import guesses_of
+from fitting.recordings.template import muscle_file, write_guessed
 
 RANDOM = np.random.default_rng(4)
 HEADS = ("Time (s)", "p_muscle (kPa)", "Laser (mm)", "Load cell (N)")
@@ -72,3 +74,49 @@ def test_a_load_cell_may_read_what_hangs_on_the_muscle(tmp_path):
     recording, run = only_run(folder_of(tmp_path, table(columns | {"force [kN]": 0.05}), test="isotonic"))
     assert run.load == pytest.approx(50.0)
     assert recording.units["N"] == "kN"
+
+
+def let_go(samples=1200, back=False):
+    """Time (s) and place (mm) of a muscle that stands for 0.2 s and then jumps by 20 mm; or is led there and back."""
+    time = np.arange(samples) * 1e-3
+    jump = 20 * (1 - np.exp(-np.maximum(time - 0.2, 0) / 0.02))
+    return time, 10 * (1 - np.cos(2 * np.pi * time / time[-1])) if back else jump
+
+
+@pytest.mark.parametrize(("back", "test"), [(False, "quick release"), (True, "loop")])
+def test_a_jump_at_a_held_pressure_is_a_release(tmp_path, back, test):
+    _, place = let_go(back=back)
+    logged(tmp_path / "loslassen.csv", np.full(place.size, 300.0), place, np.linspace(700, 300, place.size))
+    (guess,) = guesses_of(tmp_path)
+    assert guess.test == test
+    assert ('constant = { load = "? kg" }' in muscle_file(tmp_path)) == (test == "quick release")
+
+
+def test_a_slow_ramp_to_another_length_is_no_release(tmp_path):
+    place = np.clip(np.linspace(-5, 25, 1200), 0, 20)
+    logged(tmp_path / "bench.csv", np.full(place.size, 300.0), place, np.linspace(700, 300, place.size))
+    assert guesses_of(tmp_path)[0].test == "loop"
+
+
+GERMAN = "Zeit [s];Kraft [N];Weg [mm];Druck [bar abs]\n"
+
+
+@pytest.mark.parametrize("ending", [".txt", ".lvm", ".dat", ".TXT"])
+def test_a_table_in_a_text_is_a_recording_and_words_are_none(tmp_path, ending):
+    ramps = np.abs(np.linspace(-1, 1, 101))
+    rows = [f"{0.1 * k:.2f};{700 - 300 * x:.3f};{20 * x:.3f};4,0" for k, x in enumerate(ramps)]
+    (tmp_path / f"schleife{ending}").write_text(GERMAN + "\n".join(rows).replace(".", ","))
+    (tmp_path / "notes.txt").write_text("Measured on Monday, 3 bar, 5 runs, by Eva.\nThe valve leaks.\n")
+    (guess,) = guesses_of(tmp_path)
+    assert guess.test == "loop"
+    assert guess.columns == {
+        "time": "Zeit [s]", "force": "Kraft [N]", "displacement": "Weg [mm]", "pressure": "Druck [bar abs]",
+    }  # fmt: skip
+    assert guess.readable is not None  # its unit says that it is absolute, and that can be read
+    assert guess.pressure.startswith('pressure = "absolute"')
+
+
+def test_a_folder_with_words_alone_has_no_recording(tmp_path):
+    (tmp_path / "notes.txt").write_text("1, 2 or 3 bar?\n")
+    with pytest.raises(InputError, match="no recording is in this folder"):
+        write_guessed(tmp_path)

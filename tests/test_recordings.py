@@ -23,6 +23,7 @@ from small_muscle import write as write_small
 from fitting import showing
 from fitting.errors import InputError
 from fitting.recordings.experiment import read_experiment, read_muscle, read_recording, read_single
+from fitting.recordings.presumed import allowed
 
 pytestmark = pytest.mark.filterwarnings("error")
 
@@ -390,3 +391,34 @@ def test_units_that_contradict_each_other_are_refused(tmp_path, columns, refused
     stated = f'{mapped}\nunits = {{ force = "N" }}'
     (recording,) = read_experiment(folder_of(tmp_path, csv, more=stated)).recordings
     assert recording.units["N"] == "N"
+
+
+ABSOLUTE = table(loop_columns() | {"pressure [bar]": 3.0})
+
+
+@pytest.mark.parametrize("unit", ["bar abs", "bara", "bar(a)", "bar (abs)"])
+@pytest.mark.parametrize(("said", "air"), [("", 1.01325e5), ('ambient = "995 hPa"', 99.5e3)])
+def test_absolute_pressures_lose_what_the_air_has(tmp_path, unit, said, air):
+    csv = ABSOLUTE.replace("pressure [bar]", f"pressure [{unit}]")
+    read = read_experiment(folder_of(tmp_path, csv, more=f'pressure = "absolute"\n{said}')).recordings[0]
+    assert read.runs[0].pressure == pytest.approx(3e5 - air)
+    assert read.units["Pa"] == "bar"
+    told = [note for note in read.notes if "were taken off the absolute pressures" in note]
+    assert bool(told) != bool(said)
+    assert allowed(read).pressure.zero == pytest.approx(np.hypot(1e-3 * (3e5 - air), 0.0 if said else 2e3))
+
+
+@pytest.mark.parametrize(
+    ("unit", "more", "parts"),
+    [
+        ("bara", 'pressure = "gauge"', ("'pressure [bara]'", 'units = { pressure = "bar" }', 'pressure = "absolute"')),
+        ("bar", 'ambient = "1 bar"', ("ambient belongs to absolute pressures",)),
+        ("bar", 'pressure = "absolute"\nambient = "10 bar"', ("no air has this pressure", "10 bar", "barometer")),
+        ("bar", 'pressure = "absolute"\nambient = "much"', ("ambient",)),
+    ],
+)
+def test_what_is_said_of_the_air_has_to_be_possible(tmp_path, unit, more, parts):
+    csv = ABSOLUTE.replace("pressure [bar]", f"pressure [{unit}]")
+    with pytest.raises(InputError) as refused:
+        read_experiment(folder_of(tmp_path, csv, more=more))
+    assert all(part in str(refused.value) for part in parts)

@@ -176,7 +176,7 @@ BAD_TABLES = {
     "absolute by its unit": (
         changed("[bar]", "[bara]"),
         "",
-        ("'bara' is not a unit", "'bar'", 'pressure = "absolute"'),
+        ("row 1", "'pressure [bara]'", "says that its pressures are absolute", 'write pressure = "absolute"'),
     ),
     "decibels": (changed("[N]", "[dB]"), "", ("row 1", "no multiple of 'dB'")),
     "counts": (changed("[%]", "[counts]"), "", ("'counts' cannot be the unit of a plain number",)),

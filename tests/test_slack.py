@@ -91,6 +91,15 @@ def test_rubber_and_slack_are_found_together_where_neither_shows_alone(hanging):
     assert steps[-1].rmse < 0.1 * steps[0].rmse
 
 
+def test_a_slack_muscle_on_a_cell_that_reads_zero_is_found_too(tmp_path):
+    """Its reading was "smaller than its standard error", and a wrong zero of the load cell was added with it."""
+    steps = discover([measured(tmp_path, 4, slack={"F_s": 0.0})], BASE, candidates=CANDIDATES)
+    added = {name for step in steps[1:] for name in step.added}
+    assert "slack" in added
+    assert "force_offset" not in added
+    assert not any(attempt.effects == ("slack",) for step in steps for attempt in step.attempts)
+
+
 def test_an_effect_is_fitted_with_the_simplest_that_gives_what_it_needs(hanging):
     """Where no other rule grows the sets: by itself slack cannot be fitted, and no pair of single ones has it."""
     settings = replace(DIAGNOSIS, search=replace(SEARCH, added=0))

@@ -24,6 +24,7 @@ def model(rmse=10.0, left_out=10.0, bound=(), denied=0.0, values=None, cost=None
     world = SimpleNamespace(
         rmse=lambda rows: float(np.sqrt(np.mean(np.square(rows)))),
         from_stated=lambda fit: {"muscle.radius": denied}, samples=range(readings), values=values or {"K": (5.0, 1.0)},
+        layout=SimpleNamespace(entry=lambda name: SimpleNamespace(size_of=abs)),
     )  # fmt: skip
     fit = SimpleNamespace(
         rows=np.full(readings, rmse), cost=rmse**2 if cost is None else cost, free=free, at_bound=tuple(bound),
@@ -76,7 +77,9 @@ def test_the_rule_on_bounds_lets_the_data_say_that_an_effect_is_absent(slope, kn
     before, after = model(values={"L": (known, 1.0)}), model(**GOOD, bound=["a.L"])
     before.fit.free = ("b.K", "a.L")
     before.fit.slopes = np.array([[3.0, slope], [4.0, 0.0]])
-    after.world.layout = SimpleNamespace(at=lambda names: [1], entry=lambda name: SimpleNamespace(lower=lower))
+    after.world.layout = SimpleNamespace(
+        at=lambda names: [1], entry=lambda name: SimpleNamespace(lower=lower, size_of=abs)
+    )
     after.fit.vector = np.array([7.0, value])
     assert [why.reason for why in objections(before, after)] == reasons
 

@@ -45,6 +45,6 @@ def untold(world: Universe, added: frozenset[str], fit: CandidateFit, least: flo
     """
     if len(added) < 2:
         return ()
-    known = {name: estimates(world, fit, [name]).values() for name in sorted(added)}
-    vague = lambda each: abs(each.value) < least * each.error  # noqa: E731
-    return tuple(name for name, values in known.items() if values and all(map(vague, values)))
+    known = {name: estimates(world, fit, [name]) for name in sorted(added)}
+    vague = lambda full, each: world.layout.entry(full).size_of(each.value) < least * each.error  # noqa: E731
+    return tuple(name for name, found in known.items() if found and all(vague(*each) for each in found.items()))

@@ -64,8 +64,9 @@ class Fitted:
 
         What stands at its bound has none.
         """
-        found = estimates(self.world, self.fit, sorted(self.fit.effects))
-        return {name: abs(known.value) / known.error for name, known in found.items() if np.isfinite(known.error)}
+        found, layout = estimates(self.world, self.fit, sorted(self.fit.effects)), self.world.layout
+        size_of = lambda name, known: layout.entry(name).size_of(known.value)  # noqa: E731
+        return {name: size_of(name, each) / each.error for name, each in found.items() if np.isfinite(each.error)}
 
 
 def objections(

@@ -88,4 +88,4 @@ def error_of(given: dict[str, Any]) -> ForceError:
     try:
         return known_of(given).error()
     except InputError as error:
-        return unknown_error(error.problem)
+        return unknown_error(f"{error.problem} ({error.cure})" if error.cure else error.problem)

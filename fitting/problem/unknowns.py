@@ -26,7 +26,8 @@ BELIEVED = 2.0  # the same where a fit may not deny it: 95 of 100 honest measure
 class Unknown:
     """One number that may vary: its full name, unit and range, where a search starts, and its normal prior if any.
 
-    `is_confined`: a stated size that a fit may not deny.
+    `is_confined`: a stated size that a fit may not deny. `is_level`: 0 is a value like any other, as of the reading of
+    a slack muscle; of other parameters of effects it means that the effect is not there.
     """
 
     name: str
@@ -37,6 +38,11 @@ class Unknown:
     starts: tuple[float, ...]
     prior: tuple[float, float] | None = None
     is_confined: bool = False
+    is_level: bool = False
+
+    def size_of(self, value: float) -> float:
+        """How far a value is from saying nothing: from 0 or, of a level, from the nearer end of its range."""
+        return min(value - self.lower, self.upper - value) if self.is_level else abs(value)
 
     @property
     def logarithmic(self) -> bool:
@@ -207,7 +213,15 @@ def _measured(name: str, unit: str, value: float, experiment: Experiment) -> Unk
 
 def _of_effects(template: Model) -> list[Unknown]:
     return [
-        Unknown(f"{name_of(effect)}.{p.name}", p.unit, p.lower, p.upper, float(getattr(effect, p.name)), p.starts)
+        Unknown(
+            f"{name_of(effect)}.{p.name}",
+            p.unit,
+            p.lower,
+            p.upper,
+            float(getattr(effect, p.name)),
+            p.starts,
+            is_level=p.is_level,
+        )
         for effect in template.effects
         for p in parameters(effect)
     ]

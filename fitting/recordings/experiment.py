@@ -12,6 +12,7 @@ import numpy as np
 
 from fitting import showing, units
 from fitting.errors import InputError, concerning, unknown_name
+from fitting.recordings.absolute import absolute_notes, is_presumed
 from fitting.recordings.accuracy import Accuracy
 from fitting.recordings.accuracy_table import ACCURATE, accuracy_of
 from fitting.recordings.again import runs_of
@@ -20,12 +21,12 @@ from fitting.recordings.common_accuracy import common_accuracy, common_accuracy_
 from fitting.recordings.constants import with_constants
 from fitting.recordings.gaps import gap_notes, levels_note
 from fitting.recordings.heads import COLUMNS, POSITIONS
-from fitting.recordings.kinds import INSIDE, is_recording
+from fitting.recordings.kinds import INSIDE, recordings_in
 from fitting.recordings.let_go import from_release, let_go_notes, stated_let_go
 from fitting.recordings.limits import TURNED_BY, slack_notes, with_limits
 from fitting.recordings.muscle_file import hose_of, muscle_of, name_of, read_muscle, read_toml, source_of
 from fitting.recordings.noise import noise_of_inputs, one_load_cell
-from fitting.recordings.plausible import absolute_notes, check_plausible, without_copies
+from fitting.recordings.plausible import check_plausible, without_copies
 from fitting.recordings.readings import read_runs, with_hung_load
 from fitting.recordings.records import FORCE_TESTS, TESTS, Experiment, Recording, Run
 from fitting.recordings.tables import Table, read_table
@@ -46,6 +47,7 @@ OPTIONS = (
     "constant",
     "valid",
     "pressure",
+    "ambient",
     "let_go",
     *SIGNS,
     "accuracy",
@@ -93,17 +95,17 @@ def read_experiment(folder: Path | str) -> Experiment:
         digest.hexdigest(),
         source_of(table, path),
         units.unit_of(str(table["muscle"]["length"])),
-        hose=hose_of(table, path, raw),
+        hose=hose_of(table, raw, path),
     )
     return with_limits(without_copies(read))
 
 
 def _check_inside(folder: Path) -> None:
     """Refuse a folder that is no data set but holds some, naming them."""
-    if any(is_recording(path) for path in folder.iterdir()):
+    if recordings_in(folder):
         return  # then its muscle.toml is what is missing
     inside = sorted(path.parent for path in folder.glob("*/muscle.toml"))
-    bare = sorted({path.parent for path in folder.glob("*/*") if is_recording(path)} - {*inside})
+    bare = sorted(path for path in folder.iterdir() if path.is_dir() and path not in inside and recordings_in(path))
     if inside:
         named = " ".join(shlex.quote(str(path)) for path in inside[:MOST_NAMED])
         more = f" (and {len(inside) - MOST_NAMED} more)" if len(inside) > MOST_NAMED else ""
@@ -128,8 +130,12 @@ def read_single(
     described = Path(muscle_file) / "muscle.toml" if Path(muscle_file).is_dir() else Path(muscle_file)
     common = common_accuracy_of(described)
     recording, content = _read(path, test, muscle, dict(options or {}), common, path.name)
-    digest = hashlib.sha256(described.read_bytes() + content).hexdigest()
-    return with_limits(without_copies(Experiment(name, path.parent, muscle, (recording,), priors, digest, source)))
+    digest, hose = (
+        hashlib.sha256(described.read_bytes() + content).hexdigest(),
+        hose_of(*read_toml(described), described),
+    )
+    read = Experiment(name, path.parent, muscle, (recording,), priors, digest, source, hose=hose)
+    return with_limits(without_copies(read))
 
 
 def _recording_of(
@@ -161,8 +167,9 @@ def _read(
     noise = (accuracy.force if test in FORCE_TESTS else accuracy.position).noise
     part = "".join(f", {option} {value}" for option, value in inside.items())
     read = Recording(
-        name + part, test, runs, noise, notes, position, _stated(table), accuracy=accuracy, found=found, part=part
-    )
+        name + part, test, runs, noise, notes, position, _stated(table), accuracy=accuracy, found=found,
+        ambient_is_presumed=is_presumed(options), part=part,
+    )  # fmt: skip
     if test == "static":
         read = replace(read, noise_of_inputs=noise_of_inputs(runs, accuracy, muscle))
     return read, table.raw

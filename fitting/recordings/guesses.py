@@ -24,6 +24,11 @@ VENTED, SWEPT = 0.9, ("isometric", "isotonic")  # atmospheres that a vented musc
 PLACED = 0.4  # of its largest reading: a position that comes nearer to 0 is no length of a muscle
 SAME_FORCE, SWEPT_PRESSURE = 0.1, 0.5  # of a force, of the largest pressure: a weight that is lifted by a sweep
 FEWEST_STILL, STILL = 30, 1.5  # readings; times its noise: readings that differ by less from their mean stand
+JUMP, WAY, SUDDEN = (
+    0.5,
+    (0.1, 0.7),
+    0.1,
+)  # of the range, that a release ends from where it began; of its way; of its time
 STRETCHES, STANDING = 50, 0.7  # of a recording; share of them in which an isometric test leaves the length as it was
 
 
@@ -205,6 +210,8 @@ def _test(name: str, table: Table | None, names: set[str], more: bool) -> str:
         return "static"
     if table is not None and not more and not names & {"contraction", "length", "displacement"}:
         return "isometric"  # whoever lets the length move records it
+    if table is not None and _is_let_go(table):
+        return "quick release"
     if table is not None and _length_is_held(table):
         return "isometric"
     return "isotonic" if table is not None and _lifts_a_weight(table) else "loop"
@@ -219,6 +226,25 @@ def _lifts_a_weight(table: Table) -> bool:
         return False
     swept = np.ptp(np.quantile(pressure, [0.01, 0.99])) > SWEPT_PRESSURE * np.max(np.abs(pressure))
     return bool(swept and np.std(force) < SAME_FORCE * np.median(force))
+
+
+def _is_let_go(table: Table) -> bool:
+    """Whether a muscle stands, jumps to another length at one pressure and stays there: nobody moved it that fast."""
+    position = next((table[name] for name in ("contraction", "length", "displacement") if name in table), None)
+    if position is None or not {"time", "pressure"} <= {*table.columns}:
+        return False
+    time, place, pressure = np.stack([table["time"], position, table["pressure"]])
+    known = np.isfinite(time) & np.isfinite(place) & np.isfinite(pressure)
+    time, place, pressure = time[known], place[known], pressure[known]
+    if len(place) < FEWEST_STILL or np.ptp(pressure) > HELD_PRESSURE * np.max(np.abs(pressure)):
+        return False
+    before, after = np.median(place[: len(place) // 20 + 1]), np.median(place[-(len(place) // 4) :])
+    way = after - before
+    if abs(way) < JUMP * np.ptp(place):
+        return False  # it came back, as in a loop
+    gone = (place - before) / way
+    first, last = np.argmax(gone > WAY[0]), np.argmax(gone > WAY[1])
+    return bool(time[first] > time[0] and time[last] - time[first] < SUDDEN * np.ptp(time))
 
 
 def _is_reading(path: Path, head: str, inside: dict[str, str]) -> bool:

@@ -1,16 +1,20 @@
 """The kinds of file that hold a recording, and which reader opens each."""
 
+import re
 from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 
 from fitting.errors import InputError
+from fitting.recordings.cells import NUMBER
 from fitting.recordings.source import Source
 from fitting.recordings.table_cells import NO_ROW, cells_of, heads_of, lines_of, separator_of, split
 from fitting.recordings.table_text import text_of
 from fitting.recordings.units_row import with_units
 
 MATLAB, SHEETS, BAGS, LABVIEW = (".mat",), (".xlsx", ".xlsm"), (".mcap",), (".tdms",)
-ENDINGS = (".csv", *MATLAB, *SHEETS, *BAGS, *LABVIEW)
+TEXTS = (".txt", ".tsv", ".dat", ".asc", ".lvm")  # tables as loggers write them, or anything else in words
+ENDINGS = (".csv", *TEXTS, *MATLAB, *SHEETS, *BAGS, *LABVIEW)
+FEWEST_NUMBERS, LOOKED_AT = 3, 8192  # in a row of readings; bytes of a text in which one is looked for: chosen
 # options that say which part of a file is meant, the endings that have them, and what such a file is called
 INSIDE = {"sheet": SHEETS, "variable": MATLAB, "topic": BAGS, "group": LABVIEW}
 OWNERS = {"sheet": "an Excel file", "variable": "a MATLAB file", "topic": "a ROS 2 bag", "group": "a TDMS file"}
@@ -22,8 +26,20 @@ def is_recording(path: Path) -> bool:
 
 
 def recordings_in(folder: Path) -> list[Path]:
-    """The files of a folder that may hold recordings, by name."""
-    return sorted(path for path in folder.iterdir() if is_recording(path))
+    """The files of a folder that may hold recordings, by name; of texts those that hold a table of numbers."""
+    found = (path for path in folder.iterdir() if is_recording(path))
+    return sorted(path for path in found if path.suffix.lower() not in TEXTS or _holds_readings(path))
+
+
+def _holds_readings(path: Path) -> bool:
+    """Whether a row of numbers stands near the beginning of a text: one that explains something has none."""
+    try:
+        with path.open("rb") as file:
+            text = file.read(LOOKED_AT).decode("utf-8", "replace").replace("\0", "")  # of UTF-16 what is ASCII
+    except OSError:
+        return False
+    cells = (re.split("[;\t]", line) if re.search("[;\t]", line) else line.split(",") for line in text.splitlines())
+    return any(sum(bool(NUMBER.fullmatch(cell.strip())) for cell in row) >= FEWEST_NUMBERS for row in cells)
 
 
 def open_source(path: Path, inside: Mapping[str, str], is_head: Callable[[str], bool]) -> Source:

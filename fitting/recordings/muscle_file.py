@@ -202,7 +202,7 @@ def name_of(table: dict[str, Any], path: Path) -> str:
     return _printable(str(table.get("name") or path.resolve().parent.name))
 
 
-def hose_of(table: dict[str, Any], path: Path, raw: bytes) -> str:
+def hose_of(table: dict[str, Any], raw: bytes, path: Path) -> str:
     """The name of the hose that the muscle is cut from, without what would steer a screen; empty where none is."""
     hose = table.get("hose", "")
     if not isinstance(hose, str) or full_names.OF in hose:

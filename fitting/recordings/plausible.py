@@ -13,12 +13,11 @@ import numpy as np
 
 from fitting import showing
 from fitting.errors import InputError, alike
-from fitting.recordings.checks import PRESSURES
 from fitting.recordings.heads import POSITIONS
 from fitting.recordings.ideal import ideal_pull
 from fitting.recordings.records import FORCE_TESTS, Experiment, Recording, Run
 from fitting.recordings.settings import PLAUSIBLE
-from fitting.recordings.tables import Table, is_absolute
+from fitting.recordings.tables import Table
 from mckibben_jax.muscle import Muscle
 
 TINY_STROKE, LARGE_DROP = 0.005, 0.5  # a stroke of half a per cent does not take half of the force away
@@ -48,19 +47,6 @@ def check_plausible(
     else:
         _at_rest(used, table)
     return notes
-
-
-def absolute_notes(table: Table, options: Mapping[str, Any]) -> list[str]:
-    """A question about a column that calls itself absolute and is read as a gauge's."""
-    heads = [table.heads[name] for name in PRESSURES if name in table.heads]
-    if "pressure" in options:
-        return []
-    return [
-        f"the column {head!r} is read as pressure above the atmosphere (gauge): if it is absolute, as it is called, "
-        'write pressure = "absolute" in its [[recording]]; if not, write pressure = "gauge"'
-        for head in heads
-        if is_absolute(head)
-    ]
 
 
 def _forces(part: Run) -> np.ndarray:

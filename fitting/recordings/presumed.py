@@ -1,9 +1,11 @@
 """What is presumed of instruments whose accuracy muscle.toml does not state; it is printed with every verdict."""
 
 from dataclasses import dataclass
+from math import hypot
 
 import numpy as np
 
+from fitting.recordings.absolute import UNKNOWN_AMBIENT
 from fitting.recordings.accuracy import Accuracy, ChannelAccuracy
 from fitting.recordings.noise import noise_of_cell
 from fitting.recordings.records import FORCE_TESTS, NoiseSource, Recording
@@ -38,11 +40,12 @@ def presumed(recording: Recording, settings: PresumedSettings = PRESUMED) -> Acc
     pressures = [float(np.max(np.abs(run.pressure))) for run in recording.runs]
     scale, noise = max(pressures), noise_of_cell(recording)
     reach = max(float(np.max(np.abs(run.measured))) for run in recording.runs) if of_force else 0.0
+    air = UNKNOWN_AMBIENT if recording.ambient_is_presumed else 0.0
     held = settings.held_length if recording.test == "isometric" else 0.0
     return Accuracy(
         pressure=ChannelAccuracy(
-            zero=settings.pressure_zero * scale, gain=settings.pressure_gain, zero_per_run=0.0, gain_per_run=0.0,
-            hysteresis=0.0, drift=0.0,
+            zero=hypot(settings.pressure_zero * scale, air), gain=settings.pressure_gain, zero_per_run=0.0,
+            gain_per_run=0.0, hysteresis=0.0, drift=0.0,
         ),
         position=ChannelAccuracy(
             zero=0.0, gain=0.0, zero_per_run=held, gain_per_run=0.0, hysteresis=0.0, drift=0.0

@@ -9,6 +9,7 @@ import numpy as np
 
 from fitting import units
 from fitting.errors import InputError, concerning, nearest, unknown_name
+from fitting.recordings.absolute import ambient_of, check_absolute
 from fitting.recordings.checks import PRESSURES, check_ranges, check_run
 from fitting.recordings.gaps import pressure_levels
 from fitting.recordings.heads import COLUMNS, POSITIONS, USUAL, plain_name
@@ -58,6 +59,7 @@ def renamed(given: Mapping[str, Any], old: str, new: str) -> dict[str, Any]:
 def read_runs(table: Table, test: str, muscle: Muscle, options: dict[str, Any], counts: Counter[str]) -> list[Run]:
     """The readings of every run, checked; `counts` gains the samples that are set aside, by reason."""
     position = _check_columns(table, test)
+    check_absolute(table, options)
     readings = _all_readings(table, test, muscle, options, position, counts)
     check_ranges(readings, table, test, options, position)
     parts = [_part(readings, at, label) for label, at in _runs(readings, table, test, counts)]
@@ -116,7 +118,7 @@ def _all_readings(
     table: Table, test: str, muscle: Muscle, options: dict[str, Any], position: str, counts: Counter[str]
 ) -> Run:
     """The whole file: gauge pressure, contraction, pulling positive; what is missing or not valid is marked."""
-    atmosphere = units.ATMOSPHERE if options.get("pressure") == "absolute" else 0.0
+    atmosphere = ambient_of(options)
     columns = {name: values for name, values in table.columns.items() if COLUMNS[name] is not None}
     for name in PRESSURES:
         if name in columns:

@@ -133,6 +133,7 @@ class Recording:
     found: Accuracy = NOTHING_STATED  # noise and resolution of its channels, as their readings show them
     noise_of_inputs: float = 0.0  # N, that stated errors of pressure and position add to a point of a static map
     hangs: bool = False  # the force is that of a load that hangs: no load cell errs differently from run to run
+    ambient_is_presumed: bool = False  # pressures were absolute, and nobody said what the air's was
     part: str = ""  # how `file` ends where a part of one is meant: ", sheet Monday"
 
     @property

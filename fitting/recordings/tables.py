@@ -58,6 +58,7 @@ class Table:
     unused: tuple[str, ...]  # heads of columns that are none of the program's
     raw: bytes
     units: dict[str, str]  # what the file gives each column in, by the program's names; labels and stamps have none
+    absolute: tuple[str, ...] = ()  # columns whose unit says that their pressure is absolute: 'bara', 'bar abs'
 
     @property
     def has_stamps(self) -> bool:
@@ -76,7 +77,9 @@ class Table:
 
 
 def is_absolute(head: str) -> bool:
-    """Whether the head of a column of pressures says that they are absolute: 'p_abs [bar]', 'Absolutdruck'."""
+    """Whether the head of a column of pressures says that they are absolute: 'p_abs [bar]', 'p [bara]'."""
+    if units.without_absolute(split_head(head)[1] or ""):
+        return True
     words = _HUMP.sub(" ", head).lower().replace("_", " ")
     return bool(_ABSOLUTE.search(words)) and not _NOT_ABSOLUTE.search(words)
 
@@ -101,11 +104,14 @@ def read_table(
     rows = _common_rows(source, cells, where, path)
     place = _Place(path, source.header_row, rows, decimal)
     given = {name: _unit_of(name, heads[at], called, given_units, place) for name, at in where.items()}
+    bare = {name: units.without_absolute(unit or "") for name, unit in given.items() if COLUMNS[name] == "Pa"}
+    absolute = tuple(name for name, unit in bare.items() if unit)
+    given |= {name: bare[name] for name in absolute}
     columns = {name: _column(name, cells[at], heads[at], given[name], place) for name, at in where.items()}
     named = {name: heads[at] for name, at in where.items()}
     measured = [name for name, at in where.items() if COLUMNS[name] is not None and not _is_stamped(name, cells[at])]
     stated = {name: unit for name in measured if (unit := given[name])}
-    return Table(str(path), columns, named, source.header_row, rows, tuple(unused), source.raw, stated)
+    return Table(str(path), columns, named, source.header_row, rows, tuple(unused), source.raw, stated, absolute)
 
 
 def read_heads(path: Path, inside: Mapping[str, str] | None = None) -> list[str]:

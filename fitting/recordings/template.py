@@ -39,7 +39,10 @@ def write_guessed(folder: Path | str) -> tuple[Path, list[Guess]]:
     if not folder.is_dir():
         raise InputError("no such folder", folder, cure="make it and put the recordings into it")
     if not recordings_in(folder):
-        cure = "put the recordings into it first: CSV, Excel (.xlsx), MATLAB (.mat), LabVIEW (.tdms) or ROS 2 (.mcap)"
+        cure = (
+            "put the recordings into it first: tables as text (.csv, .txt, .lvm), Excel (.xlsx), MATLAB (.mat), "
+            "LabVIEW (.tdms) or ROS 2 (.mcap)"
+        )
         raise InputError("no recording is in this folder", folder, cure=cure)
     path = folder / "muscle.toml"
     if path.exists():
@@ -124,6 +127,8 @@ def _recording_lines(guess: Guess, shared: Sequence[Guess]) -> Iterator[str]:
     yield f'test = "{guess.test}"   # a guess: {", ".join(TESTS)}'
     if guess.named:
         yield f"columns = {_table(guess.named)}   # a guess"
+    if guess.columns and guess.test == "quick release" and "load" not in guess.columns:
+        yield 'constant = { load = "? kg" }   # no column says what hung on the muscle when it was let go'
     if guess.columns and guess.test in HELD and not {*POSITIONS} & {*guess.columns}:
         yield 'constant = { length = "? mm" }   # no column says how long the muscle was; was it held at one length?'
     if guess.units:

@@ -56,9 +56,11 @@ def discover_task(
                 there, held = task.experiments, task.held
             tasks.append(replace(task.with_effects(with_effects(kept, new)), experiments=there, held=held))
         label, added = ("", step.added) if stages else (step.effect, ())
-        errors = step.rmse, step.held_out_rmse
+        compared = _compared(tasks[-1], step)
+        # over all samples, as everywhere else; only motions have an error in N that nothing but a diagnosis knows
+        rmse = compared.rmse if compared.unit == "N" else step.rmse
         stages.append(
-            Stage(label, *errors, step.verdict, _compared(tasks[-1], step), step.attempts, step.held, added,
+            Stage(label, rmse, step.held_out_rmse, step.verdict, compared, step.attempts, step.held, added,
                   step.dropped, step.diagnosis.is_strained, step.diagnosis, step.diagnosis.p_value, step.freed,
                   step.exchanged)
         )  # fmt: skip

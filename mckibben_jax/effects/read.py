@@ -25,7 +25,9 @@ class Slack(Read):
     suspect = "a model that pushes at low pressure and large contraction, where the reading stays near zero"
     needs = ("rubber",)  # nothing else pushes within the stroke
     fixed = (f"{CORNER:g} N",)
-    F_s: jax.Array = parameter(-5.0, "N", "reading of the slack muscle", range=(-500.0, 100.0), starts=(0.0, -20.0))
+    F_s: jax.Array = parameter(
+        -5.0, "N", "reading of the slack muscle", range=(-500.0, 100.0), starts=(0.0, -20.0), is_level=True
+    )
 
     def read(self, signal: jax.Array, time: jax.Array) -> jax.Array:
         half = 0.5 * (signal - self.F_s)

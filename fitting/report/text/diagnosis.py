@@ -168,8 +168,8 @@ def samples_text(d: Diagnosis, whole: "Comparison | None") -> list[str]:
         return []
     runs = len(np.unique(d.baseline.samples.run))
     return [
-        f"The errors of the diagnosis are those of {seen:,} samples of {counted(runs, 'run')}, taken evenly from the "
-        f"{samples:,}: these suffice to decide.{_over_all(d, whole)}"
+        f"The errors of the diagnosis, and all on held-out runs, are those of {seen:,} samples of "
+        f"{counted(runs, 'run')}, taken evenly from the {samples:,}: these suffice to decide.{_over_all(d, whole)}"
     ]
 
 
