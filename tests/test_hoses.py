@@ -8,6 +8,7 @@ from click.testing import CliRunner
 from small_muscle import ANGLE, RADIUS, ideal
 
 from fitting.cli.main import main
+from fitting.comparison.compare import compare
 from fitting.errors import InputError
 from fitting.least_squares.evaluate import evaluate
 from fitting.least_squares.fit import fit
@@ -16,6 +17,7 @@ from fitting.model_files.model_file import read_model
 from fitting.problem.unknowns import unknowns
 from fitting.recordings.experiment import read_experiment
 from fitting.recordings.hoses import with_hose_sizes
+from fitting.report.text.comparison import judgement
 from fitting.report.text.stated_sizes import denied_texts
 from fitting.report.text.study import hose_texts
 from mckibben_jax.effects import ConstantFriction, IdealCylinder, LinearSpring
@@ -234,3 +236,15 @@ def test_the_simulated_hose_is_found(three):
     for name, truth in (("muscle.radius", RADIUS), ("muscle.braid_angle", ANGLE), ("linear_spring.K", SPRING)):
         estimate = found.estimate(name)
         assert abs(estimate.value - truth) < 3 * estimate.error
+
+
+def test_a_small_error_is_no_praise_for_another_muscle(tmp_path):
+    short = read(tmp_path, a={"length": 150, "dead": 24.0, "seed": 1}, b={"length": 250, "dead": 24.0, "seed": 2})
+    assert "But its muscle is not the one that was measured: ⟦muscle.length@a⟧ lies 1" in judged(short)
+    right = read(tmp_path / "right", a={"length": 150, "seed": 1}, b={"length": 250, "seed": 2})
+    assert judged(right).endswith("N.")
+    assert "But" not in judged(right)
+
+
+def judged(experiments):
+    return judgement(compare(fit(experiments, MODEL, starts=2), experiments))

@@ -60,6 +60,7 @@ class WarningTextSettings:
     half: float = 0.5  # of the error: less must be left without the atmosphere; chosen
     fastest: float = 5.0  # muscle lengths a second, the median of loops: ten times what laboratories drive; chosen
     noisier: float = 3.0  # stated errors of one reading, by which neighbours scatter; chosen
+    absurd: float = 5.0  # stated errors, from which nobody thinks that a size was read so; chosen
     apart: float = 3.0  # stated errors between a fitted size and a measured one: 3 honest ones in 1000 are; chosen
 
 

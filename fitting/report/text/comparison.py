@@ -16,6 +16,7 @@ from fitting.report.text.bands import band_lines
 from fitting.report.text.instruments import channel_lines
 from fitting.report.text.layout import columns, line, lines, spaced
 from fitting.report.text.noise import NOISE_TEXT
+from fitting.report.text.stated_sizes import absurd_texts
 from fitting.report.text.warnings import comparison_warnings
 
 ERRORS = {"rms": "rmse", "mean": "bias", "largest": "largest"}  # columns of the error tables: the field of a `Row`
@@ -66,6 +67,11 @@ def fails(c: Comparison) -> bool:
 
 
 def judgement(c: Comparison) -> str:
+    """Whether the model is good enough, and whether it is of another muscle than was measured."""
+    return " ".join([_judged(c), *absurd_texts(c.fit)])
+
+
+def _judged(c: Comparison) -> str:
     """One sentence on whether the model is good enough."""
     readings, numbers = sum(score.count for score in c.by_recording), len(c.fit.free)
     if readings <= numbers:

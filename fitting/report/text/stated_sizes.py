@@ -39,6 +39,15 @@ def denied(fit: Fit) -> list[str]:
     return sorted(far, key=lambda name: -_apart(fit, name))
 
 
+def absurd_texts(fit: Fit) -> list[str]:
+    """That a fit, however small its error, is of another muscle than was measured; nothing where it is not."""
+    far = denied(fit)[:1]
+    if not far or _apart(fit, far[0]) < WARNING_TEXT.absurd:
+        return []
+    off = showing.figures(_apart(fit, far[0]))
+    return [f"But its muscle is not the one that was measured: {mark(far[0])} lies {off} standard errors off."]
+
+
 def _denied_texts(fit: Fit) -> list[str]:
     far = denied(fit)
     sizes = [
