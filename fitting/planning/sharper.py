@@ -9,7 +9,7 @@ from threadpoolctl import threadpool_limits
 
 from fitting.diagnosis.record import Diagnosis
 from fitting.planning.next_measurement import NextMeasurement, PairPower, Visible, measurement_of, trouble
-from fitting.planning.predictions import Explained, explain
+from fitting.planning.predictions import Explained, changed_rows
 from fitting.planning.prospect import Prospect, prospect
 from fitting.planning.settings import CHOICE, SHARPEN
 from fitting.problem.varying import AS_DECLARED, Varying
@@ -60,23 +60,18 @@ def sharper(
             diagnosis, experiments, [present], varying, known=known, seed=seed, progress=part_of(progress, 0.0, 0.2)
         )
         kinds = {name_of(effect): effect for effect in (*(kind() for kind in LIBRARY), *known)}
-        missing = [name for name in wanted if name not in present]
-        found = list[Signature]()
-        for name in missing:
-            progress(f"what each recording would show of {name}", 0.2 + 0.8 * len(found) / len(missing))
-            found.append(_signature(first, [*(kinds[n] for n in present), kinds[name]], varying))
+        missing = [kinds[name] for name in wanted if name not in present]
+        progress("what each recording would show of what these data hardly see", 0.2)
+        changes = changed_rows(first.outlook.explained[0], first.outlook.planned, missing, varying)
+        found = [_signature(first, name, change) for name, change in changes.items()]
         return _chosen(first, [s for s in found if s.gains().max() > SHARPEN.least_gain][: SHARPEN.effects])
 
 
-def _signature(given: Prospect, added: Sequence[Effect], varying: Varying) -> Signature:
-    """An effect at its declared values, added to the fitted model."""
-    base, planned = given.outlook.explained[0], given.outlook.planned
-    effects = base.layout.templates[0].effects
-    with_it = explain(planned, effects, added[-1:], base.values, varying, hold=True)
-    change = with_it.rows - base.rows
-    usable = set(given.usable)
+def _signature(given: Prospect, name: str, change: np.ndarray) -> Signature:
+    """An effect at its declared values, by what it changes (rows,) where it is added to the fitted model."""
+    base, planned, usable = given.outlook.explained[0], given.outlook.planned, set(given.usable)
     return Signature(
-        name_of(added[-1]),
+        name,
         _strength(given, base, change, None),
         np.array([_strength(given, base, change, n) if n in usable else 0.0 for n in range(len(planned.rows))]),
     )
