@@ -179,6 +179,7 @@ def test_each_muscle_left_out_is_predicted_by_the_others(three, tmp_path):
         assert each.fitted_first == ()
         assert each.then == pytest.approx(NOISE, rel=0.15)
         assert each.then <= each.predicted
+        assert each.beyond <= each.then
     # the same the long way: a model of the others is saved, and then compared with the muscle
     alone = fit(experiments[1:], MODEL, starts=2)
     values = {name.removesuffix("@a"): value for name, value in alone.values.items() if "@" not in name}

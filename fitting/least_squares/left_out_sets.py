@@ -8,6 +8,7 @@ import numpy as np
 from fitting.least_squares.record import Fit
 from fitting.least_squares.searches import Alone
 from fitting.least_squares.subset import subset_of
+from fitting.least_squares.unbent import left_beyond
 
 
 @dataclass(frozen=True)
@@ -15,13 +16,15 @@ class LeftOutSet:
     """One data set beside the fit of the others: root mean square errors in its unit, N (or m, of positions alone).
 
     `predicted` is the error with nothing fitted to these data but `fitted_first`, of which nobody knows anything else.
-    `then` is that with `then_fitted` fitted to it: the sizes of its own muscle, the length among them. `together` is
-    what the fit of all data sets leaves of it.
+    `then` is that with `then_fitted` fitted to it: the sizes of its own muscle, the length among them. `beyond` is what
+    instruments within their accuracy cannot make of `then`: a length that is held to a millimetre hides much.
+    `together` is what the fit of all data sets leaves of it.
     """
 
     dataset: str
     predicted: float
     then: float
+    beyond: float
     together: float
     full_scale: float  # largest reading of this data set
     unit: str
@@ -58,11 +61,13 @@ def _without(fit: Fit, number: int) -> LeftOutSet:
     mine = left_out & fit.problem.of_force(fit.samples)
     mine = mine if mine.any() else left_out
     rms = lambda residual: float(np.sqrt(np.mean(residual[mine] ** 2)))  # noqa: E731
+    at_last = _residual(fit, searches, then)
     block = fit.problem.blocks[int(fit.samples.recording[mine][0])]
     return LeftOutSet(
         dataset=fit.layout.datasets[number],
         predicted=rms(_residual(fit, searches, first)),
-        then=rms(_residual(fit, searches, then)),
+        then=rms(at_last),
+        beyond=rms(_beyond_instruments(fit, at_last, left_out)),
         together=rms(fit.residual),
         full_scale=float(np.max(np.abs(fit.samples.measured[mine]))),
         unit="N" if block.of_force else "m",
@@ -83,6 +88,14 @@ def _residual(fit: Fit, searches: Alone, vector: np.ndarray) -> np.ndarray:
     """Model minus measurement at these values, as the fit's samples."""
     rows = searches.at(subset_of(fit.layout, vector, ()), np.zeros(0)).rows
     return np.asarray(rows)[searches.standard.rows[: len(fit.samples)]] * fit.samples.sigma
+
+
+def _beyond_instruments(fit: Fit, residual: np.ndarray, mine: np.ndarray) -> np.ndarray:
+    """The residual of one data set (a mask) without what its instruments can have made of it."""
+    sigma, beyond = fit.samples.sigma, residual.copy()
+    rows = (residual / sigma)[mine]
+    beyond[mine] = left_beyond(rows, np.zeros((len(rows), 1)), fit.errors.at(np.flatnonzero(mine))) * sigma[mine]
+    return beyond
 
 
 def _own_names(fit: Fit, number: int) -> tuple[str, ...]:

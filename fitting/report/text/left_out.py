@@ -15,12 +15,12 @@ from fitting.report.text.names import marked
 def left_out_report(found: Sequence[LeftOutSet]) -> list[RenderableType]:
     """A line on what was done, and a table of the errors of each data set."""
     sizes = tuple(dict.fromkeys(full_names.common(name) for each in found for name in each.then_fitted))
-    table = columns("data set", "predicted", "of full scale", *["its own fitted", "of full scale"][: 2 * bool(sizes)],
-                    "fit of all")  # fmt: skip
+    fitted = ("its own fitted", "of full scale") if sizes else ()
+    table = columns("data set", "predicted", "of full scale", *fitted, "beyond instruments", "fit of all")
     for each in found:
         then = (amount(each.then, each.unit), percent(each.then_share)) if sizes else ()
-        cells = (amount(each.predicted, each.unit), percent(each.share), *then, amount(each.together, each.unit))
-        table.add_row(each.dataset, *cells)
+        errors = (amount(error, each.unit) for error in (each.beyond, each.together))
+        table.add_row(each.dataset, amount(each.predicted, each.unit), percent(each.share), *then, *errors)
     return [line("", ""), line("LEFT OUT", " ".join(_texts(found, sizes))), spaced(table)]
 
 
@@ -31,6 +31,7 @@ def _texts(found: Sequence[LeftOutSet], sizes: Sequence[str]) -> list[str]:
     first = tuple(dict.fromkeys(full_names.common(name) for each in found for name in each.fitted_first))
     if first:
         words.append(f"Nothing but its own data tells of {marked(first)}: fitted to it before anything is predicted.")
+    words.append("Beyond instruments: what instruments within their accuracy cannot have made of the error before it.")
     return words
 
 
@@ -40,7 +41,8 @@ def left_out_result(found: Sequence[LeftOutSet]) -> dict[str, Any]:
         "left_out": [
             {
                 "dataset": each.dataset, "unit": each.unit, "full_scale": each.full_scale,
-                "rmse_predicted": each.predicted, "rmse_own_fitted": each.then, "rmse_of_all": each.together,
+                "rmse_predicted": each.predicted, "rmse_own_fitted": each.then, "rmse_beyond_instruments": each.beyond,
+                "rmse_of_all": each.together,
                 "fitted_first": list(each.fitted_first), "then_fitted": list(each.then_fitted),
             }
             for each in found

@@ -50,13 +50,14 @@ def _failure_text(fit: Fit, failure: Failure) -> str:
 
 
 def _missed_text(missed: MissedMotions) -> str:
-    told = f"the motions are missed by {missed.noises:.0f} times their noise"
+    told = f"the recorded motions are missed by {missed.noises:.0f} times their noise"
     if missed.as_force is not None and missed.as_force < AS_NOISE:
         return (
             f"{told}, where read as force they are missed by {missed.as_force:.1f} times: what is wrong is small "
             "against the forces, as a position that is late or has a zero or a gain, or friction at a standstill"
         )
     return (
-        f"{told}, and {missed.reached} of {missed.starts} starts ended there: the model lacks something, or the "
-        "search was caught in a poor neighbourhood; a fit with --shooting 8 tells which"
+        f"{told}, and {missed.reached} of {missed.starts} starts ended there. Either the model lacks something, or the "
+        "search stopped far from the best values: 'mckibben fit' with --shooting 8, which follows each motion in 8 "
+        "pieces, tells which"
     )
