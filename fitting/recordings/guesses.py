@@ -24,11 +24,8 @@ VENTED, SWEPT = 0.9, ("isometric", "isotonic")  # atmospheres that a vented musc
 PLACED = 0.4  # of its largest reading: a position that comes nearer to 0 is no length of a muscle
 SAME_FORCE, SWEPT_PRESSURE = 0.1, 0.5  # of a force, of the largest pressure: a weight that is lifted by a sweep
 FEWEST_STILL, STILL = 30, 1.5  # readings; times its noise: readings that differ by less from their mean stand
-JUMP, WAY, SUDDEN = (
-    0.5,
-    (0.1, 0.7),
-    0.1,
-)  # of the range, that a release ends from where it began; of its way; of its time
+MOVED = 0.1  # of a release's way, by which a muscle may move before, and how near it may come to there again
+WAY, SUDDEN = (0.1, 0.7), 0.3  # shares of its way, between which it takes less than so many seconds
 STRETCHES, STANDING = 50, 0.7  # of a recording; share of them in which an isometric test leaves the length as it was
 
 
@@ -238,13 +235,13 @@ def _is_let_go(table: Table) -> bool:
     time, place, pressure = time[known], place[known], pressure[known]
     if len(place) < FEWEST_STILL or np.ptp(pressure) > HELD_PRESSURE * np.max(np.abs(pressure)):
         return False
-    before, after = np.median(place[: len(place) // 20 + 1]), np.median(place[-(len(place) // 4) :])
-    way = after - before
-    if abs(way) < JUMP * np.ptp(place):
-        return False  # it came back, as in a loop
-    gone = (place - before) / way
+    begin, end = place[: len(place) // 20 + 1], place[-(len(place) // 4) :]
+    way = np.median(end) - np.median(begin)
+    if np.ptp(begin) > MOVED * abs(way) or np.min((end - np.median(begin)) * np.sign(way)) < MOVED * abs(way):
+        return False  # it moved from the beginning, or came back, as in a loop; a mass on a muscle may swing long
+    gone = (place - np.median(begin)) / way
     first, last = np.argmax(gone > WAY[0]), np.argmax(gone > WAY[1])
-    return bool(time[first] > time[0] and time[last] - time[first] < SUDDEN * np.ptp(time))
+    return bool(time[last] - time[first] < SUDDEN)
 
 
 def _is_reading(path: Path, head: str, inside: dict[str, str]) -> bool:
