@@ -121,3 +121,10 @@ def test_a_folder_with_words_alone_has_no_recording(tmp_path):
     (tmp_path / "notes.txt").write_text("1, 2 or 3 bar?\n")
     with pytest.raises(InputError, match="no recording is in this folder"):
         write_guessed(tmp_path)
+
+
+def test_a_fast_cycle_that_comes_back_is_no_release(tmp_path):
+    time = 0.05 * np.arange(1200)
+    place = 10 * (1 - np.cos(3 * np.maximum(time - 10, 0)))
+    logged(tmp_path / "bench.csv", np.full(place.size, 300.0), place, np.linspace(700, 300, place.size))
+    assert guesses_of(tmp_path)[0].test == "loop"
