@@ -62,8 +62,9 @@ def test_effects_of_which_nothing_is_known_are_no_part_of_an_explanation(monkeyp
     sets = {"creep": creep, "hill": hill}
     as_known = lambda values: {name: Estimate(*each, "1") for name, each in values.items()}  # noqa: E731
     monkeypatch.setattr("fitting.diagnosis.estimates.estimates", lambda _, __, names: as_known(sets[names[0]]))
-    assert untold(None, frozenset(sets), None, VERDICT.untold) == vague
-    assert untold(None, frozenset({"creep"}), None, VERDICT.untold) == ()
+    world = SimpleNamespace(layout=SimpleNamespace(entry=lambda name: SimpleNamespace(size_of=abs)))
+    assert untold(world, frozenset(sets), None, VERDICT.untold) == vague
+    assert untold(world, frozenset({"creep"}), None, VERDICT.untold) == ()
 
 
 def test_a_set_with_such_an_effect_is_not_adequate(monkeypatch):
