@@ -1,5 +1,6 @@
 """Work on several items at once: compiled code and LAPACK leave the lock of Python's interpreter."""
 
+import os
 from collections.abc import Callable, Iterable
 from concurrent.futures import ThreadPoolExecutor
 from typing import Any, TypeVar
@@ -7,6 +8,21 @@ from typing import Any, TypeVar
 import jax
 
 Result = TypeVar("Result")
+MOST = 8  # threads: each search holds its own slopes, and Python's interpreter goes from one to the next; chosen
+
+
+def cores() -> int:
+    """The cores that this process may use."""
+    mine = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
+    return mine or 1
+
+
+def worker_count() -> int:
+    """How many threads share the searches of a diagnosis and the batches of a posterior: one a core, 2 to 8.
+
+    On one core two of them wait for each other, which costs nothing.
+    """
+    return min(max(cores(), 2), MOST)
 
 
 def at_once(count: int, work: Callable[..., Result], *items: Iterable[Any]) -> list[Result]:

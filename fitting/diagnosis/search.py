@@ -277,7 +277,7 @@ class Search:
         return any(self.examiner.left(fit) < bound for fit in more)
 
     def test_level(self, size: int, most: int) -> None:
-        """Test the best sets of one size, so many at most, two at a time."""
+        """Test the best sets of one size, so many at most, some at a time."""
         level = [added for added in self.best(size) if self.moves(added)]
         best = self.left(level[0]) if level else 0.0
         near = [added for added in level[:most] if self.left(added) <= best / self.settings.bettered**2]
@@ -295,5 +295,5 @@ class Search:
         return self.examiner.adequacy(added, self.fits[added], self.fits, bettered=self.bettered(added))
 
     def _each(self, work: Callable[[frozenset[str]], Result], sets: Sequence[frozenset[str]]) -> list[Result]:
-        """What becomes of each set, two at a time."""
+        """What becomes of each set, some at a time."""
         return at_once(self.world.settings.workers, work, sets)

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from fitting.instruments.settings import InstrumentSettings
 from fitting.least_squares.working_noise import NoiseSettings
 from fitting.problem.unknowns import BELIEVED
+from fitting.threads import worker_count
 
 
 @dataclass(frozen=True)
@@ -66,7 +67,7 @@ class FitSettings:
     denied: float = 4.0  # standard errors of a stated measurement, from which a fit denies it; chosen
     believed: float = BELIEVED  # standard errors of a stated size, if a free fit denies it
     starts: int = 4  # of a new effect's parameters; chosen
-    workers: int = 2  # threads: compiled code leaves the lock of the interpreter alone; chosen
+    workers: int = field(default_factory=worker_count)  # compiled code leaves the lock of the interpreter alone
 
 
 @dataclass(frozen=True)

@@ -238,7 +238,7 @@ class Universe:
     def fit_all(
         self, sets: Sequence[tuple[frozenset[str], np.ndarray, Sequence[str]]], decide: bool = True
     ) -> list[CandidateFit]:
-        """Fit many sets, two at a time; arguments as of `fit`.
+        """Fit many sets, some at a time; arguments as of `fit`.
 
         Their searches end where little is left to gain, and sooner unless they are to `decide`: of other candidates few
         will matter.

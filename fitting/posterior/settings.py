@@ -1,8 +1,9 @@
 """The numbers that sampling rests on, by method. Where no source is named they were chosen: nobody derived them."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from fitting.instruments.settings import INSTRUMENTS
+from fitting.threads import worker_count
 
 
 @dataclass(frozen=True)
@@ -62,7 +63,7 @@ class DensitySettings:
 
     batch: int = 16  # points of one compiled call where something moves: measured, more gain nothing on a CPU
     weakest: float = 0.05  # curvature along an axis of which the mode knows nothing
-    workers: int = 2  # batches at once: releases and loops took 60 instead of 77 s; measured on two cores
+    workers: int = field(default_factory=worker_count)  # batches at once: 60 instead of 77 s on two cores
     step: float = 0.02  # of the central differences that give slopes, in standard deviations
     fine: float = 1e-4  # the same where errors of instruments are held, beside which the density is far sharper
     bend: float = 0.1  # of those that give curvatures, in standard deviations

@@ -58,10 +58,11 @@ def _use_all_cores() -> None:
     """On processors jax sees one device however many cores there are: let it see each core. Not for GPUs."""
     import jax
 
+    from fitting.threads import cores
+
     if "xla_force_host_platform_device_count" not in os.environ.get("XLA_FLAGS", ""):
-        count = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
         with suppress(RuntimeError):  # jax has begun already, in a process that does other things too
-            jax.config.update("jax_num_cpu_devices", count)
+            jax.config.update("jax_num_cpu_devices", cores())
 
 
 def _work(scheduler: str | None, effect_file: str | None) -> Any:
