@@ -43,8 +43,8 @@ class Examiner:
         self._left_out: dict[tuple[CandidateFit, bool], np.ndarray] = {}
         self._beyond: dict[CandidateFit, np.ndarray] = {}
         self._left: dict[CandidateFit, float] = {}
-        # of the latest two alone, for two are tested at a time: their factors are large
-        self._grounds: deque[tuple[CandidateFit, Ground]] = deque(maxlen=2)
+        # of as many as are tested at a time alone: their factors are large
+        self._grounds: deque[tuple[CandidateFit, Ground]] = deque(maxlen=settings.fits.workers)
         self.flip_groups = flip_groups(world.samples, self.noise(base).memory, settings.flip_test)
 
     @cached_property
