@@ -1,6 +1,7 @@
 """Muscles cut from one hose: they share its sizes, and one may be predicted from the others."""
 
 import json
+import re
 
 import numpy as np
 import pytest
@@ -200,11 +201,18 @@ def test_what_only_its_own_data_tell_is_fitted_before_anything_is_predicted(thre
 
 def test_leaving_out_is_a_choice_of_fit(three, tmp_path):
     effects = ("--effects", "ideal_cylinder", "linear_spring", "constant_friction")
-    said = run("fit", *three, *effects, "--no-save", "--leave-out", "--json", tmp_path / "r.json").output
+    page = tmp_path / "page.html"
+    said = run(
+        "fit", *three, *effects, "--no-save", "--leave-out", "--json", tmp_path / "r.json", "--html", page
+    ).output
     assert "LEFT OUT  Each data set was predicted by a fit of the others" in said
     left_out = json.loads((tmp_path / "r.json").read_text())["left_out"]
     assert [each["dataset"] for each in left_out] == ["a", "b", "c"]
     assert all(each["unit"] == "N" and each["rmse_own_fitted"] < 1.2 * NOISE for each in left_out)
+    part = page.read_text().split("<h2>Each data set left out</h2>")[1].split("</section>")[0]
+    told = [re.findall(r"<td[^>]*>(.*?)</td>", row) for row in part.split("<tr")[2:]]
+    assert [row[0] for row in told] == ["a", "b", "c"]
+    assert all(" ".join(row[1:3]) in " ".join(said.split()) for row in told)  # predicted, in N and of full scale
     refused = run("fit", three[0], "--no-save", "--leave-out")
     assert refused.exit_code == 2
     assert "name two data sets or more" in refused.output

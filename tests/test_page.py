@@ -322,7 +322,7 @@ def test_where_nothing_is_missing_the_page_says_what_would_have_been_seen(study,
 
 
 def test_a_plan_and_a_posterior_stand_on_the_page(study):
-    text = page(*study, planned=proposed(0.93), posterior=[Section("Sampled", plain="tip.k   1.12")])
+    text = page(*study, planned=proposed(0.93), more=[Section("Sampled", plain="tip.k   1.12")])
     loop = "1 loop at 50 kPa, contraction 0 to 0.2, 30 mm/s"
     both = "Spring in parallel linear_spring and End stop end_stop"
     assert f"{loop}: {both} predict different forces there." in as_read(text)

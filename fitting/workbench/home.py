@@ -33,7 +33,7 @@ def report_text(session: Session) -> str:
         raise InputError("nothing was fitted yet", cure="wait for the first fit")
     diagnosis = next((s.diagnosis for s in reversed(session.steps) if s.diagnosis is not None), None)
     sampled = () if step.posterior is None else posterior_sections(step.posterior)
-    text = page(step.task, step.comparison, diagnosis, session.stages, posterior=sampled)
+    text = page(step.task, step.comparison, diagnosis, session.stages, more=sampled)
     folder = _place(session)
     return text.replace(str(folder), FOLDER) if folder else text
 

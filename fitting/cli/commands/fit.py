@@ -18,6 +18,7 @@ from fitting.cli.run import CommandRun, start
 from fitting.errors import InputError
 
 if TYPE_CHECKING:
+    from fitting.least_squares.left_out_sets import LeftOutSet
     from fitting.least_squares.record import Fit
 
 
@@ -49,6 +50,7 @@ def command(leave_out: bool, **options: Any) -> None:
     from fitting.report.text.comparison import error_text, judgement
     from fitting.report.text.fit import fit_report
     from fitting.report.text.layout import line, lines
+    from fitting.report.text.left_out import left_out_result
     from fitting.report.text.warnings import comparison_warnings
     from fitting.study.task import fit_task
 
@@ -58,21 +60,23 @@ def command(leave_out: bool, **options: Any) -> None:
     run.print([line("RESULT", judgement(found), "bold"), line("ERROR", error_text(found))])
     run.print([*lines("WARNING", comparison_warnings(found), "yellow"), *fit_report(fit)])
     run.print(save(run, fit))
-    predicted = _left_out(run, fit) if leave_out else {}
-    run.write(fit_result(fit) | {"comparison": comparison_result(found)} | predicted)
+    left_out = _left_out(run, fit) if leave_out else ()
+    said = left_out_result(left_out) if leave_out else {}
+    run.write(fit_result(fit) | {"comparison": comparison_result(found)} | said)
     if run.request.html:
+        from fitting.report.page.left_out import left_out_section
         from fitting.report.page.page import write_page
 
-        write_page(run.request.html, run.task, found)
+        write_page(run.request.html, run.task, found, more=[left_out_section(left_out)] if leave_out else ())
     run.end(fit.converged)
 
 
-def _left_out(run: CommandRun, fit: "Fit") -> dict[str, Any]:
-    """Print how well each data set is predicted by a fit of the others; the same for machines."""
+def _left_out(run: CommandRun, fit: "Fit") -> tuple["LeftOutSet", ...]:
+    """How well each data set is predicted by a fit of the others; printed, too."""
     from fitting.least_squares.left_out_sets import each_left_out
-    from fitting.report.text.left_out import left_out_report, left_out_result
+    from fitting.report.text.left_out import left_out_report
 
     with run.progress("leaving out each data set"):
         found = tuple(each_left_out(fit))
     run.print(left_out_report(found))
-    return left_out_result(found)
+    return found

@@ -62,7 +62,7 @@ def command(no_diagnosis: bool, **options: Any) -> None:
     run.print([line("VERDICT", verdict_text(diagnosis), "bold")] if diagnosis else [])
     run.print([line("RESULT", judgement(compared))])
     sampled = _posterior(run, compared.fit)
-    write_page(str(run.request.html), task, compared, diagnosis, stages, chosen=0, planned=planned, posterior=sampled)
+    write_page(str(run.request.html), task, compared, diagnosis, stages, chosen=0, planned=planned, more=sampled)
     run.print([line("WRITTEN", str(run.request.html))])
     run.write(diagnosis_result(diagnosis, compared, planned) if diagnosis else comparison_result(compared))
     run.end(compared.fit.converged)

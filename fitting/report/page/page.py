@@ -50,12 +50,12 @@ def write_page(
     *,
     chosen: int = -1,
     planned: "NextMeasurement | None" = None,
-    posterior: Sequence[Section] = (),
+    more: Sequence[Section] = (),
     enough: float = ENOUGH,
     following: tuple[str, str] | None = None,
 ) -> None:
-    """Write the page of a comparison, with what else there is: diagnosis, steps, next measurement, posterior."""
-    options = {"chosen": chosen, "planned": planned, "posterior": posterior, "enough": enough, "following": following}
+    """Write the page of a comparison, with what else there is: diagnosis, steps, next measurement, and `more`."""
+    options = {"chosen": chosen, "planned": planned, "more": more, "enough": enough, "following": following}
     write_text(path, page(task, c, d, stages, **options))
 
 
@@ -67,16 +67,16 @@ def page(
     *,
     chosen: int = -1,
     planned: "NextMeasurement | None" = None,
-    posterior: Sequence[Section] = (),
+    more: Sequence[Section] = (),
     enough: float = ENOUGH,
     following: tuple[str, str] | None = None,
 ) -> str:
     """The page as text.
 
     `stages` are the models that it shows, of which the reader chooses one at a time; `chosen` is the one that the page
-    is of, counted as in a list: later ones show what would come of it. `posterior` holds the sections that show one,
-    `enough` is the share of full scale that may be left, `following` what to do next and the command for it, where the
-    caller knows better than the results say.
+    is of, counted as in a list: later ones show what would come of it. `more` holds sections that other parts of the
+    program made of the same fit, `enough` is the share of full scale that may be left, `following` what to do next and
+    the command for it, where the caller knows better than the results say.
     """
     models, names = models_of(c, d, stages, chosen), PageNames(task.library)
     here = steps.chosen_of(models)
@@ -93,7 +93,7 @@ def page(
         *_of_each(models, lambda m: _instruments(m.comparison, m.diagnosis)),
         _estimates(task),
         *([] if planned is None else [_planned(planned)]),
-        *posterior,
+        *more,
         _citing(task),
         _provenance(task, models, d),
     ]

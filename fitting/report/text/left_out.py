@@ -14,17 +14,33 @@ from fitting.report.text.names import marked
 
 def left_out_report(found: Sequence[LeftOutSet]) -> list[RenderableType]:
     """A line on what was done, and a table of the errors of each data set."""
-    sizes = tuple(dict.fromkeys(full_names.common(name) for each in found for name in each.then_fitted))
+    heads, rows = left_out_table(found)
+    table = columns(*heads)
+    for row in rows:
+        table.add_row(*row)
+    return [line("", ""), line("LEFT OUT", " ".join(left_out_texts(found))), spaced(table)]
+
+
+def left_out_table(found: Sequence[LeftOutSet]) -> tuple[tuple[str, ...], tuple[tuple[str, ...], ...]]:
+    """The errors of each data set: heads, and a row of cells for each."""
+    sizes = _own_sizes(found)
     fitted = ("its own fitted", "of full scale") if sizes else ()
-    table = columns("data set", "predicted", "of full scale", *fitted, "beyond instruments", "fit of all")
+    rows = list[tuple[str, ...]]()
     for each in found:
         then = (amount(each.then, each.unit), percent(each.then_share)) if sizes else ()
         errors = (amount(error, each.unit) for error in (each.beyond, each.together))
-        table.add_row(each.dataset, amount(each.predicted, each.unit), percent(each.share), *then, *errors)
-    return [line("", ""), line("LEFT OUT", " ".join(_texts(found, sizes))), spaced(table)]
+        rows.append((each.dataset, amount(each.predicted, each.unit), percent(each.share), *then, *errors))
+    return ("data set", "predicted", "of full scale", *fitted, "beyond instruments", "fit of all"), tuple(rows)
 
 
-def _texts(found: Sequence[LeftOutSet], sizes: Sequence[str]) -> list[str]:
+def _own_sizes(found: Sequence[LeftOutSet]) -> tuple[str, ...]:
+    """The sizes that each data set has to itself, by their names."""
+    return tuple(dict.fromkeys(full_names.common(name) for each in found for name in each.then_fitted))
+
+
+def left_out_texts(found: Sequence[LeftOutSet]) -> list[str]:
+    """What the table says, in sentences."""
+    sizes = _own_sizes(found)
     words = ["Each data set was predicted by a fit of the others; the errors are root mean squares."]
     if sizes:
         words.append(f"Its own sizes were taken as stated (predicted), then fitted to it: {marked(sizes)}.")
