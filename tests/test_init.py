@@ -1,6 +1,7 @@
 """`mckibben init` writes a muscle.toml that only needs its values."""
 
 import json
+import tomllib
 
 import numpy as np
 import pytest
@@ -206,3 +207,31 @@ def test_a_position_that_comes_near_0_is_no_length(tmp_path, least, name):
     way = columns.pop("displacement [mm]")
     (tmp_path / "quick_release.csv").write_text(table(columns | {"position (mm)": least + way}))
     assert f'columns = {{ {name} = "position (mm)" }}' in muscle_file(tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("encoding", "heads"),
+    [
+        ("cp932", ("No.", "時刻[s]", "圧力[MPa]", "変位[mm]", "張力[N]")),
+        ("gb18030", ("序号", "时间(s)", "气压(kPa)", "位移(mm)", "拉力(N)")),
+        ("cp949", ("번호", "시간 [s]", "압력 [bar]", "변위 [mm]", "장력 [N]")),
+        ("cp1252", ("Nr.", "Zeit [s]", "Druck [bar]", "Verkürzung: Weg [mm]", "Kraft [N]")),
+        ("utf-8", ("N°", "temps (s)", "pression (bar)", "déplacement (mm)", "effort (N)")),
+        ("utf-8", ("αρ.", "χρόνος (s)", "πίεση (bar)", "θέση (mm)", "δύναμη (N)")),  # nobody knows but the units
+    ],
+)
+def test_heads_are_read_in_the_languages_and_encodings_of_laboratories(tmp_path, encoding, heads):
+    columns = loop_columns()
+    ways = zip(heads[1:], ("time [s]", "pressure [bar]", "contraction [%]", "force [N]"), strict=True)
+    number, shown = {heads[0]: np.arange(202)}, {head: columns[name] for head, name in ways}
+    (tmp_path / "rig.csv").write_bytes(table(number | shown).encode(encoding))
+    (entry,) = tomllib.loads(muscle_file(tmp_path))["recording"]
+    assert entry["columns"] == dict(zip(("time", "pressure", "displacement", "force"), heads[1:], strict=True))
+
+
+def test_the_voltage_of_a_gauge_is_no_pressure(tmp_path):
+    """In Japanese and Chinese one is written with a letter of the other."""
+    columns = loop_columns()
+    shown = {"電圧[V]": np.ones(202), "P1 [bar]": columns.pop("pressure [bar]")}
+    (tmp_path / "rig.csv").write_text(table(shown | columns), encoding="utf-8")
+    assert tomllib.loads(muscle_file(tmp_path))["recording"][0]["columns"] == {"pressure": "P1 [bar]"}

@@ -153,9 +153,9 @@ def _columns(heads: list[str]) -> dict[str, str]:
             name = guess(head)
             if name and head not in found.values() and not is_second(name, found):
                 found[name] = head
-    for name, head in _by_unit([head for head in heads if found and head not in found.values()]):
-        if not is_second(name, found):
-            found[name] = head
+    by_unit = dict(_by_unit([head for head in heads if head not in found.values()]))
+    if found or len(by_unit) > 1:  # one column in millimetres alone may be anything
+        found = {name: head for name, head in by_unit.items() if not is_second(name, found)} | found
     return {name: found[name] for name in COLUMNS if name in found}
 
 
@@ -179,7 +179,10 @@ def _by_letter(head: str) -> str | None:
 
 
 def _by_unit(heads: list[str]) -> Iterator[tuple[str, str]]:
-    """What columns are of which no name is known, where only one of them has such a unit."""
+    """What columns are of which no name is known, where only one of them has such a unit.
+
+    So a header in any language is read, if its units are.
+    """
     for name in ("time", "pressure", "displacement", "force"):
         alike = [head for head in heads if _is_given_in(head, str(COLUMNS[name]))]
         if len(alike) == 1:

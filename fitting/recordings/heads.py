@@ -13,20 +13,33 @@ POSITIONS = ("contraction", "length", "displacement")  # a recording has one of 
 PULLS = ("force", "load")
 _HEADER = re.compile(r"^(.*?)\s*(?:\[([^\]]*)\]|\(([^)]*)\))?$", re.DOTALL)
 
-# words in a header that betray what a column is, in English and in what loggers write
+# words in a header that betray what a column is: in English, in what loggers write, and in other languages of Europe
 WORDS = {
-    "set_pressure": ("set point", "setpoint", "command", "desired", "soll"),
-    "pressure": ("pressure", "druck", "press"),
-    "force": ("force", "load cell", "loadcell", "kraft", "tension", "pull"),
-    "load": ("load", "mass", "weight", "last"),
-    "time": ("time", "zeit", "stamp", "millis", "micros"),
-    "contraction": ("contraction", "strain", "shortening ratio"),
-    "displacement": ("displacement", "shortening", "stroke", "travel", "weg", "extension", "crosshead", "elongation"),
-    "length": ("length", "position", "laser"),
+    "set_pressure": ("set point", "setpoint", "command", "desired", "soll", "consigne", "consigna"),
+    "pressure": ("pressure", "druck", "press", "presión", "presion"),
+    "force": ("force", "load cell", "loadcell", "kraft", "tension", "pull", "forza", "fuerza", "effort"),
+    "load": ("load", "mass", "weight", "last", "gewicht", "carico", "carga"),
+    "time": ("time", "zeit", "stamp", "millis", "micros", "tiempo"),
+    "contraction": ("contraction", "strain", "shortening ratio", "kontraktion", "contrazione", "contracci"),
+    "displacement": ("displacement", "shortening", "stroke", "travel", "weg", "extension", "crosshead", "elongation",
+                     "déplacement", "deplacement", "spostamento", "desplazamiento"),
+    "length": ("length", "position", "laser", "länge", "laenge", "longueur", "lunghezza", "longitud"),
     "run": ("run", "trial", "experiment", "cycle no"),
     "branch": ("branch", "direction"),
+}  # fmt: skip
+# the same in Japanese, Chinese and Korean; a single letter for pressure would be in the word for voltage, too
+EASTERN = {
+    "set_pressure": ("目標", "指令", "设定", "目标", "목표"),
+    "pressure": ("圧力", "内圧", "空気圧", "压力", "气压", "압력"),
+    "force": ("張力", "引張力", "収縮力", "拉力", "张力", "收缩力", "장력"),
+    "load": ("荷重", "質量", "负载", "质量", "하중", "질량"),
+    "time": ("時刻", "時間", "时间", "시간"),
+    "contraction": ("収縮率", "收缩率", "수축률"),
+    "displacement": ("変位", "収縮量", "位移", "변위"),
+    "length": ("長さ", "位置", "长度", "길이"),
 }
-LETTERS = {"t": "time", "p": "pressure", "f": "force", "l": "length", "eps": "contraction", "x": "displacement"}
+LETTERS = {"t": "time", "p": "pressure", "f": "force", "l": "length", "eps": "contraction", "x": "displacement",
+           "力": "force", "힘": "force"}  # fmt: skip
 CLOCKS = {"millis": "ms", "micros": "us"}  # as an Arduino calls its time since it was switched on
 # units that are written behind a name, as in travel_mm; a single letter only where the name says what it measures
 SUFFIXES = ("mm", "cm", "bar", "mbar", "psi", "kPa", "kpa", "MPa", "Pa", "hPa", "kN", "mN", "kg", "kgf", "gf", "lbf",
@@ -83,7 +96,12 @@ def meant_by(name: str) -> tuple[str, ...]:
 def meant_by_words(name: str) -> Iterator[str]:
     """What a column may be by the words in its name, the likeliest first."""
     text = name.lower().replace("_", " ")
-    return (meant for meant, words in WORDS.items() if any(word in text for word in words))
+    return (meant for meant, words in WORDS.items() if any(word in text for word in (*words, *EASTERN.get(meant, ()))))
+
+
+def known_words(text: str) -> int:
+    """How many Japanese, Chinese and Korean words for columns stand in a text; none, if it was decoded wrongly."""
+    return sum(word in text for words in EASTERN.values() for word in words)
 
 
 def is_second(name: str, found: Iterable[str]) -> bool:

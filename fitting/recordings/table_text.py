@@ -4,6 +4,7 @@ import re
 from pathlib import Path
 
 from fitting.errors import InputError
+from fitting.recordings.heads import known_words
 from fitting.recordings.settings import TABLES
 
 OTHER_KINDS = {
@@ -12,6 +13,9 @@ OTHER_KINDS = {
     b"SQLite format 3": ("this is a ROS 2 bag of the older kind", "write it as MCAP with 'ros2 bag convert'"),
     b"\x1f\x8b": ("this is a packed file, not a CSV", "unpack it first, for example with gunzip"),
 }  # by their first bytes
+# as Windows writes texts in Western Europe, Japan, China and Korea, that of the West first: it may hold no word we know
+ENCODINGS = ("cp1252", "cp932", "gb18030", "cp949")
+LOOKED_AT = 20_000  # bytes, for words; chosen
 _CONTROL = re.compile(r"[\x00-\x08\x0b\x0c\x0e-\x1f\x7f-\x84\x86-\x9f]")  # an escape sequence would reach the screen
 
 
@@ -57,7 +61,14 @@ def _decoded(raw: bytes, path: Path) -> str:
         if encoding.startswith("utf-16"):
             cure = "export the recording again, as CSV (UTF-8)"
             raise InputError("the file is UTF-16 text that breaks off or is damaged", path, cure=cure) from None
-        return raw.decode("cp1252", "replace")
+        return raw.decode(_of_a_country(raw), "replace")
+
+
+def _of_a_country(raw: bytes) -> str:
+    """Encoding of text that is no Unicode: that in which the most words of the first lines are known, else Windows'."""
+    first = raw[:LOOKED_AT].rpartition(b"\n")[0]  # no character is cut
+    known = {encoding: known_words(first.decode(encoding, "replace")) for encoding in ENCODINGS}
+    return max(ENCODINGS, key=known.__getitem__)
 
 
 def _unmarked(raw: bytes) -> str:
