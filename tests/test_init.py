@@ -235,3 +235,29 @@ def test_the_voltage_of_a_gauge_is_no_pressure(tmp_path):
     shown = {"電圧[V]": np.ones(202), "P1 [bar]": columns.pop("pressure [bar]")}
     (tmp_path / "rig.csv").write_text(table(shown | columns), encoding="utf-8")
     assert tomllib.loads(muscle_file(tmp_path))["recording"][0]["columns"] == {"pressure": "P1 [bar]"}
+
+
+def spring_bench(folder, turned=True, zero=40.0, force=None):
+    """Pressure swept against a spring, and the muscle held at two lengths; the laser counts from a place of its own."""
+    columns = loop_columns()
+    way = 3 * np.broadcast_to(columns.pop("contraction [%]"), 202)
+    laser = zero + (-way if turned else way)
+    columns |= {"pressure [bar]": 0.5 + 0.1 * way, "force [N]": 5 * way if force is None else force}
+    (folder / "sweep.csv").write_text(table(columns | {"laser displacement [mm]": laser}))
+    held = isometric_columns()
+    held.pop("length [mm]")
+    (folder / "held step.csv").write_text(table(held | {"laser displacement [mm]": zero - 12.0}))
+    return [tomllib.loads(muscle_file(folder))["recording"][n] for n in (1, 0)]
+
+
+@pytest.mark.parametrize(("turned", "zero", "asked"), [(True, 200.0, True), (False, -200.0, True), (True, 0.0, False)])
+def test_a_sensor_with_a_zero_of_its_own_is_asked_what_it_reads_at_rest(tmp_path, turned, zero, asked):
+    """What the sweep betrays of the sensor holds for the recording, too, in which the muscle was held."""
+    for entry in spring_bench(tmp_path, turned, zero):
+        assert entry.get("position_sign", 1) == (-1 if turned else 1)
+        assert entry.get("position_at_rest") == ("? mm" if asked else None)
+
+
+def test_steps_of_pressure_that_a_load_cell_reads_are_no_test_of_the_position(tmp_path):
+    _, held = spring_bench(tmp_path)
+    assert held["test"] == "isometric"

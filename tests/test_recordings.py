@@ -193,6 +193,23 @@ def test_a_position_that_counts_lengthening_as_positive(tmp_path, head, unit):
 
 
 @pytest.mark.parametrize(
+    ("head", "unit", "at_rest", "sign"),
+    [
+        ("displacement [mm]", 3.0, "37.2 mm", -1),
+        ("displacement [cm]", 0.3, "-1.2 cm", 1),
+        ("displacement [mm]", 3.0, "0.1 m", -1),  # in whatever unit one says it
+        ("contraction [%]", 1.0, "2.5 %", 1),
+    ],
+)
+def test_a_sensor_that_reads_something_at_rest(tmp_path, head, unit, at_rest, sign):
+    columns, zero = loop_columns(), {"37.2 mm": 37.2, "-1.2 cm": -1.2, "0.1 m": 100.0, "2.5 %": 2.5}[at_rest]
+    columns[head] = zero + sign * unit * columns.pop("contraction [%]")
+    more = f'position_at_rest = "{at_rest}"\nposition_sign = {sign}'
+    _, run = only_run(folder_of(tmp_path, table(columns), more=more))
+    assert run.contraction == pytest.approx(loop_columns()["contraction [%]"] / 100)
+
+
+@pytest.mark.parametrize(
     ("unit", "newtons", "shown"), [("oz", 0.2780139, "N"), ("N", 1.0, "N"), ("lb", 4.4482216, "lbf")]
 )
 def test_weights_in_any_unit_and_limits_of_them(tmp_path, unit, newtons, shown):

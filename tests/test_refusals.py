@@ -239,6 +239,21 @@ BAD_TABLES = {
     "pressure option": (loop_csv, 'pressure = "abs"', ("neither gauge nor absolute", "'abs'")),
     "force sign": (loop_csv, 'force_sign = "-"', ("neither 1 nor -1",)),
     "position sign": (loop_csv, "position_sign = 2", ("position_sign is neither 1 nor -1", "lengthening as positive")),
+    "at rest: no unit": (
+        lambda: loop_csv().replace("contraction [%]", "displacement [mm]"),
+        "position_at_rest = 3",
+        ("muscle.toml, row 10", "position_at_rest has no unit"),
+    ),
+    "at rest: no length": (
+        lambda: loop_csv().replace("contraction [%]", "displacement [mm]"),
+        'position_at_rest = "3 N"',
+        ("muscle.toml, row 10", "'N' cannot be the unit of a length"),
+    ),
+    "at rest: of a length": (
+        lambda: loop_csv().replace("contraction [%]", "length [mm]"),
+        'position_at_rest = "3 mm"',
+        ("position_at_rest belongs to a displacement or a contraction", "leave position_at_rest out"),
+    ),
     "noise unit": (loop_csv, 'noise = "0.5 mm"', ("noise: 'mm' cannot be the unit of a force",)),
     "noise zero": (loop_csv, 'noise = "0 N"', ("muscle.toml, row 10", "noise is not positive")),
     "unknown option": (loop_csv, 'noize = "1 N"', ("'noize'", "did you mean 'noise'?")),

@@ -80,7 +80,8 @@ def _position_cure(position: str) -> str:
         "contraction": "check whether the unit is [1] or [%]; positive is shorter",
         "length": "check the unit, and the muscle's length in muscle.toml",
         "displacement": "check the unit and the sign: positive is shorter than the muscle's length in muscle.toml; "
-        "where the rig counts lengthening as positive write position_sign = -1",
+        "where the rig counts lengthening as positive write position_sign = -1, and where its 0 lies elsewhere "
+        'position_at_rest = "what it reads at rest"',
     }[position]
 
 

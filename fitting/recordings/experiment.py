@@ -50,6 +50,7 @@ OPTIONS = (
     "ambient",
     "let_go",
     *SIGNS,
+    "position_at_rest",
     "accuracy",
     *INSIDE,
 )

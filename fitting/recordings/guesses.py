@@ -1,12 +1,13 @@
 """What a recording most likely holds: its columns by name, word, letter or unit, and the kind of test."""
 
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
 from fitting.errors import InputError, nearest
+from fitting.recordings.guessed_position import HELD_PRESSURE, SIGNED, is_elsewhere, is_turned
 from fitting.recordings.heads import COLUMNS, LETTERS, has_unit_of, is_second, meant_by_words, plain_name, split_head
 from fitting.recordings.kinds import parts_of, recordings_in
 from fitting.recordings.readings import renamed
@@ -17,9 +18,6 @@ FILE_WORDS = (("release", "quick release"), ("isotonic", "isotonic"), ("isometri
          ("static", "static"), ("loop", "loop"))  # fmt: skip
 HUNG_LOADS = 20  # different readings of a load at most, where weights are hung on
 HELD_LENGTHS = 30  # different readings of the length at most, in an isometric test without noise
-SIGNED = ("displacement", "contraction")  # positions that have a sign
-ABOVE_REST = 0.1  # of a stroke below 0, that a muscle may read above 0: noise, and a zero that is not quite at rest
-RISES, HELD_PRESSURE = 0.8, 0.2  # correlation of force and such a position, share of the pressure it may change by
 VENTED, SWEPT = 0.9, ("isometric", "isotonic")  # atmospheres that a vented muscle reads at least; tests that may vent
 PLACED = 0.4  # of its largest reading: a position that comes nearer to 0 is no length of a muscle
 SAME_FORCE, SWEPT_PRESSURE = 0.1, 0.5  # of a force, of the largest pressure: a weight that is lifted by a sweep
@@ -42,30 +40,13 @@ class Guess:
     table: Table | None = None  # the readings, in N, m and Pa where no unit is given; None where they cannot be read
     problem: str = ""  # why they cannot be read
     reason: str = ""
+    position_sign: int = 1  # -1 where lengthening is positive
+    is_elsewhere: bool = False  # the position is not 0 where the muscle is at rest
 
     @property
-    def position_sign(self) -> int:
-        """-1 where lengthening is positive: the position lies below 0, or a force that pulls rises with it.
-
-        No muscle is longer than at rest all the time; and the force says so only at a held pressure.
-        """
-        position = next((name for name in SIGNED if name in (self.columns or {})), None)
-        if (
-            self.table is None
-            or self.test != "loop"
-            or position is None
-            or not {"force", "pressure"} <= {*self.table.columns}
-        ):
-            return 1
-        signals = np.stack([self.table[name] for name in (position, "force", "pressure")])
-        place, force, pressure = signals[:, np.isfinite(signals).all(axis=0)]
-        if not len(place) or not np.ptp(place) > 0 or not np.ptp(force) > 0 or np.median(force) <= 0:
-            return 1
-        if np.max(place) < ABOVE_REST * -np.min(place):
-            return -1
-        if np.ptp(np.quantile(pressure, [0.01, 0.99])) > HELD_PRESSURE * np.max(np.abs(pressure)):
-            return 1  # where the pressure rises, the muscle may shorten against a spring
-        return -1 if np.corrcoef(place, force)[0, 1] > RISES else 1
+    def moved(self) -> str | None:
+        """What the file calls a position that has a sign and a zero; None where it has none."""
+        return next(((self.columns or {})[name] for name in SIGNED if name in (self.columns or {})), None)
 
     @property
     def pressure(self) -> str:
@@ -104,7 +85,25 @@ def guesses_of(folder: Path) -> list[Guess]:
     found = [_guess(*part) for part in parts]
     moved = {(guess.columns or {}).get("displacement") for guess in found} - {None}
     again = lambda guess: (guess.columns or {}).get("length") in moved  # noqa: E731
-    return [_guess(*part, is_moved=True) if again(guess) else guess for part, guess in zip(parts, found, strict=True)]
+    found = [_guess(*part, is_moved=True) if again(guess) else guess for part, guess in zip(parts, found, strict=True)]
+    return _as_counted(found)
+
+
+def _as_counted(found: Sequence[Guess]) -> list[Guess]:
+    """The same with sign and zero of their positions: what one file betrays of a sensor holds for all that it made."""
+    swept = [(guess.moved, guess.table) for guess in found if guess.test == "loop"]
+    loops = [(head, table, _position(table)) for head, table in swept if head and table is not None]
+    turned = {head for head, table, position in loops if is_turned(table, position)}
+    elsewhere = {head for head, table, position in loops if is_elsewhere(table, position, head in turned)}
+    return [
+        replace(guess, position_sign=-1 if guess.moved in turned else 1, is_elsewhere=guess.moved in elsewhere)
+        for guess in found
+    ]
+
+
+def _position(table: Table) -> str:
+    """The position that has a sign."""
+    return next((name for name in SIGNED if name in table), SIGNED[0])
 
 
 def _guess(path: Path, inside: dict[str, str], is_moved: bool = False) -> Guess:
@@ -202,7 +201,7 @@ def _test(name: str, table: Table | None, names: set[str], more: bool) -> str:
     """
     words = name.lower().replace("_", " ")
     for word, test in FILE_WORDS:
-        if word in words:
+        if word in words and not (test == "step" and "force" in names):  # steps of pressure, read by a load cell
             return test
     if "load" in names and "force" not in names:
         return "step" if "set_pressure" in names else "isotonic" if "time" in names else "static"

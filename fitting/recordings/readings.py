@@ -14,6 +14,7 @@ from fitting.recordings.checks import PRESSURES, check_ranges, check_run
 from fitting.recordings.gaps import pressure_levels
 from fitting.recordings.heads import COLUMNS, POSITIONS, USUAL, plain_name
 from fitting.recordings.held_lengths import held_stretches
+from fitting.recordings.position import shortening
 from fitting.recordings.records import FORCE_TESTS, Run
 from fitting.recordings.settings import TABLES
 from fitting.recordings.tables import Table
@@ -125,7 +126,7 @@ def _all_readings(
             columns[name] = columns[name] - atmosphere
     if "force" in columns:
         columns["force"] = columns["force"] * options.get("force_sign", 1)
-    columns[position] = columns[position] * _position_sign(table, options, position)
+    columns[position] = shortening(table, options, position)
     length = float(muscle.length)
     moved = columns[position]
     contraction = {"contraction": moved, "length": (length - moved) / length, "displacement": moved / length}[position]
@@ -143,14 +144,6 @@ def _all_readings(
         load=None if test in FORCE_TESTS else columns["load"],
         set_pressure=set_pressure,
     )
-
-
-def _position_sign(table: Table, options: dict[str, Any], position: str) -> int:
-    """-1 where the rig counts lengthening as positive, as a tensile machine's extension does; a length has no sign."""
-    if position == "length" and "position_sign" in options:
-        problem = "position_sign belongs to a displacement or a contraction, not to a length"
-        raise InputError(problem, table.file, table.header_row, table.heads[position], cure="leave position_sign out")
-    return options.get("position_sign", 1)
 
 
 def _usable(columns: dict[str, np.ndarray], valid: dict[str, Any], table: Table, counts: Counter[str]) -> np.ndarray:

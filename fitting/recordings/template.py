@@ -8,7 +8,7 @@ import numpy as np
 
 from fitting.errors import InputError
 from fitting.recordings.accuracy_template import accuracy_lines
-from fitting.recordings.guesses import SIGNED, Guess, guesses_of
+from fitting.recordings.guesses import Guess, guesses_of
 from fitting.recordings.heads import POSITIONS
 from fitting.recordings.kinds import recordings_in
 from fitting.recordings.muscle_file import REQUIRED
@@ -18,7 +18,10 @@ from fitting.showing import shown_in
 from fitting.writing import FULL, refused, text_replaced
 from mckibben_jax.muscle import quantities
 
-POSITION_SIGN = "position_sign = -1       # a guess: the force rises with this reading, so that lengthening is positive"
+POSITION_SIGN = "position_sign = -1       # a guess: this reading grows as the muscle lengthens"
+AT_REST = (
+    'position_at_rest = "? mm"   # what this sensor reads where the muscle has its length at rest: that is not 0 here'
+)
 TYPICAL = {
     "shear_modulus": 1e6,
     "mooney_c10": 1e6,
@@ -142,20 +145,28 @@ def _recording_lines(guess: Guess, shared: Sequence[Guess]) -> Iterator[str]:
     yield '# noise = "0.5 N"        # standard deviation of one reading, if known'
     yield guess.pressure
     yield "# force_sign = -1        # where the rig counts pulling as negative"
-    if guess.position_sign < 0:
-        yield POSITION_SIGN
-    elif {*SIGNED} & {*(guess.columns or {})}:
+    yield from _position_lines(guess)
+    if guess.position_sign > 0 and guess.moved:
         yield "# position_sign = -1     # where the rig counts lengthening as positive, as an extension"
+    if not guess.is_elsewhere and "displacement" in (guess.columns or {}):
+        yield '# position_at_rest = "0 mm"   # what the sensor reads where the muscle has its length at rest'
     if not any(guess is each for each in shared):
         yield from accuracy_lines(guess.readable, guess.test, guess.columns or {})
+
+
+def _position_lines(guess: Guess) -> Iterator[str]:
+    """What is in force of the way in which a position is counted."""
+    if guess.position_sign < 0:
+        yield POSITION_SIGN
+    if guess.is_elsewhere:
+        yield AT_REST
 
 
 def _what_differs(guess: Guess) -> Iterator[str]:
     """Of a recording that is like one above: what is in force, and that the rest may stand here too."""
     if not guess.pressure.startswith("#"):
         yield guess.pressure
-    if guess.position_sign < 0:
-        yield POSITION_SIGN
+    yield from _position_lines(guess)
     yield "# noise, force_sign and so on, as above; [recording.accuracy] where its instruments are others"
 
 

@@ -78,7 +78,7 @@ def is_described(folder: Path) -> bool:
     return (folder / "muscle.toml").is_file()
 
 
-KEPT = ("pressure", "position_sign")  # what the readings show and no field of the form asks
+KEPT = ("pressure", "position_sign", "position_at_rest")  # what the readings show and no field of the form asks
 
 
 def guess(folder: Path) -> Dropped:

@@ -43,6 +43,7 @@ valid = { force = ["-10 N", "5 kN"] }
 pressure = "absolute"
 force_sign = 1
 position_sign = 1
+position_at_rest = "0 %"
 [recording.accuracy]
 pressure = { noise = "150 Pa", resolution = "0.1 kPa", zero = "0.5 kPa", gain = "0.25 %", zero_per_run = "0 Pa" }
 force = { noise = "0.5 N", zero_per_run = "0.6 N", gain_per_run = "0.2 %", hysteresis = "0.05 %", drift = "5 N/h" }
