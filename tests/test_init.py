@@ -232,7 +232,7 @@ def test_heads_are_read_in_the_languages_and_encodings_of_laboratories(tmp_path,
 def test_the_voltage_of_a_gauge_is_no_pressure(tmp_path):
     """In Japanese and Chinese one is written with a letter of the other."""
     columns = loop_columns()
-    shown = {"電圧[V]": np.ones(202), "P1 [bar]": columns.pop("pressure [bar]")}
+    shown = {"電圧": np.ones(202), "P1 [bar]": columns.pop("pressure [bar]")}
     (tmp_path / "rig.csv").write_text(table(shown | columns), encoding="utf-8")
     assert tomllib.loads(muscle_file(tmp_path))["recording"][0]["columns"] == {"pressure": "P1 [bar]"}
 
@@ -250,7 +250,9 @@ def spring_bench(folder, turned=True, zero=40.0, force=None):
     return [tomllib.loads(muscle_file(folder))["recording"][n] for n in (1, 0)]
 
 
-@pytest.mark.parametrize(("turned", "zero", "asked"), [(True, 200.0, True), (False, -200.0, True), (True, 0.0, False)])
+@pytest.mark.parametrize(
+    ("turned", "zero", "asked"), [(True, 200.0, True), (False, -200.0, True), (True, 75.0, True), (True, 0.0, False)]
+)
 def test_a_sensor_with_a_zero_of_its_own_is_asked_what_it_reads_at_rest(tmp_path, turned, zero, asked):
     """What the sweep betrays of the sensor holds for the recording, too, in which the muscle was held."""
     for entry in spring_bench(tmp_path, turned, zero):
@@ -261,3 +263,8 @@ def test_a_sensor_with_a_zero_of_its_own_is_asked_what_it_reads_at_rest(tmp_path
 def test_steps_of_pressure_that_a_load_cell_reads_are_no_test_of_the_position(tmp_path):
     _, held = spring_bench(tmp_path)
     assert held["test"] == "isometric"
+
+
+def test_one_column_with_a_unit_says_nothing_of_a_file(tmp_path):
+    (tmp_path / "rig.csv").write_text(table({"α": np.arange(30), "β [mm]": np.arange(30)}), encoding="utf-8")
+    assert "columns" not in tomllib.loads(muscle_file(tmp_path))["recording"][0]
