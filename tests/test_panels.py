@@ -67,6 +67,24 @@ def test_runs_of_one_name_in_two_files_are_told_apart(tmp_path):
     assert len(set(labels)) == 6
 
 
+@pytest.mark.parametrize(
+    ("pressures", "along", "held"),
+    [
+        ((2.0, 2.5), "contraction", "225 kPa"),  # a regulator that gives way; the median of each loop
+        ((0.5, 3.0), "pressure [kPa]", "pressure up to 300 kPa"),  # a sweep that moves the muscle against a spring
+    ],
+)
+def test_loops_in_which_the_pressure_is_swept_are_drawn_along_it(tmp_path, pressures, along, held):
+    columns = loop_columns()
+    share = columns["contraction [%]"] / 20
+    columns["pressure [bar]"] = pressures[0] + np.ptp(pressures) * share
+    columns["force [N]"] = 10 + 100 * share if pressures[1] == 3.0 else columns["force [N]"]
+    experiment = read_experiment(folder_of(tmp_path, table(columns)))
+    _, samples = problem([experiment], unknowns([experiment], [IdealCylinder()]))
+    (panel,) = every_panel([experiment], samples, np.zeros(len(samples)))
+    assert (panel.xlabel, panel.held) == (along, held)
+
+
 def test_thinning_keeps_the_corners_of_every_loop():
     count = 200_000
     eps = 0.1 * (1 - np.cos(np.linspace(0, 4 * np.pi, count)))

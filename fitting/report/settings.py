@@ -85,6 +85,7 @@ class FigureSettings:
     effects: int = 10  # in one picture; chosen
     panels: int = 24  # at most; chosen
     similar: int = 24  # effects on the map of similarity; chosen
+    swept_pressure: float = 0.5  # of the largest, by which the pressure changes within half a loop of a sweep; chosen
     same_pressure: float = 0.05  # of the highest of a map: it varies by more, or it is held; chosen
     points: int = 400  # in a panel; chosen
     fewest_on_a_curve: int = 3  # points of a map at one pressure, on average, that a line joins; chosen

@@ -51,6 +51,8 @@ class Panel:
     @property
     def level(self) -> float:
         """How much the run holds of what it holds: contraction, load (N) or pressure (Pa)."""
+        if _is_swept(self.run, self.test):
+            return float(np.max(self.run.pressure))
         if _is_led_by_pressure(self.run, self.test):
             return float(np.median(self.run.contraction))
         return float(np.median(self.run.pressure if self.run.load is None else self.run.load))
@@ -176,7 +178,7 @@ def _curves(run: Run, test: str) -> list[np.ndarray]:
 
 
 def _along(run: Run, test: str) -> tuple[np.ndarray, str]:
-    if test == "isotonic" or _is_led_by_pressure(run, test):
+    if test == "isotonic" or _is_led_by_pressure(run, test) or _is_swept(run, test):
         name, size = showing.shown_in("Pa")
         return run.pressure / size, f"pressure [{name}]"
     return (run.contraction, "contraction") if test in FORCE_TESTS else (run.time, "time [s]")
@@ -187,6 +189,14 @@ def _is_led_by_pressure(run: Run, test: str) -> bool:
     return test == "isometric" or (test == "static" and _by_pressure(run))
 
 
+def _is_swept(run: Run, test: str) -> bool:
+    """Whether the pressure of a loop is swept, and moves the muscle: against a spring its force says little else."""
+    if test != "loop":
+        return False
+    ranges = [np.ptp(run.pressure[run.half == half]) for half in np.unique(run.half)]
+    return bool(np.median(ranges) > FIGURE.swept_pressure * np.max(np.abs(run.pressure)))
+
+
 def _by_pressure(run: Run) -> bool:
     """A static run is drawn along whatever it varies more."""
     return np.ptp(run.pressure) / max(np.max(run.pressure), 1.0) > np.ptp(run.contraction) / 0.3
@@ -195,6 +205,8 @@ def _by_pressure(run: Run) -> bool:
 def _held(run: Run, test: str) -> str:
     if _is_led_by_pressure(run, test):
         return f"ε = {np.median(run.contraction):.3g}"
+    if _is_swept(run, test):
+        return f"pressure up to {amount(float(np.max(run.pressure)), 'Pa')}"
     if run.load is not None:
         return amount(float(np.median(run.load)), "N")
     pressure = run.pressure if test == "static" else medians(run.pressure, run.loop)  # one loop at each of several
