@@ -190,7 +190,8 @@ def _(dropped, entered):
         }
         # Not elements by a name of their own: or the button would be made anew, and a click lost, after every entry.
         # Nor `mo.ui.dictionary`: of two entries that reach a busy kernel together it keeps the second only.
-        form = SimpleNamespace(muscle=_muscle, tests=_tests, columns=_columns)
+        _at_rest = mo.ui.text(label=form_text.AT_REST_LABEL, placeholder=form_text.AT_REST_LIKE, full_width=True)
+        form = SimpleNamespace(muscle=_muscle, tests=_tests, columns=_columns, at_rest=_at_rest)
     return form, found
 
 
@@ -214,7 +215,7 @@ def _(attempt, form, found, open_folder, set_told, set_wrong, sizes_of, tell_pro
             for file, own in found.columns.items()
         }
         tests = {file: one.value for file, one in form.tests.items()}
-        filled = forms.Filled(sizes_of(form), tests, columns)
+        filled = forms.Filled(sizes_of(form), tests, columns, form.at_rest.value)
         fields = forms.wrong_fields(found, filled)
         show_wrong(fields)
         folder = None if fields else attempt(lambda: forms.describe(found, forms.name_of(found), filled))
@@ -245,6 +246,8 @@ def _(described, form, found, wrong):
     _shown = [
         _with_words(_key, mo.hstack(_three, widths=[4, 1, 1], align="end")) for _key, _three in form.muscle.items()
     ]
+    if found.elsewhere:
+        _shown.append(_with_words(forms.AT_REST, form.at_rest))
     for _file in found.columns:
         _shown += [
             mo.Html(words.heading(_file, 3)),

@@ -57,6 +57,38 @@ def test_what_init_guesses_beside_the_columns_is_written_too(tmp_path):
     assert found.tests == {"odd.csv": "loop"}  # the position is a column that nobody knows
 
 
+LASER = ODD.replace("pos", "laser displacement (mm)").replace("t;druck", "time (s);druck (kPa)")
+LASER = (
+    LASER.splitlines()[0]
+    + "\n"
+    + "".join(
+        f"{line.rsplit(';', 1)[0]};{75.5 - float(line.rsplit(';', 1)[1]):.2f}\n" for line in LASER.splitlines()[1:]
+    )
+)
+
+
+@pytest.mark.parametrize(("said", "wrong"), [("75.5 mm", ""), ("7.55 cm", ""), ("75.5", "has no unit"), ("", "number")])
+def test_a_sensor_with_a_zero_of_its_own_is_asked_for_once(tmp_path, said, wrong):
+    dropping.keep([("a.csv", LASER.encode()), ("b.csv", LASER.replace("200.0", "201.0").encode())], tmp_path)
+    found = dropping.guess(tmp_path)
+    assert sorted(found.elsewhere) == ["a.csv", "b.csv"]
+    of_each = lambda value: {"a.csv": value, "b.csv": value}  # noqa: E731
+    form = forms.Filled(MUSCLE, of_each("loop"), of_each(COLUMNS), said)
+    problems = forms.wrong_fields(found, form)
+    assert set(problems) == ({forms.AT_REST} if wrong else set())
+    assert wrong in problems.get(forms.AT_REST, "")
+    if wrong:
+        return
+    forms.describe(found, "Odd", form)
+    (run,) = read_experiment(tmp_path).recordings[0].runs
+    assert (run.contraction.min(), run.contraction.max()) == pytest.approx((0.0, 0.1))
+    as_length = [*COLUMNS[:3], ("length", "mm")]
+    forms.describe(found, "Odd", forms.Filled(MUSCLE, of_each("loop"), of_each(as_length), said))
+    assert not {"position_sign", "position_at_rest"} & {
+        *tomllib.loads((tmp_path / "muscle.toml").read_text())["recording"][0]
+    }
+
+
 @pytest.fixture
 def odd(tmp_path):
     """A dropped file that lacks a muscle.toml."""

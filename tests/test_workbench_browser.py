@@ -12,7 +12,7 @@ import pytest
 from browser import Watched, browser, fallen, press, slow_down, tab_to, violations
 from served import Served
 from small_muscle import LENGTH, loops, write
-from test_dropped_files import ODD
+from test_dropped_files import LASER, ODD
 
 from fitting.library.library import library
 from fitting.model_files.model_file import read_model
@@ -225,6 +225,21 @@ def test_a_bare_csv_is_described_by_hand_and_can_be_taken_home(visit, tmp_path):
     page.locator(".now", has_text="As fitted").wait_for()
     written = download(page, "muscle.toml", tmp_path).read_text(encoding="utf-8")
     assert 'length = "300 mm"\nradius = "7.0 +/- 0.1 mm"' in written
+
+
+def test_a_laser_is_asked_what_it_reads_at_rest(visit, tmp_path):
+    page = visit()
+    page.locator("input[type=file]").first.set_input_files(
+        [{"name": "laser.csv", "mimeType": "text/csv", "buffer": LASER.encode()}]
+    )
+    for name, value in (("length", "300"), ("radius", "7.0"), ("braid angle", "20")):
+        page.get_by_role("textbox", name=f"{name}:").fill(value)
+    press(page, "Open these data")
+    page.locator(".wrong", has_text="this reading").wait_for()
+    page.get_by_role("textbox", name="what the position sensor reads").fill("75.5 mm")
+    press(page, "Open these data")
+    page.locator(".now", has_text="As fitted").wait_for()
+    assert 'position_at_rest = "75.5 mm"' in download(page, "muscle.toml", tmp_path).read_text(encoding="utf-8")
 
 
 def test_the_keyboard_alone_is_enough(visit, folder):

@@ -27,6 +27,7 @@ from fitting.recordings.limits import TURNED_BY, slack_notes, with_limits
 from fitting.recordings.muscle_file import hose_of, muscle_of, name_of, read_muscle, read_toml, source_of
 from fitting.recordings.noise import noise_of_inputs, one_load_cell
 from fitting.recordings.plausible import check_plausible, without_copies
+from fitting.recordings.position import AT_REST
 from fitting.recordings.readings import read_runs, with_hung_load
 from fitting.recordings.records import FORCE_TESTS, TESTS, Experiment, Recording, Run
 from fitting.recordings.tables import Table, read_table
@@ -50,7 +51,7 @@ OPTIONS = (
     "ambient",
     "let_go",
     *SIGNS,
-    "position_at_rest",
+    AT_REST,
     "accuracy",
     *INSIDE,
 )

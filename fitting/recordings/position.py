@@ -9,7 +9,8 @@ from fitting import units
 from fitting.errors import InputError, concerning
 from fitting.recordings.tables import Table
 
-OF_A_SENSOR = ("position_sign", "position_at_rest")  # keys that say how a displacement or a contraction was counted
+AT_REST = "position_at_rest"
+OF_A_SENSOR = ("position_sign", AT_REST)  # keys that say how a displacement or a contraction was counted
 
 
 def shortening(table: Table, options: Mapping[str, Any], position: str) -> np.ndarray:
@@ -24,8 +25,8 @@ def shortening(table: Table, options: Mapping[str, Any], position: str) -> np.nd
                 raise InputError(problem, table.file, table.header_row, table.heads[position], cure=f"leave {key} out")
         return table[position]
     at_rest = 0.0
-    if "position_at_rest" in options:
+    if AT_REST in options:
         si = "1" if position == "contraction" else "m"
-        with concerning("position_at_rest"):
-            at_rest = units.to_si(options["position_at_rest"], si, "position_at_rest")
+        with concerning(AT_REST):
+            at_rest = units.to_si(options[AT_REST], si, AT_REST)
     return (table[position] - at_rest) * options.get("position_sign", 1)

@@ -11,6 +11,7 @@ from typing import Any
 from fitting.errors import InputError
 from fitting.recordings.heads import COLUMNS, plain_name, split_head
 from fitting.recordings.kinds import ENDINGS, INSIDE, is_recording, recordings_in
+from fitting.recordings.position import AT_REST
 from fitting.recordings.records import TESTS
 from fitting.recordings.tables import read_heads
 from fitting.recordings.template import muscle_file
@@ -41,6 +42,7 @@ class Dropped:
     previews: dict[str, tuple[ColumnPreview, ...]]
     inside: dict[str, dict[str, str]] = field(default_factory=dict)  # file -> which sheet, variable or topic of it
     kept: dict[str, dict[str, Any]] = field(default_factory=dict)  # file -> guesses that the form does not ask
+    elsewhere: tuple[str, ...] = ()  # files in which the position is not 0 where the muscle is at rest
 
 
 def keep(files: Sequence[tuple[str, bytes]], folder: Path) -> Path:
@@ -78,7 +80,7 @@ def is_described(folder: Path) -> bool:
     return (folder / "muscle.toml").is_file()
 
 
-KEPT = ("pressure", "position_sign", "position_at_rest")  # what the readings show and no field of the form asks
+KEPT = ("pressure", "position_sign")  # what the readings show and no field of the form asks
 
 
 def guess(folder: Path) -> Dropped:
@@ -90,7 +92,9 @@ def guess(folder: Path) -> Dropped:
     files = recordings_in(folder)
     columns = {p.name: _columns(p, entries.get(p.name, {}), inside.get(p.name, {})) for p in files}
     tests = {p.name: entries.get(p.name, {}).get("test", TESTS[0]) for p in files}
-    return Dropped(folder, tests, columns, {p.name: previews(p, inside.get(p.name, {})) for p in files}, inside, kept)
+    elsewhere = tuple(file for file, entry in entries.items() if AT_REST in entry)
+    shown = {p.name: previews(p, inside.get(p.name, {})) for p in files}
+    return Dropped(folder, tests, columns, shown, inside, kept, elsewhere)
 
 
 def _columns(path: Path, entry: dict[str, Any], inside: dict[str, str]) -> tuple[Column, ...]:

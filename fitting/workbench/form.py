@@ -11,6 +11,7 @@ from fitting import units
 from fitting.errors import InputError
 from fitting.recordings.heads import COLUMNS, USUAL, split_head
 from fitting.recordings.muscle_file import REQUIRED, measurement, read_muscle_table
+from fitting.recordings.position import AT_REST, OF_A_SENSOR
 from fitting.workbench.data import IGNORED, Column, Dropped
 from fitting.writing import write_text
 from mckibben_jax.muscle import Muscle, quantities
@@ -45,6 +46,7 @@ class Filled:
     muscle: Mapping[str, Size]
     tests: Mapping[str, str]
     columns: Mapping[str, Sequence[tuple[str, str]]]
+    at_rest: str = ""  # what a position sensor with a zero of its own reads at the length at rest, with its unit
 
 
 def unit_hint(meaning: str) -> str:
@@ -78,6 +80,11 @@ def wrong_fields(dropped: Dropped, filled: Filled) -> dict[str, str]:
             _check_measurement(key, filled.muscle.get(key, Size()))
         except InputError as error:
             wrong[key] = _said(error, row=None)
+    if dropped.elsewhere:
+        try:
+            units.to_si(filled.at_rest, "m", "this reading")
+        except InputError as error:
+            wrong[AT_REST] = _said(error, row=None)
     for file, columns in dropped.columns.items():
         wrong |= dict(_wrong_columns(file, columns, filled.columns[file]))
     return wrong
@@ -191,6 +198,8 @@ def _recording(dropped: Dropped, file: str, filled: Filled) -> Any:
     table = tomlkit.table()
     table["file"], table["test"] = file, filled.tests[file]
     table.update(dropped.inside.get(file, {}) | dropped.kept.get(file, {}))
+    if file in dropped.elsewhere:
+        table[AT_REST] = filled.at_rest.strip()
     called, given = {}, {}
     for column, (meaning, unit) in zip(dropped.columns[file], filled.columns[file], strict=True):
         if meaning == IGNORED:
@@ -198,6 +207,9 @@ def _recording(dropped: Dropped, file: str, filled: Filled) -> Any:
         called[meaning] = column.head
         if COLUMNS[meaning] is not None and unit.strip() and unit.strip() != (split_head(column.head)[1] or ""):
             given[meaning] = unit.strip()
+    if "length" in called:  # whoever calls it so says that it is counted from nowhere else
+        for key in {*OF_A_SENSOR} & {*table}:
+            del table[key]
     for key, texts in (("columns", called), ("units", given)):
         if texts:
             table[key] = tomlkit.inline_table()

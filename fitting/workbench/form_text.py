@@ -8,6 +8,9 @@ from fitting.report.pictures.muscle_drawing import muscle_html
 from fitting.showing import counted
 from fitting.workbench.form import LIKE, Size, meaning_of, muscle_of, spoken
 
+AT_REST_LABEL = "what the position sensor reads where the muscle has its length at rest, with its unit (not 0 here)"
+AT_REST_LIKE = "37.2 mm"
+
 
 def size_fields(name: str) -> tuple[tuple[str, str, str], ...]:
     """Label, example and what stands there from the start, of the three fields of a measurement of the muscle."""
