@@ -257,3 +257,48 @@ def test_a_small_error_is_no_praise_for_another_muscle(tmp_path):
 
 def judged(experiments):
     return judgement(compare(fit(experiments, MODEL, starts=2), experiments))
+
+
+def test_one_statement_in_two_units_is_one(tmp_path):
+    folders = [measured(tmp_path, name, 200, seed=k) for k, name in enumerate("ab")]
+    text = (folders[1] / "muscle.toml").read_text()
+    for stated, as_metres in (("7.0 mm", "0.007 m"), ("6.95 +/- 0.3 mm", "0.695 +/- 0.03 cm")):
+        for folder, said in zip(folders, (stated, as_metres), strict=True):
+            lines = [f'radius = "{said}"' if line.startswith("radius") else line for line in text.splitlines()]
+            (folder / "muscle.toml").write_text("\n".join(lines))
+        a, b = with_hose_sizes([read_experiment(folder) for folder in folders])
+        assert float(a.muscle.radius) == pytest.approx(float(b.muscle.radius), rel=1e-9)
+        assert a.priors.get("muscle.radius", (0, 0))[1] == pytest.approx(3e-4 if "+/-" in stated else 0)
+
+
+def test_a_size_that_is_stated_as_0_is_a_statement(tmp_path):
+    folders = [measured(tmp_path, name, 200, seed=k) for k, name in enumerate("ab")]
+    for folder in folders:
+        path = folder / "muscle.toml"
+        path.write_text(path.read_text().replace("[muscle]\n", '[muscle]\nwall_outside = "0 +/- 0.1 mm"\n', 1))
+    for each in with_hose_sizes([read_experiment(folder) for folder in folders]):
+        assert each.priors["muscle.wall_outside"] == (0.0, pytest.approx(1e-4))
+
+
+def test_a_hose_without_a_name_is_refused(tmp_path):
+    folder = measured(tmp_path, "a", 200)
+    path = folder / "muscle.toml"
+    path.write_text(re.sub(r'hose = "\w+"', 'hose = "?"', path.read_text()))
+    with pytest.raises(InputError, match="hose is no name"):
+        read_experiment(folder)
+
+
+def test_a_friction_that_the_others_do_not_tell_is_not_known_from_the_muscle_left_out(tmp_path):
+    """Points of rest say nothing of friction: loops were predicted with what they had told of it themselves."""
+    loops = measured(tmp_path, "a", 200, seed=1)
+    still = measured(tmp_path, "b", 200, seed=2)
+    rows = [line.split(",") for line in (still / "loops.csv").read_text().splitlines()]
+    keep = [k for k, head in enumerate(rows[0]) if not head.startswith(("time", "run"))]
+    text = "\n".join(",".join(row[k] for k in keep) for row in [rows[0], *rows[1::40]])
+    (still / "loops.csv").write_text(text + "\n")
+    path = still / "muscle.toml"
+    path.write_text(path.read_text().replace('test = "loop"', 'test = "static"'))
+    experiments = [read_experiment(folder) for folder in (loops, still)]
+    found = {each.dataset: each for each in each_left_out(fit(experiments, MODEL, starts=2))}
+    assert "constant_friction.F_c" in found["a"].fitted_first
+    assert "constant_friction.F_c" not in found["b"].fitted_first

@@ -268,3 +268,18 @@ def test_steps_of_pressure_that_a_load_cell_reads_are_no_test_of_the_position(tm
 def test_one_column_with_a_unit_says_nothing_of_a_file(tmp_path):
     (tmp_path / "rig.csv").write_text(table({"α": np.arange(30), "β [mm]": np.arange(30)}), encoding="utf-8")
     assert "columns" not in tomllib.loads(muscle_file(tmp_path))["recording"][0]
+
+
+def test_a_muscle_that_is_held_while_it_relaxes_is_not_let_go(tmp_path):
+    time = np.round(np.arange(400) * 0.05, 3)
+    force = 100 - 5 * (1 - np.exp(-time / 5))
+    shown = {"time [s]": time, "displacement [mm]": 10.0, "pressure [kPa]": 200.0, "force [N]": force}
+    (tmp_path / "relax.csv").write_text(table(shown))
+    assert tomllib.loads(muscle_file(tmp_path))["recording"][0]["test"] == "isometric"
+
+
+def test_labview_calls_its_time_x_value(tmp_path):
+    columns = loop_columns()
+    (tmp_path / "rig.csv").write_text(table({"X_Value": columns.pop("time [s]")} | columns))
+    (entry,) = tomllib.loads(muscle_file(tmp_path))["recording"]
+    assert (entry["columns"]["time"], entry["test"]) == ("X_Value", "loop")

@@ -439,3 +439,33 @@ def test_what_is_said_of_the_air_has_to_be_possible(tmp_path, unit, more, parts)
     with pytest.raises(InputError) as refused:
         read_experiment(folder_of(tmp_path, csv, more=more))
     assert all(part in str(refused.value) for part in parts)
+
+
+def test_what_nobody_said_of_the_air_stands_beside_the_zero_of_a_gauge(tmp_path):
+    """The data sheet of a gauge knows nothing of the weather."""
+    more = 'pressure = "absolute"\n[recording.accuracy]\npressure = { zero = "1 hPa" }'
+    read = read_experiment(folder_of(tmp_path, ABSOLUTE, more=more)).recordings[0]
+    assert allowed(read).pressure.zero == pytest.approx(np.hypot(1e2, 2e3))
+
+
+def test_a_regulator_that_is_set_above_the_air_stays_beside_an_absolute_gauge(tmp_path):
+    time = np.round(np.arange(200) * 0.01, 3)
+    level = np.where(time < 0.5, 0.2, 2.0)
+    columns = {"time [s]": time, "set_pressure [bar]": level, "pressure [bara]": level + 1.01325}
+    columns |= {"displacement [mm]": 10 * level, "load [kg]": 5.0}
+    folder_of(tmp_path, table(columns), test="step", more='pressure = "absolute"')
+    (run,) = read_experiment(tmp_path).recordings[0].runs
+    assert run.set_pressure.max() == pytest.approx(2e5)
+    assert run.pressure.max() == pytest.approx(2e5, rel=1e-3)
+
+
+@pytest.mark.parametrize(("swept", "runs"), [(True, 1), (False, 2)])
+def test_a_pause_in_a_sweep_of_the_pressure_begins_no_run(tmp_path, swept, runs):
+    columns = loop_columns()
+    time = columns["time [s]"]
+    way = columns["contraction [%]"] / 20
+    pressure = 0.1 + 3.8 * way if swept else np.where(np.arange(len(time)) < 100, 1.0, 3.0)
+    columns |= {"time [s]": time + 3.0 * (np.arange(len(time)) >= (75 if swept else 101)), "pressure [bar]": pressure}
+    columns["force [N]"] = 100.0 + 50 * pressure - 100 * way
+    read = read_experiment(folder_of(tmp_path, table(columns))).recordings[0]
+    assert len(read.runs) == runs

@@ -10,6 +10,8 @@ from fitting.least_squares.searches import Alone
 from fitting.least_squares.subset import subset_of
 from fitting.least_squares.unbent import left_beyond
 
+BLIND = 1e-6  # of what all readings change by: data sets that change by less tell nothing of a value; rounding
+
 
 @dataclass(frozen=True)
 class LeftOutSet:
@@ -49,7 +51,8 @@ def each_left_out(fit: Fit) -> Iterator[LeftOutSet]:
 
 
 def _without(fit: Fit, number: int) -> LeftOutSet:
-    left_out, own = fit.samples.dataset == number, _own_names(fit, number)
+    left_out = fit.samples.dataset == number
+    own = (*_own_names(fit, number), *_told_by_nobody_else(fit, number, left_out))
     sizes = tuple(name for name in own if fit.layout.entry(name).prior is not None)
     unknown = tuple(name for name in own if name not in sizes)  # the other data sets say nothing of these
     searches, vector = Alone.of(fit.problem), fit.vector.copy()
@@ -96,6 +99,18 @@ def _beyond_instruments(fit: Fit, residual: np.ndarray, mine: np.ndarray) -> np.
     rows = (residual / sigma)[mine]
     beyond[mine] = left_beyond(rows, np.zeros((len(rows), 1)), fit.errors.at(np.flatnonzero(mine))) * sigma[mine]
     return beyond
+
+
+def _told_by_nobody_else(fit: Fit, number: int, left_out: np.ndarray) -> tuple[str, ...]:
+    """What varies and is shared, but changes nothing in the other data sets: a friction, beside points at rest.
+
+    A search without this data set would leave it where these very readings have put it.
+    """
+    slopes = np.nan_to_num(fit.slopes[: len(left_out)], posinf=0.0, neginf=0.0)
+    others, all_of_them = (np.linalg.norm(part, axis=0) for part in (slopes[~left_out], slopes))
+    own = _own_names(fit, number)
+    blind = others <= BLIND * all_of_them
+    return tuple(name for name, unseen in zip(fit.free, blind, strict=True) if unseen and name not in own)
 
 
 def _own_names(fit: Fit, number: int) -> tuple[str, ...]:

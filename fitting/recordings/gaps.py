@@ -26,12 +26,17 @@ def pressure_levels(time: np.ndarray, pressure: np.ndarray) -> list[np.ndarray]:
 
 
 def _change(before: np.ndarray, after: np.ndarray) -> float:
-    """By how much a pressure differs on the two sides of a pause, Pa; nothing where one of them is too short to say."""
+    """By how much a pressure differs on the two sides of a pause, Pa; nothing where one of them is too short to say.
+
+    Nor where the pressure is swept: it is another one after any pause.
+    """
     sides = before[-GAPS.beside :], after[: GAPS.beside]
     known = [side[np.isfinite(side)] for side in sides]
     if min(map(len, known)) < TABLES.fewest_samples:
         return 0.0
-    return abs(float(np.median(known[1]) - np.median(known[0])))
+    change = abs(float(np.median(known[1]) - np.median(known[0])))
+    swept = max(float(np.ptp(np.quantile(side, [0.1, 0.9]))) for side in known)
+    return change if change > GAPS.steady * swept else 0.0
 
 
 def levels_note(parts: Sequence[Run]) -> str:

@@ -239,6 +239,8 @@ def _is_let_go(table: Table) -> bool:
         return False
     begin, end = place[: len(place) // 20 + 1], place[-(len(place) // 4) :]
     way = np.median(end) - np.median(begin)
+    if way == 0:
+        return False
     if np.ptp(begin) > MOVED * abs(way) or np.min((end - np.median(begin)) * np.sign(way)) < MOVED * abs(way):
         return False  # it moved from the beginning, or came back, as in a loop; a mass on a muscle may swing long
     gone = (place - np.median(begin)) / way

@@ -19,7 +19,7 @@ WORDS = {
     "pressure": ("pressure", "druck", "press", "presión", "presion"),
     "force": ("force", "load cell", "loadcell", "kraft", "tension", "pull", "forza", "fuerza", "effort"),
     "load": ("load", "mass", "weight", "last", "gewicht", "carico", "carga"),
-    "time": ("time", "zeit", "stamp", "millis", "micros", "tiempo"),
+    "time": ("time", "zeit", "stamp", "millis", "micros", "tiempo", "x value"),  # the last as LabVIEW writes it
     "contraction": ("contraction", "strain", "shortening ratio", "kontraktion", "contrazione", "contracci"),
     "displacement": ("displacement", "shortening", "stroke", "travel", "weg", "extension", "crosshead", "elongation",
                      "déplacement", "deplacement", "spostamento", "desplazamiento"),

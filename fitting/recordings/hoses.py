@@ -10,6 +10,7 @@ from fitting.recordings.records import Experiment
 from mckibben_jax.muscle import Muscle, quantities
 
 OWN_SIZES = ("length", "moving_mass")  # of each muscle; all others are of its hose
+DIGITS = 9  # of a statement that count: the factor of a unit rounds the sixteenth
 DISAGREEING = 5.0  # standard errors by which one statement of a size may lie off the mean of all
 PRESUMED = {f.name: f.default for f in dataclasses.fields(Muscle)}  # what a size is that nobody stated
 Size = tuple[float, float | None]  # value and standard error, SI; None: exact
@@ -62,13 +63,19 @@ def _statements(members: Sequence[Experiment], key: str) -> dict[Size, Experimen
     found = dict[Size, Experiment]()
     for each in members:
         value = getattr(each.muscle, key)
-        if value is not None and float(value) != PRESUMED[key]:
+        if f"muscle.{key}" in each.priors or (value is not None and float(value) != PRESUMED[key]):
             found.setdefault(_statement(each, key), each)
     return found
 
 
 def _statement(experiment: Experiment, key: str) -> Size:
-    return experiment.priors.get(f"muscle.{key}", (float(getattr(experiment.muscle, key)), None))
+    """Value and error as stated, without the rounding of a unit: 9 mm is 0.009 m."""
+    value, error = experiment.priors.get(f"muscle.{key}", (getattr(experiment.muscle, key), None))
+    return _to_digits(float(value)), None if error is None else _to_digits(float(error))
+
+
+def _to_digits(value: float) -> float:
+    return float(f"{value:.{DIGITS}g}")
 
 
 def _common(hose: str, key: str, given: Mapping[Size, Experiment]) -> Size:

@@ -205,7 +205,7 @@ def name_of(table: dict[str, Any], path: Path) -> str:
 def hose_of(table: dict[str, Any], raw: bytes, path: Path) -> str:
     """The name of the hose that the muscle is cut from, without what would steer a screen; empty where none is."""
     hose = table.get("hose", "")
-    if not isinstance(hose, str) or full_names.OF in hose:
+    if not isinstance(hose, str) or full_names.OF in hose or hose.strip() == "?":
         cure = 'write its name in quotes, without "@": hose = "DMSP-10"'
         raise InputError("hose is no name", path, line_of(raw, "hose"), value=hose, cure=cure)
     return _printable(hose.strip())

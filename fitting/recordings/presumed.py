@@ -1,6 +1,6 @@
 """What is presumed of instruments whose accuracy muscle.toml does not state; it is printed with every verdict."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import hypot
 
 import numpy as np
@@ -62,8 +62,15 @@ def presumed(recording: Recording, settings: PresumedSettings = PRESUMED) -> Acc
 
 
 def allowed(recording: Recording, settings: PresumedSettings = PRESUMED) -> Accuracy:
-    """How far the instruments of a recording may err: as stated, else as presumed."""
-    return recording.accuracy.presuming(presumed(recording, settings))
+    """How far the instruments of a recording may err: as stated, else as presumed.
+
+    What nobody said of the air is beside what a data sheet says of a gauge's zero.
+    """
+    found = recording.accuracy.presuming(presumed(recording, settings))
+    stated = recording.accuracy.pressure.zero
+    if stated is None or not recording.ambient_is_presumed:
+        return found
+    return replace(found, pressure=replace(found.pressure, zero=hypot(stated, UNKNOWN_AMBIENT)))
 
 
 def _sampling_step(recording: Recording) -> float:

@@ -122,7 +122,7 @@ def _all_readings(
     atmosphere = ambient_of(options)
     columns = {name: values for name, values in table.columns.items() if COLUMNS[name] is not None}
     for name in PRESSURES:
-        if name in columns:
+        if name in columns and (name in table.absolute or not table.absolute):  # a regulator may be set above the air
             columns[name] = columns[name] - atmosphere
     if "force" in columns:
         columns["force"] = columns["force"] * options.get("force_sign", 1)

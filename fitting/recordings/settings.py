@@ -56,6 +56,7 @@ class GapSettings:
     nearly_all: float = 0.99  # of a run's steps: holes are rare; chosen
     beside: int = 50  # readings on each side of a pause, whose middle is the pressure there; chosen
     other: float = 0.05  # of the largest pressure, by which the pressures of two runs differ at least; chosen
+    steady: float = 2.0  # times what it varies by within these readings: else the pressure is swept; chosen
 
 
 @dataclass(frozen=True)

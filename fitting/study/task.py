@@ -199,7 +199,7 @@ def _known(stored: ModelFile | None, experiments: Sequence[Experiment]) -> dict[
     if len(experiments) > 1:  # the first data set's are written without its name
         first = experiments[0].name
         values |= {full_names.of_set(name, first): value for name, value in values.items() if "@" not in name}
-    return values | _known_of_hoses(stored, experiments)
+    return _known_of_hoses(stored, experiments) | values  # what is known of a muscle itself counts first
 
 
 def _sizes_not_used(stored: ModelFile, experiments: Sequence[Experiment]) -> str:
